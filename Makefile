@@ -1,0 +1,54 @@
+# `make help` lists the targets. Set-up needs Python 3.11 or newer and nothing else.
+
+PYTHON ?= python3
+OUT ?= out
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
+SETUP := pyproject.toml constraints.txt
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help optimise test derive check-generated lint clean
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+optimise: $(VENV)/.runtime  ## set up, optimise the paper's planting device, write the report to out/
+	$(BIN)/planter optimise wang2017 --out $(OUT)
+
+test: $(VENV)/.complete  ## set up, run the whole test suite
+	$(BIN)/python -m pytest
+
+derive: $(VENV)/.complete  ## derive the equations, write generated/
+	$(BIN)/python -m derive
+
+check-generated: $(VENV)/.complete  ## derive again into a temporary folder, compare with generated/ both ways
+	$(BIN)/python -m derive --check
+
+lint: $(VENV)/.complete  ## format check, lint, types
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+
+clean:  ## remove the virtual environment, caches and results
+	rm -rf $(VENV) $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
+	find derive generated planter tests -type d -name __pycache__ -prune -exec rm -rf {} +
+
+# Two stamps: what a user of the command needs, and everything that tests, derivation and lint need.
+$(VENV)/.runtime: $(VENV)/.created
+	$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.complete: $(VENV)/.created
+	$(PIP) --editable '.[derive,test,dev]'
+	@touch $@ $(VENV)/.runtime
+
+$(VENV)/.created: $(SETUP)
+	@command -v $(PYTHON) >/dev/null || { \
+		echo "planter needs Python 3.11 or newer, and there is no '$(PYTHON)': make PYTHON=/path/to/python" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "planter needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>&1):" \
+			"make PYTHON=/path/to/python" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	@touch $@

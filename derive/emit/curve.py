@@ -1,0 +1,173 @@
+"""Modules of a pitch curve, for CasADi and for arrays: prologue (closure, series), contact, conditions."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derive import curves
+from derive.curves import BySeries, Condition, PitchCurve
+from derive.emit.casadi import NOTICE, imports
+from derive.emit.expression import ARRAY, CASADI, Dialect, Printer
+from derive.emit.schedule import share
+from derive.emit.text import Emitted, described
+from derive.model import Let, SineSeries, Step
+from derive.quantity import OpenVector, Quantity, Vector
+
+HOISTED = OpenVector("hoisted", "centre distance, then the cosine series of the ratio, if there is one", {0: curves.a})
+
+
+def parameters_of(curve: PitchCurve) -> Vector:
+    return Vector("parameters", (*curve.parameters, curves.m))
+
+
+def all_conditions(curve: PitchCurve) -> list[Condition]:
+    return [*curve.conditions(), Condition("m", curves.m - sp.Rational(1, 2), "greater than 1/2")]
+
+
+def contact(curve: PitchCurve) -> Emitted:
+    """Contact of the deformed curve at the polar angle t."""
+    turned = curve.turned()
+    rotation: Step = Let(curves.turned_u, turned, "rotation in closed form") if isinstance(turned, sp.Expr) else (
+        SineSeries(curves.turned_u, curves.u, HOISTED, "rotation"))  # fmt: skip
+    steps = share((*curves.parameter_steps(), rotation, *curves.contact_steps(curve)), prefix="c")
+    return Emitted("contact", (curves.t, parameters_of(curve), HOISTED), steps, curves.CONTACT)
+
+
+def conditions(curve: PitchCurve) -> Emitted:
+    """Expressions that must be positive."""
+    positive = tuple(c.positive for c in all_conditions(curve))
+    names = Vector("positive", tuple(Quantity(f"g{i}", "1", "must be positive", "pitch curve") for i in range(len(positive))))
+    return Emitted("conditions", (parameters_of(curve),), (), names, positive)
+
+
+def casadi_module(curve: PitchCurve) -> str:
+    functions = "\n\n\n".join((_casadi_prologue(curve), *(_casadi_function(f) for f in (contact(curve), conditions(curve)))))
+    always = ["Function", "SX", "vertcat"] + (["MX", "fmax", "rootfinder"] if _by_closure(curve) else [])
+    return f'''"""{curve.title.capitalize()}: CasADi functions of a pitch curve and its conjugate.
+
+{NOTICE}
+{described([parameters_of(curve), HOISTED])}
+"""
+
+{imports(functions, always)}
+
+
+{functions}
+'''
+
+
+def array_module(curve: PitchCurve) -> str:
+    return f'''"""{curve.title.capitalize()}: array code of a pitch curve and its conjugate.
+
+{NOTICE}
+`xp` is a module of elementary functions under NumPy's names.
+"""
+
+
+{_array_prologue(curve)}
+
+
+{_array_function(contact(curve))}
+'''
+
+
+def _by_closure(curve: PitchCurve) -> bool:
+    return not isinstance(curve.centre_distance(), sp.Expr)
+
+
+def _by_series(curve: PitchCurve) -> bool:
+    return isinstance(curve.turned(), BySeries)
+
+
+def _casadi_function(function: Emitted) -> str:
+    declared = "\n".join(f"    {v.name} = SX.sym({_size(v)})" for v in function.inputs)
+    names = ", ".join(f'"{v.name}"' for v in function.inputs)
+    terms = "terms: int" if HOISTED in function.inputs else ""
+    single = ", ".join(f'"{q.name}"' for q in function.output)
+    return f'''def {function.name}({terms}) -> Function:
+    """{function.operations} operations."""
+{declared}
+{function.body(CASADI)}
+    outputs = [
+{function.packed(CASADI)}
+    ]
+    return Function("{function.name}", [{function.names()}], outputs, [{names}], [{single}])'''
+
+
+def _size(vector: Vector | OpenVector | Quantity) -> str:
+    if isinstance(vector, OpenVector):
+        return f'"{vector.name}", 1 + terms'
+    return f'"{vector.name}"' if isinstance(vector, Quantity) else f'"{vector.name}", {len(vector)}'
+
+
+def _array_function(function: Emitted) -> str:
+    return f'''def {function.name}(xp, {function.names()}):
+    """{", ".join(q.name for q in function.output)}."""
+{function.body(ARRAY)}
+    return (
+{function.packed(ARRAY)},
+    )'''
+
+
+def _unpacked(curve: PitchCurve) -> str:
+    return "\n".join(f"    {q.name} = parameters[{i}]" for i, q in enumerate(curve.parameters))
+
+
+def _at_nodes(curve: PitchCurve, dialect: Dialect, nodes: str) -> str:
+    """Quadrature nodes and the radius there: midpoints of half a turn, spectrally accurate for an even curve."""
+    return f"""    nodes = [{nodes} for j in range(2 * terms)]
+    radii = [{Printer(dialect)(curve.radius())} for u in nodes]"""
+
+
+def _series(dialect: Dialect) -> str:
+    term = f"f * {dialect.call('cos', 'k * u')}"
+    return f"[sum({term} for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]"
+
+
+def _casadi_prologue(curve: PitchCurve) -> str:
+    size = len(parameters_of(curve))
+    if not _by_series(curve) and not _by_closure(curve):
+        return f'''def prologue(terms: int) -> Function:
+    """Centre distance in closed form; the rotation needs no series."""
+    parameters = SX.sym("parameters", {size})
+{_unpacked(curve)}
+    hoisted = vertcat({Printer(CASADI)(curve.centre_distance())}, SX.zeros(terms))
+    return Function("prologue", [parameters], [hoisted], ["parameters"], ["hoisted"])'''
+    return f'''def prologue(terms: int) -> Function:
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    a = SX.sym("a")
+    parameters = SX.sym("parameters", {size})
+{_unpacked(curve)}
+{_at_nodes(curve, CASADI, "pi * (j + 0.5) / (2 * terms)")}
+    ratios = [r / (a - r) for r in radii]
+    largest = radii[0]
+    for r in radii:
+        largest = fmax(largest, r)
+    start = Function("start", [parameters], [fmax(sum(radii) / terms, largest * (1 + 1e-6))])
+    closure = Function("closure", [a, parameters], [sum(ratios) / (2 * terms) - 1])
+    series = {_series(CASADI)}
+    coefficients = Function("coefficients", [a, parameters], [vertcat(*series)])
+
+    given = MX.sym("parameters", {size})
+    root = rootfinder("root", "fast_newton", closure, {{"abstol": 1e-14, "abstolStep": 1e-14, "max_iter": 100}})
+    distance = root(start(given), given)
+    hoisted = vertcat(distance, coefficients(distance, given))
+    return Function("prologue", [given], [hoisted], ["parameters"], ["hoisted"])'''
+
+
+def _array_prologue(curve: PitchCurve) -> str:
+    if not _by_series(curve) and not _by_closure(curve):
+        return f'''def prologue(xp, parameters, terms):
+    """Centre distance in closed form; the rotation needs no series."""
+{_unpacked(curve)}
+    return [{Printer(ARRAY)(curve.centre_distance())}, *([0] * terms)]'''
+    return f'''def prologue(xp, parameters, terms):
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+{_unpacked(curve)}
+{_at_nodes(curve, ARRAY, "xp.pi * (2 * j + 1) / (4 * terms)")}
+    a = sum(radii) / terms
+    for _ in range(50):
+        ratios = [r / (a - r) for r in radii]
+        slope = -sum(r / (a - r) ** 2 for r in radii)
+        a = a - (sum(ratios) - 2 * terms) / slope
+    return [a, *{_series(ARRAY)}]'''

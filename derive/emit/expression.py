@@ -1,0 +1,198 @@
+"""SymPy expressions to Python text: one table of supported nodes, two dialects, and an error for any other node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy import Basic, Expr
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import BooleanFunction, BooleanTrue
+
+from derive.branches import Turns
+
+ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
+
+
+class UnsupportedNode(TypeError):
+    """An expression holds a node that no emitter knows."""
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Names of the functions in the target, by the names used here."""
+
+    name: str
+    functions: dict[str, str]
+    ratio: str
+    length: str
+
+    def call(self, function: str, *arguments: str) -> str:
+        return f"{self.functions[function]}({', '.join(arguments)})"
+
+
+_PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "log", "floor", "sign")
+CASADI = Dialect("casadi", {f: f for f in _PLAIN} | {
+    "abs": "fabs", "min": "fmin", "max": "fmax", "select": "if_else", "and": "logic_and", "or": "logic_or",
+    "not": "logic_not", "pi": "pi",
+}, ratio="{0} / {1}", length="{0}.numel()")  # fmt: skip
+ARRAY = Dialect("array", {f: f"xp.{f}" for f in _PLAIN} | {
+    "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.abs",
+    "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
+    "not": "xp.logical_not", "pi": "xp.pi",
+}, ratio="xp.divide({0}, {1})", length="len({0})")  # fmt: skip
+
+Text = tuple[str, int]
+Handler = Callable[["Printer", Basic], Text]
+
+
+@dataclass(frozen=True)
+class Printer:
+    """Prints expressions in one dialect."""
+
+    dialect: Dialect
+
+    def __call__(self, expr: Basic) -> str:
+        return self.text(expr, TEST)
+
+    def text(self, expr: Basic, least: int) -> str:
+        """The expression as text, in brackets where it binds less than ``least``."""
+        text, binding = self._handler(expr)(self, expr)
+        return f"({text})" if binding < least else text
+
+    @staticmethod
+    def _handler(expr: Basic) -> Handler:
+        for kind in type(expr).__mro__:
+            if kind in TABLE:
+                return TABLE[kind]
+        raise UnsupportedNode(f"no way to write {type(expr).__name__} in {expr}")
+
+    def call(self, function: str, *arguments: Basic) -> Text:
+        return self.dialect.call(function, *(self.text(a, TEST) for a in arguments)), ATOM
+
+
+def _add(p: Printer, expr: Basic) -> Text:
+    text = ""
+    for term in sp.Add.make_args(expr) if len(expr.args) < 2 else expr.as_ordered_terms():
+        negative = term.could_extract_minus_sign()
+        part = p.text(-term if negative else term, PRODUCT)
+        text += (" - " if negative else " + ") + part if text else ("-" if negative else "") + part
+    return text, SUM
+
+
+def _mul(p: Printer, expr: Basic) -> Text:
+    if expr.could_extract_minus_sign():
+        return f"-{p.text(-expr, PRODUCT)}", SUM
+    numerator, denominator = [], []
+    for factor in expr.as_ordered_factors():
+        base, power = factor.as_base_exp()
+        if isinstance(factor, sp.Rational) and not isinstance(factor, sp.Integer):
+            numerator += [sp.Integer(factor.p)] if factor.p != 1 else []
+            denominator.append(sp.Integer(factor.q))
+        elif power.is_number and power.is_negative:
+            denominator.append(base**-power)
+        else:
+            numerator.append(factor)
+    top = " * ".join(p.text(f, FACTOR) for f in numerator) or "1"
+    for factor in denominator:
+        top += f" / {p.text(factor, POWER)}"
+    return top, PRODUCT
+
+
+def _pow(p: Printer, expr: Basic) -> Text:
+    base, power = expr.args
+    if power == sp.S.Half:
+        return p.call("sqrt", base)
+    if power.is_number and power.is_negative:
+        return f"1 / {p.text(base**-power, POWER)}", PRODUCT
+    if isinstance(power, sp.Integer):
+        return f"{p.text(base, ATOM)}**{power}", POWER
+    if isinstance(power, sp.Rational) and power.q == 2:
+        return _mul(p, sp.Mul(base ** ((power.p - 1) // 2), sp.sqrt(base), evaluate=False))
+    raise UnsupportedNode(f"no way to write the power {power} in {expr}")
+
+
+def _integer(p: Printer, expr: Basic) -> Text:
+    return str(expr), ATOM if expr >= 0 else SUM
+
+
+def _rational(p: Printer, expr: Basic) -> Text:
+    return p.dialect.ratio.format(expr.p, expr.q), PRODUCT if "(" not in p.dialect.ratio else ATOM
+
+
+def _float(p: Printer, expr: Basic) -> Text:
+    return repr(float(expr)), ATOM if expr >= 0 else SUM
+
+
+def _piecewise(p: Printer, expr: Basic) -> Text:
+    *cases, (text_of, condition) = expr.args
+    if condition is not sp.true:
+        raise UnsupportedNode(f"a list of cases without a last 'otherwise': {expr}")
+    text = p.text(text_of, TEST)
+    for value, condition in reversed(cases):
+        text = p.dialect.call("select", p.text(condition, TEST), p.text(value, TEST), text)
+    return text, ATOM
+
+
+def _fold(function: str) -> Handler:
+    def handler(p: Printer, expr: Basic) -> Text:
+        first, *rest = sorted(expr.args, key=sp.default_sort_key)
+        text = p.text(first, TEST)
+        for argument in rest:
+            text = p.dialect.call(function, text, p.text(argument, TEST))
+        return text, ATOM
+
+    return handler
+
+
+def _relation(symbol: str) -> Handler:
+    def handler(p: Printer, expr: Basic) -> Text:
+        left, right = (p.text(a, SUM) for a in expr.args)
+        return f"{left} {symbol} {right}", TEST
+
+    return handler
+
+
+def _function(name: str) -> Handler:
+    return lambda p, expr: p.call(name, *expr.args)
+
+
+TABLE: dict[type[Basic], Handler] = {
+    sp.Symbol: lambda p, expr: (expr.name, ATOM),
+    sp.Integer: _integer,
+    sp.Rational: _rational,
+    sp.Float: _float,
+    type(sp.pi): lambda p, expr: (p.dialect.functions["pi"], ATOM),
+    BooleanTrue: lambda p, expr: ("True", ATOM),
+    sp.Add: _add,
+    sp.Mul: _mul,
+    sp.Pow: _pow,
+    sp.Piecewise: _piecewise,
+    sp.Min: _fold("min"),
+    sp.Max: _fold("max"),
+    sp.And: _fold("and"),
+    sp.Or: _fold("or"),
+    sp.Not: _function("not"),
+    sp.Ge: _relation(">="),
+    sp.Gt: _relation(">"),
+    sp.Le: _relation("<="),
+    sp.Lt: _relation("<"),
+    sp.Eq: _relation("=="),
+    sp.Ne: _relation("!="),
+    sp.Abs: _function("abs"),
+    Turns: _function("floor"),
+    **{getattr(sp, name): _function(name) for name in _PLAIN if name != "sqrt"},
+}  # fmt: skip
+
+
+def operations(expr: Expr) -> int:
+    """Number of arithmetic operations, function calls and selections in an expression."""
+    own = 0 if expr.is_Atom else 1
+    if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or):
+        own = len(expr.args) - 1
+    if isinstance(expr, sp.Piecewise):
+        own = len(expr.args) - 1
+    if isinstance(expr, Relational | BooleanFunction) and not expr.is_Atom:
+        own = max(own, 1)
+    return own + sum(operations(a) for a in expr.args)

@@ -1,0 +1,63 @@
+"""What a generated module holds, as JSON: names, units, meanings, sources, joints, operation counts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import sympy as sp
+
+from derive.curves import PitchCurve
+from derive.emit.curve import all_conditions, contact, parameters_of
+from derive.emit.schedule import COMMON
+from derive.emit.text import Emitted
+from derive.model import System
+from derive.quantity import OpenVector, Quantity, Vector
+
+
+def of_system(system: System, functions: Sequence[Emitted]) -> str:
+    return _json({
+        "name": system.name,
+        "title": system.title,
+        "source": system.source,
+        "assumptions": system.assumptions,
+        "callables": system.callables,
+        "vectors": {v.name: _vector(v) for v in (*system.inputs, system.side, system.totals)},
+        "events": [{"name": e.name, "order": e.order, "period": float(e.period) if e.period else None}
+                   for e in system.events],
+        "functions": {f.name: _function(f) for f in functions},
+        "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
+    })  # fmt: skip
+
+
+def of_curve(curve: PitchCurve) -> str:
+    return _json({
+        "name": curve.name,
+        "title": curve.title,
+        "source": "pitch curve and conjugate derived from its radius",
+        "radius": str(curve.radius()),
+        "parameters": _vector(parameters_of(curve)),
+        "series": not isinstance(curve.turned(), sp.Expr),
+        "conditions": [{"name": c.name, "allowed": c.allowed} for c in all_conditions(curve)],
+        "functions": {"contact": _function(contact(curve))},
+    })  # fmt: skip
+
+
+def _function(function: Emitted) -> dict[str, Any]:
+    return {"inputs": [v.name for v in function.inputs], "output": function.output.name, "operations": function.operations}
+
+
+def _vector(vector: Vector | OpenVector) -> Any:
+    if isinstance(vector, OpenVector):
+        return {"meaning": vector.meaning, "suffix": vector.suffix, "known": {str(i): _entry(s) for i, s in vector.known.items()}}
+    return [_entry(s) for s in vector]
+
+
+def _entry(quantity: Quantity) -> dict[str, str]:
+    entry = {"name": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning, "source": quantity.source}
+    return entry | ({"shown": quantity.shown} if quantity.shown else {})
+
+
+def _json(content: dict[str, Any]) -> str:
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"

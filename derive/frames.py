@@ -1,0 +1,185 @@
+"""Frames as data; vectors and points that know their frame; differentiation in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import reduce
+
+import sympy as sp
+from sympy import Expr, Matrix, S
+
+Triple = tuple[Expr, Expr, Expr]
+Axis = tuple[int, int, int]
+X: Axis = (1, 0, 0)
+Y: Axis = (0, 1, 0)
+Z: Axis = (0, 0, 1)
+
+
+class FrameError(ValueError):
+    """Vectors of different frames were mixed."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A right-handed frame: its parent, turned by ``angle`` about ``axis`` (a unit vector)."""
+
+    name: str
+    parent: Frame | None = None
+    axis: Axis = Z
+    angle: Expr = S.Zero
+
+    def turns(self) -> list[tuple[Axis, Expr]]:
+        """Rotations that carry components in this frame to the root, outermost first."""
+        return [] if self.parent is None else [*self.parent.turns(), (self.axis, self.angle)]
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def rotation(axis: Axis, angle: Expr) -> Matrix:
+    """Rodrigues' matrix for a turn by ``angle`` about the unit vector ``axis``."""
+    cross = Matrix(3, 3, lambda i, j: -sum(sp.LeviCivita(i, j, k) * axis[k] for k in range(3)))
+    return sp.eye(3) + sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross * cross
+
+
+def _merge(turns: list[tuple[Axis, Expr]]) -> list[tuple[Axis, Expr]]:
+    """Adjacent turns about one axis become one; turns by nothing vanish."""
+    merged: list[tuple[Axis, Expr]] = []
+    for axis, angle in turns:
+        if merged and merged[-1][0] == axis:
+            angle = merged.pop()[1] + angle
+        if angle != 0:
+            merged.append((axis, angle))
+    return merged
+
+
+@dataclass(frozen=True)
+class Vec:
+    """A vector by its components in a frame. Vectors of different frames do not mix."""
+
+    frame: Frame
+    components: Triple
+
+    def __add__(self, other: Vec) -> Vec:
+        self._same_frame(other)
+        return self._with(a + b for a, b in zip(self.components, other.components, strict=True))
+
+    def __neg__(self) -> Vec:
+        return self._with(-a for a in self.components)
+
+    def __sub__(self, other: Vec) -> Vec:
+        return self + (-other)
+
+    def __rmul__(self, factor: Expr) -> Vec:
+        return self._with(factor * a for a in self.components)
+
+    def __getitem__(self, index: int) -> Expr:
+        return self.components[index]
+
+    def dot(self, other: Vec) -> Expr:
+        self._same_frame(other)
+        return sp.Add(*(a * b for a, b in zip(self.components, other.components, strict=True)))
+
+    def cross(self, other: Vec) -> Vec:
+        self._same_frame(other)
+        return self._with(Matrix(self.components).cross(Matrix(other.components)))
+
+    def resolved(self, frame: Frame) -> Vec:
+        """The same vector by its components in ``frame``."""
+        inverse = [(axis, -angle) for axis, angle in reversed(frame.turns())]
+        turns = _merge(inverse + self.frame.turns())
+        turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(self.components))
+        return Vec(frame, tuple(turned))
+
+    def _with(self, components) -> Vec:
+        return Vec(self.frame, tuple(sp.sympify(c) for c in components))
+
+    def _same_frame(self, other: Vec) -> None:
+        if self.frame != other.frame:
+            raise FrameError(f"a vector in frame {self.frame} meets one in frame {other.frame}; resolve one of them")
+
+
+def zero(frame: Frame) -> Vec:
+    return Vec(frame, (S.Zero, S.Zero, S.Zero))
+
+
+def unit(frame: Frame, axis: Axis) -> Vec:
+    return Vec(frame, tuple(sp.Integer(a) for a in axis))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point: another point and the offset from it. The origin has no base."""
+
+    name: str
+    base: Point | None = None
+    offset: Vec | None = None
+
+    def chain(self) -> dict[Point, Vec | None]:
+        """Points from the origin to this one, each with its offset from the one before."""
+        return {self: None} if self.base is None else {**self.base.chain(), self: self.offset}
+
+
+@dataclass
+class Motion:
+    """How quantities change in time: ``rates[q]`` is dq/dt. What is not listed is constant.
+
+    ``accelerations`` and ``places`` (offsets from a base point) hold results that have names of their own.
+    """
+
+    rates: dict[sp.Symbol, Expr] = field(default_factory=dict)
+    accelerations: dict[Point, Vec] = field(default_factory=dict)
+    places: dict[Point, tuple[Point, Vec]] = field(default_factory=dict)
+
+    def rate(self, expr: Expr) -> Expr:
+        """Time derivative of a scalar by the chain rule."""
+        moving = sorted(expr.free_symbols & self.rates.keys(), key=str)
+        return sp.Add(*(expr.diff(q) * self.rates[q] for q in moving))
+
+    def spin(self, frame: Frame) -> Vec:
+        """Absolute angular velocity of a frame, in its own components."""
+        if frame.parent is None:
+            return zero(frame)
+        return self.spin(frame.parent).resolved(frame) + self.rate(frame.angle) * unit(frame, frame.axis)
+
+    def derivative(self, vector: Vec) -> Vec:
+        """Absolute time derivative of a vector, in its own frame (transport theorem)."""
+        relative = Vec(vector.frame, tuple(self.rate(c) for c in vector.components))
+        return relative + self.spin(vector.frame).cross(vector)
+
+    def relative_derivative(self, vector: Vec, observer: Frame) -> Vec:
+        """Time derivative of a vector as seen from another turning frame, in the vector's own frame."""
+        return self.derivative(vector) - self.spin(observer).resolved(vector.frame).cross(vector)
+
+    def acceleration(self, point: Point, frame: Frame) -> Vec:
+        """Absolute acceleration of a point in components of ``frame``."""
+        if point in self.accelerations:
+            return self.accelerations[point].resolved(frame)
+        if point.base is None:
+            return zero(frame)
+        offset = point.offset.resolved(frame)
+        return self.acceleration(point.base, frame) + self.derivative(self.derivative(offset))
+
+    def arm(self, start: Point, end: Point, frame: Frame) -> Vec:
+        """Vector from ``start`` to ``end``, by names where there are any. Not for differentiation."""
+        return _difference(self._named_chain(start), self._named_chain(end), frame)
+
+    def _named_chain(self, point: Point) -> dict[Point, Vec | None]:
+        base, offset = self.places.get(point, (point.base, point.offset))
+        return {point: None} if base is None else {**self._named_chain(base), point: offset}
+
+
+def displacement(start: Point, end: Point, frame: Frame) -> Vec:
+    """Vector from ``start`` to ``end``; what both have in common on the way from the origin drops out."""
+    return _difference(start.chain(), end.chain(), frame)
+
+
+def _difference(start: dict[Point, Vec | None], end: dict[Point, Vec | None], frame: Frame) -> Vec:
+    total = zero(frame)
+    for point, offset in end.items():
+        if point not in start and offset:
+            total = total + offset.resolved(frame)
+    for point, offset in start.items():
+        if point not in end and offset:
+            total = total - offset.resolved(frame)
+    return total

@@ -1,0 +1,131 @@
+"""What derivation hands to the emitters: named steps, stages and systems."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy import Expr
+
+from derive.quantity import OpenVector, Quantity, Vector
+
+
+@dataclass(frozen=True)
+class Let:
+    """``symbol = expr``."""
+
+    symbol: Quantity
+    expr: Expr
+    source: str
+
+    @property
+    def defines(self) -> tuple[Quantity, ...]:
+        return (self.symbol,)
+
+    @property
+    def needs(self) -> frozenset[sp.Symbol]:
+        return frozenset(self.expr.free_symbols)
+
+
+@dataclass(frozen=True)
+class Call:
+    """``outputs = function(argument, *vectors)``: a function composed at run time; None for an output nobody needs."""
+
+    outputs: tuple[Quantity | None, ...]
+    function: str
+    argument: Expr
+    vectors: tuple[OpenVector, ...]
+    source: str
+
+    @property
+    def defines(self) -> tuple[Quantity, ...]:
+        return tuple(o for o in self.outputs if o is not None)
+
+    @property
+    def needs(self) -> frozenset[sp.Symbol]:
+        return frozenset(self.argument.free_symbols)
+
+
+@dataclass(frozen=True)
+class SineSeries:
+    """``symbol = argument + sum over k of b_k sin(k argument) / k``, b_1... standing in ``coefficients`` from index 1."""
+
+    symbol: Quantity
+    argument: Quantity
+    coefficients: OpenVector
+    source: str
+
+    @property
+    def defines(self) -> tuple[Quantity, ...]:
+        return (self.symbol,)
+
+    @property
+    def needs(self) -> frozenset[sp.Symbol]:
+        return frozenset({self.argument})
+
+
+Step = Let | Call | SineSeries
+
+
+@dataclass(frozen=True)
+class Event:
+    """A joint in a lane: where ``argument - target`` is a whole multiple of ``period`` (or zero, without one).
+
+    ``order`` is the order of the first derivative in the carrier angle that jumps there in the forces.
+    """
+
+    name: str
+    argument: Expr
+    target: Expr
+    order: int
+    period: Expr | None = None
+
+
+Twin = Callable[[Quantity], Quantity]
+
+
+@dataclass(frozen=True)
+class System:
+    """A model of a machine with equal sides: the steps of one side along ``angle``, and the balances of what they share.
+
+    ``lane`` gives ``side`` (the quantities of one side); ``frame`` gives ``totals`` from those of both sides, where
+    ``twin`` names a quantity on side 2. ``callables`` are the functions that are composed at run time.
+    """
+
+    name: str
+    title: str
+    source: str
+    assumptions: tuple[str, ...]
+    angle: Quantity
+    inputs: tuple[Vector | OpenVector, ...]
+    callables: tuple[str, ...]
+    lane: tuple[Step, ...]
+    side: Vector
+    frame: tuple[Let, ...]
+    totals: Vector
+    twin: Twin
+    events: tuple[Event, ...]
+
+
+def needed(steps: tuple[Step, ...], wanted: frozenset[sp.Symbol]) -> tuple[Step, ...]:
+    """The steps that ``wanted`` depends on, in their order."""
+    kept: list[Step] = []
+    for step in reversed(steps):
+        if wanted & set(step.defines):
+            kept.append(step)
+            wanted = wanted | step.needs
+    return tuple(reversed(kept))
+
+
+def split(steps: tuple[Step, ...], moving: frozenset[sp.Symbol]) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
+    """Steps that do not depend on ``moving`` (they can be hoisted), and those that do."""
+    still: list[Step] = []
+    lane: list[Step] = []
+    for step in steps:
+        if step.needs & moving:
+            moving = moving | set(step.defines)
+            lane.append(step)
+        else:
+            still.append(step)
+    return tuple(still), tuple(lane)

@@ -1,0 +1,33 @@
+"""What can go wrong, as the user sees it: every error is one sentence and knows its exit code."""
+
+from typing import ClassVar
+
+
+class PlanterError(Exception):
+    """Any failure that the user is told about without a traceback."""
+
+    exit_code: ClassVar[int] = 1
+
+    @property
+    def name(self) -> str:
+        """The kind of error, as results and JSON output call it."""
+        return type(self).__name__
+
+    @property
+    def message(self) -> str:
+        """One sentence that says what is wrong and what would be right."""
+        return str(self)
+
+
+class InputError(PlanterError):
+    """Bad input: the sentence names file, key, value given and what is allowed."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class GeometryError(InputError):
+    """A curve that cannot be built: the sentence names curve, angle and the bound that is broken."""
+
+
+class ComputationError(PlanterError):
+    """Valid input, but the computation did not succeed."""

@@ -1,0 +1,60 @@
+"""Units at the boundary: a key's name ends in the unit of its value; inside, everything is SI and radians.
+
+>>> factor("R3_mm"), unit("R3_mm")
+(0.001, 'mm')
+>>> factor("m31"), unit("m31")
+(1.0, '')
+"""
+
+import math
+import re
+from typing import NamedTuple
+
+
+class _Unit(NamedTuple):
+    shown: str
+    si: float
+
+
+_UNITS: dict[str, _Unit] = {
+    "mm": _Unit("mm", 1e-3),
+    "m": _Unit("m", 1.0),
+    "mm_s": _Unit("mm/s", 1e-3),
+    "m_s": _Unit("m/s", 1.0),
+    "m_s2": _Unit("m/s2", 1.0),
+    "deg": _Unit("deg", math.pi / 180),
+    "rad": _Unit("rad", 1.0),
+    "rad_s": _Unit("rad/s", 1.0),
+    "rad_s2": _Unit("rad/s2", 1.0),
+    "rpm": _Unit("r/min", math.pi / 30),
+    "s": _Unit("s", 1.0),
+    "kg": _Unit("kg", 1.0),
+    "kg_m2": _Unit("kg m2", 1.0),
+    "N": _Unit("N", 1.0),
+    "N2": _Unit("N2", 1.0),
+    "N_m": _Unit("N/m", 1.0),
+    "Nm": _Unit("N m", 1.0),
+    "J": _Unit("J", 1.0),
+}
+_NONE = _Unit("", 1.0)
+_LONGEST_FIRST = "|".join(sorted(_UNITS, key=len, reverse=True))
+_SUFFIX = re.compile(rf"_({_LONGEST_FIRST})(?:\[\d+\])*$")
+
+
+def factor(key: str) -> float:
+    """SI value of one shown unit of a key: SI = shown * factor; 1 for a key without a unit.
+
+    The longest unit that the key ends in counts: `J7_about_B1_kg_m2` is in kg m2. The key may carry an index,
+    as in `hinge_A_mm[0]`, and the path before it.
+    """
+    return _unit(key).si
+
+
+def unit(key: str) -> str:
+    """Unit of a key as it is shown to people, empty for a number without a unit."""
+    return _unit(key).shown
+
+
+def _unit(key: str) -> _Unit:
+    found = _SUFFIX.search(key)
+    return _UNITS[found[1]] if found else _NONE
