@@ -24,10 +24,10 @@ class Turns(sp.Function):
     def fdiff(self, argindex: int = 1) -> Expr:
         return sp.S.Zero
 
-    def _eval_rewrite(self, rule, args, **hints):
+    def _eval_rewrite(self, rule: object, args: tuple[Expr, ...], **hints: object) -> Expr | None:
         return sp.floor(*args) if rule == sp.floor else None
 
-    def _eval_evalf(self, prec):
+    def _eval_evalf(self, prec: int) -> Expr:
         return sp.floor(self.args[0])._eval_evalf(prec)
 
 

@@ -4,35 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import sympy as sp
 from sympy import Expr
 
-from derive.mechanics import Balance
+from derive.equations import Equation
 from derive.model import Let
 from derive.quantity import Quantity
-
-Legibility = Literal["printed", "partly legible", "lost"]
 
 
 class ChainError(ValueError):
     """A chain does not determine its unknowns."""
-
-
-@dataclass(frozen=True)
-class Equation:
-    """``residual = 0``, under the number of its source, with what the source claims it to be.
-
-    ``defines`` names the one symbol that a definition may be solved for; a balance may be solved for any.
-    """
-
-    number: str
-    residual: Expr
-    source: str
-    claims: Balance | str
-    legibility: Legibility = "printed"
-    defines: Quantity | None = None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
-"""Pitch-curve families, their two-segment deformation, conjugation and closure (Litvin et al., Noncircular Gears, 2009).
+"""Pitch-curve families, their two-segment deformation, conjugation and closure.
 
-A family is one small class. Everything else (derivatives, conjugate, ratio, rotation) is derived from its radius.
+A family is one small class. Everything else (derivatives, conjugate, ratio, rotation) is derived from its radius
+(Litvin, Fuentes-Aznar, Gonzalez-Perez, Hayasaka: Noncircular Gears, 2009).
 """
 
 from __future__ import annotations
@@ -125,8 +126,11 @@ class Ellipse(PitchCurve):
         return u + 2 * sp.atan(self.k * sp.sin(u) / (1 - self.k * sp.cos(u)))
 
     def conditions(self) -> list[Condition]:
-        return [Condition("A", self.A, "greater than 0"), Condition("k", self.k, "greater than 0"),
-                Condition("k", 1 - self.k, "less than 1")]
+        return [
+            Condition("A", self.A, "greater than 0"),
+            Condition("k", self.k, "greater than 0"),
+            Condition("k", 1 - self.k, "less than 1"),
+        ]
 
 
 tau = Quantity("tau", "rad", "polar angle within the turn", _SOURCE)

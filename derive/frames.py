@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import reduce
 
@@ -91,8 +92,9 @@ class Vec:
         turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(self.components))
         return Vec(frame, tuple(turned))
 
-    def _with(self, components) -> Vec:
-        return Vec(self.frame, tuple(sp.sympify(c) for c in components))
+    def _with(self, components: Iterable[Expr]) -> Vec:
+        x, y, z = (sp.sympify(c) for c in components)
+        return Vec(self.frame, (x, y, z))
 
     def _same_frame(self, other: Vec) -> None:
         if self.frame != other.frame:
@@ -155,7 +157,7 @@ class Motion:
         """Absolute acceleration of a point in components of ``frame``."""
         if point in self.accelerations:
             return self.accelerations[point].resolved(frame)
-        if point.base is None:
+        if point.base is None or point.offset is None:
             return zero(frame)
         offset = point.offset.resolved(frame)
         return self.acceleration(point.base, frame) + self.derivative(self.derivative(offset))

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Literal
 
 import sympy as sp
 from sympy import Expr, S
 
 from derive.branches import switch
+from derive.equations import Balance, Equation, Kind
 from derive.frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit, zero
 from derive.model import Let
 from derive.quantity import Quantity
 
-Kind = Literal["force", "moment"]
+KINDS: tuple[Kind, Kind] = ("force", "moment")
 AXES = ("x", "y", "z")
 
 
@@ -36,12 +35,25 @@ def about_pin(moment: Expr, mass: Expr, offset: Vec) -> tuple[Expr, Expr, Expr]:
 
 
 @dataclass(frozen=True)
+class Pin:
+    """Where and how the balances of a body are written: moments about ``at``, components along ``axes``.
+
+    Of a ``planar`` body the moments across z are left out, which only tilt its shaft.
+    """
+
+    at: Point
+    axes: Frame
+    planar: bool = False
+
+
+@dataclass(frozen=True)
 class Body:
-    """A rigid body: a frame that turns with it and the parts fixed in it."""
+    """A rigid body: a frame that turns with it, the parts fixed in it, and the pin of its balances."""
 
     name: str
     frame: Frame
     parts: tuple[Part, ...] = ()
+    pin: Pin | None = None
 
     def __str__(self) -> str:
         return self.name
@@ -62,21 +74,6 @@ class Action:
         return {self.on: 1, self.by: -1}.get(body, 0)
 
 
-@dataclass(frozen=True)
-class Balance:
-    """Which balance: of which body (or bodies as one), force or moment, along which axis of which frame, about which point."""
-
-    body: str
-    kind: Kind
-    axis: str
-    frame: str
-    about: str = ""
-
-    def __str__(self) -> str:
-        about = f" about {self.about}" if self.about else ""
-        return f"{self.body}: {self.kind} along {self.axis} of {self.frame}{about}"
-
-
 @dataclass
 class Mechanism:
     """Bodies in a given motion with unknown actions between them."""
@@ -88,10 +85,23 @@ class Mechanism:
     laws: list[Let] = field(default_factory=list)
     unknowns: list[Quantity] = field(default_factory=list)
 
-    def body(self, name: str, frame: Frame, *parts: Part) -> Body:
-        body = Body(name, frame, parts)
+    def add(self, body: Body) -> Body:
         self.bodies.append(body)
         return body
+
+    def equations(self) -> list[Equation]:
+        """Laws of the contacts as definitions, then the balances of every body that has a pin."""
+        laws = [
+            Equation(str(law.symbol), law.symbol - law.expr, law.source, law.source, defines=law.symbol)
+            for law in self.laws
+        ]
+        balances = [balance for body in self.bodies if body.pin for balance in self.balances(body, body.pin)]
+        return laws + [Equation(str(claim), residual, f"derived: {claim}", claim) for claim, residual in balances]
+
+    def balances(self, body: Body, pin: Pin) -> list[tuple[Balance, Expr]]:
+        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion."""
+        wanted = [(kind, i) for kind in KINDS for i in range(3) if not (pin.planar and kind == "moment" and i < 2)]
+        return [self._balance(body, kind, axis, pin) for kind, axis in wanted]
 
     def unknown(self, name: str, unit: str, meaning: str) -> Quantity:
         quantity = Quantity(name, unit, meaning, "derived: reaction")
@@ -104,12 +114,11 @@ class Mechanism:
     def joint(self, name: str, on: Body, by: Body, at: Point, frame: Frame, free: Axis | None = None) -> None:
         """A joint that takes every force and every moment but the one about its free axis (unit axis of ``frame``)."""
         label, tag = name.split("_", 1)
-        force = [self.unknown(f"{label}_{tag}{a}", "N", f"force of {by} on {on} at {at.name}, {a}") for a in AXES]
-        held = [i for i in range(3) if free is None or not free[i]]
+        x, y, z = (self.unknown(f"{label}_{tag}{a}", "N", f"force of {by} on {on} at {at.name}, {a}") for a in AXES)
         moment: list[Expr] = [S.Zero] * 3
-        for i in held:
+        for i in (i for i in range(3) if free is None or not free[i]):
             moment[i] = self.unknown(f"M_{tag}{AXES[i]}", "N m", f"moment of {by} on {on} at {at.name}, {AXES[i]}")
-        self.act(name, on, by, at, Vec(frame, tuple(force)), Vec(frame, tuple(moment)))
+        self.act(name, on, by, at, Vec(frame, (x, y, z)), Vec(frame, (moment[0], moment[1], moment[2])))
 
     def torque(self, name: str, on: Body, by: Body, at: Point, axis: Vec, meaning: str) -> Quantity:
         """An unknown torque about an axis."""
@@ -117,11 +126,19 @@ class Mechanism:
         self.act(name, on, by, at, zero(axis.frame), torque * axis)
         return torque
 
-    def couple(self, name: str, first: Body, second: Body, carrier: Body, hinges: tuple[Point, Point], axis: Vec,
-               ratio: Expr) -> None:
+    def couple(
+        self,
+        name: str,
+        first: Body,
+        second: Body,
+        carrier: Body,
+        hinges: tuple[Point, Point],
+        axis: Vec,
+        ratio: Expr,
+    ) -> None:
         """Ideal gearing of two hinges on one body: the second swings ``ratio`` times the first, and no work is done.
 
-        So the moments about the hinges stand as -ratio to one, and the body that carries the hinges takes their reverse.
+        So the moments about the hinges stand as -ratio to one; the body that carries the hinges takes their reverse.
         """
         second_moment = self.torque(name, second, carrier, hinges[1], axis, f"moment of the coupling on {second}")
         self.act(name, first, carrier, hinges[0], zero(axis.frame), (-ratio * second_moment) * axis)
@@ -136,6 +153,8 @@ class Mechanism:
         frame = across.frame
         velocity = self.motion.relative_derivative(displacement(cam_axis, at, frame), cam.frame)
         sliding = velocity - velocity.dot(across) * across
+        if not any(sliding.components):
+            raise ValueError(f"{name}: {on} does not slide on {cam} at {at.name}, so the contact has no normal")
         speed = sp.sqrt(sliding.dot(sliding))
         normal = sliding.cross(across)
         size = self.unknown(name, "N", f"contact force of {cam} on {on} at {at.name}")
@@ -168,38 +187,28 @@ class Mechanism:
         named = self.name_vector(f"F_{tag}", force.resolved(contact.world), "N", f"tooth force of {outer} on {inner}")
         self.act(f"F_{tag}", inner, outer, contact.outer, named, (-moment) * unit(contact.world, Z))
 
-    def balance(self, bodies: Body | tuple[Body, ...], kind: Kind, axis: int, frame: Frame,
-                about: Point | None = None) -> tuple[Balance, Expr]:
-        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion."""
-        group = bodies if isinstance(bodies, tuple) else (bodies,)
-        terms = [self._wrench(a, sign, kind, frame, about)[axis] for a, sign in self.on(group)]
-        terms += [self._inertia(body, part, kind, frame, about)[axis] for body in group for part in body.parts]
-        name = " and ".join(b.name for b in group)
-        return Balance(name, kind, AXES[axis], frame.name, about.name if about else ""), sp.Add(*terms)
+    def _balance(self, body: Body, kind: Kind, axis: int, pin: Pin) -> tuple[Balance, Expr]:
+        terms = [sign * self._wrench(a, kind, pin)[axis] for a in self.actions if (sign := a.sign(body))]
+        terms += [self._inertia(body, part, kind, pin)[axis] for part in body.parts]
+        about = pin.at.name if kind == "moment" else ""
+        return Balance(body.name, kind, AXES[axis], pin.axes.name, about), sp.Add(*terms)
 
-    def on(self, group: tuple[Body, ...]) -> Iterator[tuple[Action, int]]:
-        """Actions on a group of bodies from outside it, with the sign they act with."""
-        for action in self.actions:
-            sign = sum(action.sign(body) for body in group)
-            if sign:
-                yield action, sign
-
-    def _wrench(self, action: Action, sign: int, kind: Kind, frame: Frame, about: Point | None) -> Vec:
-        force = action.force.resolved(frame)
+    def _wrench(self, action: Action, kind: Kind, pin: Pin) -> Vec:
+        force = action.force.resolved(pin.axes)
         if kind == "force":
-            return S(sign) * force
-        arm = self.motion.arm(about, action.at, frame)
-        return S(sign) * (arm.cross(force) + action.moment.resolved(frame))
+            return force
+        return self.motion.arm(pin.at, action.at, pin.axes).cross(force) + action.moment.resolved(pin.axes)
 
-    def _inertia(self, body: Body, part: Part, kind: Kind, frame: Frame, about: Point | None) -> Vec:
+    def _inertia(self, body: Body, part: Part, kind: Kind, pin: Pin) -> Vec:
         """Weight less inertia force of a part, or their moment less the centroidal rate of spin."""
-        fall = self.gravity.resolved(frame) - self.motion.acceleration(part.centroid, frame)
+        fall = self.gravity.resolved(pin.axes) - self.motion.acceleration(part.centroid, pin.axes)
         force = part.mass * fall
         if kind == "force":
             return force
         spin = self.motion.spin(body.frame)
-        angular = Vec(body.frame, tuple(i * w for i, w in zip(part.inertia, spin.components, strict=True)))
-        return self.motion.arm(about, part.centroid, frame).cross(force) - self.motion.derivative(angular).resolved(frame)
+        angular = Vec(body.frame, (part.inertia[0] * spin[0], part.inertia[1] * spin[1], part.inertia[2] * spin[2]))
+        rate = self.motion.derivative(angular).resolved(pin.axes)
+        return self.motion.arm(pin.at, part.centroid, pin.axes).cross(force) - rate
 
 
 @dataclass(frozen=True)

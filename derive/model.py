@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import sympy as sp
 from sympy import Expr
@@ -49,7 +50,7 @@ class Call:
 
 @dataclass(frozen=True)
 class SineSeries:
-    """``symbol = argument + sum over k of b_k sin(k argument) / k``, b_1... standing in ``coefficients`` from index 1."""
+    """``symbol = argument + sum over k of b_k sin(k argument) / k``; b_k is entry k of ``coefficients``."""
 
     symbol: Quantity
     argument: Quantity
@@ -87,7 +88,7 @@ Twin = Callable[[Quantity], Quantity]
 
 @dataclass(frozen=True)
 class System:
-    """A model of a machine with equal sides: the steps of one side along ``angle``, and the balances of what they share.
+    """A model of a machine with equal sides: the steps of one side along ``angle``, and balances of what they share.
 
     ``lane`` gives ``side`` (the quantities of one side); ``frame`` gives ``totals`` from those of both sides, where
     ``twin`` names a quantity on side 2. ``callables`` are the functions that are composed at run time.
@@ -108,24 +109,14 @@ class System:
     events: tuple[Event, ...]
 
 
-def needed(steps: tuple[Step, ...], wanted: frozenset[sp.Symbol]) -> tuple[Step, ...]:
+S = TypeVar("S", bound=Step)
+
+
+def needed(steps: Sequence[S], wanted: frozenset[sp.Symbol]) -> tuple[S, ...]:
     """The steps that ``wanted`` depends on, in their order."""
-    kept: list[Step] = []
+    kept: list[S] = []
     for step in reversed(steps):
         if wanted & set(step.defines):
             kept.append(step)
             wanted = wanted | step.needs
     return tuple(reversed(kept))
-
-
-def split(steps: tuple[Step, ...], moving: frozenset[sp.Symbol]) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
-    """Steps that do not depend on ``moving`` (they can be hoisted), and those that do."""
-    still: list[Step] = []
-    lane: list[Step] = []
-    for step in steps:
-        if step.needs & moving:
-            moving = moving | set(step.defines)
-            lane.append(step)
-        else:
-            still.append(step)
-    return tuple(still), tuple(lane)

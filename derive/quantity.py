@@ -29,7 +29,7 @@ class Quantity(sp.Symbol):
         self.unit, self.meaning, self.source, self.shown = unit, meaning, source, shown
         return self
 
-    def __getnewargs_ex__(self):
+    def __getnewargs_ex__(self) -> tuple[tuple[str, ...], dict[str, str]]:
         return (self.name, self.unit, self.meaning, self.source, self.shown), {}
 
 

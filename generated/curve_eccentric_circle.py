@@ -49,7 +49,7 @@ def prologue(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """87 operations."""
+    """81 operations."""
     t = SX.sym("t")
     parameters = SX.sym("parameters", 3)
     hoisted = SX.sym("hoisted", 1 + terms)

@@ -31,7 +31,7 @@ def prologue(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """89 operations."""
+    """83 operations."""
     t = SX.sym("t")
     parameters = SX.sym("parameters", 3)
     hoisted = SX.sym("hoisted", 1 + terms)

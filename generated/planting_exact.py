@@ -5,7 +5,7 @@ Source: derived (Newton-Euler).
 Assumes: rigid bodies, no clearance, no backlash; constant carrier speed; balanced carrier; no friction but at
 the teeth and at the cam; tooth force at the pitch point; point follower: the roller has no radius; return
 spring and coupling of the nozzle halves without mass; no soil forces, no air drag.
-Operations: prologue 21, lane 807, events 744, frame 97.
+Operations: prologue 21, lane 767, events 710, frame 97.
 
 `stage1` and `stage2` are contact functions of pitch curves, (t, parameters, hoisted) ->
 (r, dr, ddr, ratio, dratio, turned). Inputs:
@@ -424,25 +424,27 @@ def lane(stage1: Function, stage2: Function) -> Function:
     y_tip = -L_tip * c60 - c63
     # derived: force of the return spring
     S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
-    c64 = theta1_dot**2
-    c65 = -c56
-    c66 = -c_C1z * c52 + c57
-    c67 = -c66
-    c68 = -ax_A + g * c60
-    c69 = m_C1 * (Omega_dot * c_C1y - theta1_ddot * c67 + c56 * c61 - c64 * c65 + c68)
-    c70 = -c58
-    c71 = -c_C2z * c52 + c59
-    c72 = -c71
-    c73 = m_C2 * (Omega_dot * c_C2y - theta1_ddot * c72 + c58 * c61 - c64 * c70 + c68)
-    c74 = c69 + c73
-    # derived: outer half: force along x of planet about A outer
-    F_Aox = -c74
-    c75 = ay_A + g * c62
-    c76 = m_C1 * (-Omega * theta1_dot * c67 - Omega * (-Omega * c_C1y + theta1_dot * c67) - Omega_dot * c56 - c75)
-    c77 = m_C2 * (-Omega * theta1_dot * c72 - Omega * (-Omega * c_C2y + theta1_dot * c72) - Omega_dot * c58 - c75)
-    c78 = -c76 - c77
-    # derived: outer half: force along y of planet about A outer
-    F_Aoy = c78
+    c64 = -c_C1z * c52 + c57
+    c65 = -c64
+    c66 = ay_A + g * c62
+    c67 = m_C1 * (-Omega * theta1_dot * c65 - Omega * (-Omega * c_C1y + theta1_dot * c65) - Omega_dot * c56 - c66)
+    c68 = -c_C2z * c52 + c59
+    c69 = -c68
+    c70 = m_C2 * (-Omega * theta1_dot * c69 - Omega * (-Omega * c_C2y + theta1_dot * c69) - Omega_dot * c58 - c66)
+    c71 = -c67 - c70
+    # derived: inner half: force along y of planet
+    F_Ay = c71
+    c72 = theta1_dot**2
+    c73 = -c56
+    c74 = -ax_A + g * c60
+    c75 = m_C1 * (Omega_dot * c_C1y - theta1_ddot * c65 + c56 * c61 - c72 * c73 + c74)
+    c76 = -c58
+    c77 = m_C2 * (Omega_dot * c_C2y - theta1_ddot * c69 + c58 * c61 - c72 * c76 + c74)
+    c78 = c75 + c77
+    # derived: outer half: force along x of planet
+    F_Aox = -c78
+    # derived: outer half: force along y of planet
+    F_Aoy = c71
     c79 = c49 * c61
     c80 = c52 * c79
     c81 = I_C1x * c52
@@ -452,8 +454,8 @@ def lane(stage1: Function, stage2: Function) -> Function:
     )
     # derived: outer half: moment along y of planet about A outer
     M_K = (
-        m_C1 * c56 * (-theta1_ddot * c56 - c64 * c67) + m_C2 * c58 * (-theta1_ddot * c58 - c64 * c72) - c66 * c69
-        - c71 * c73 - c82
+        m_C1 * c56 * (-theta1_ddot * c56 - c65 * c72) + m_C2 * c58 * (-theta1_ddot * c58 - c69 * c72) - c64 * c75
+        - c68 * c77 - c82
     )
     c83 = Omega_dot * c49
     c84 = Omega * theta1_dot
@@ -467,22 +469,20 @@ def lane(stage1: Function, stage2: Function) -> Function:
         c88 - I_C2z * c89)
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c_C1y * c69 + c_C2y * c73 + c49 * c86 + c49 * c87 - c56 * c76 - c58 * c77 + c90
-    # derived: inner half: force along y of planet about A
-    F_Ay = c78
+    M_Aoz = c_C1y * c75 + c_C2y * c77 + c49 * c86 + c49 * c87 - c56 * c67 - c58 * c70 + c90
     c91 = -x_A + x_C1
     c92 = -x_A + x_C2
     c95 = -Omega * R_b + R_b * omega + theta1_dot * c55
     c94 = -c54
-    c96 = 1 / sqrt(c64 * c94**2 + c95**2)
+    c96 = 1 / sqrt(c72 * c94**2 + c95**2)
     c97 = theta1_dot * c94
     c98 = c96 * c97
     c100 = -c93 * c98 + c95 * c96 * c99
     c101 = -c93 * c95 * c96 - c98 * c99
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c91 * (-theta1_ddot * c65 - c64 * c66) + m_C2 * c92 * (-theta1_ddot * c70 - c64 * c71) -
-        c69 * (-z_A + z_C1) - c73 * (-z_A + z_C2) + c82) / (-c100 * (-x_A + x_E) + c101 * (-z_A + z_E))
+        (-M_K + m_C1 * c91 * (-theta1_ddot * c73 - c64 * c72) + m_C2 * c92 * (-theta1_ddot * c76 - c68 * c72) -
+        c75 * (-z_A + z_C1) - c77 * (-z_A + z_C2) + c82) / (-c100 * (-x_A + x_E) + c101 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
     F_Ex = F_E * c101
@@ -490,12 +490,12 @@ def lane(stage1: Function, stage2: Function) -> Function:
     F_Ez = F_E * c100
     # derived: power lost to friction between carrier and inner half at E inner half
     F_E_loss = -F_Ex * c95 - F_Ez * c97
-    # derived: inner half: force along x of planet about A
-    F_Ax = -F_Ex - c74
+    # derived: inner half: force along x of planet
+    F_Ax = -F_Ex - c78
     # derived: inner half: moment along z of planet about A
     M_Az = (
-        F_Ex * (-y_A + y_E) + c49 * c86 + c49 * c87 + c69 * (-y_A + y_C1) + c73 * (-y_A + y_C2) - c76 * c91 - c77
-        * c92 + c90
+        F_Ex * (-y_A + y_E) + c49 * c86 + c49 * c87 - c67 * c91 - c70 * c92 + c75 * (-y_A + y_C1) + c77 * (-y_A +
+        y_C2) + c90
     )
     c102 = x_A * c62 + y_A * c60
     c103 = F_Aox * c60 - F_Aoy * c62
@@ -530,10 +530,6 @@ def lane(stage1: Function, stage2: Function) -> Function:
     F_Qx = -c123 * c46 - c124 * c44
     # derived: tooth force of planet on middle body
     F_Qy = -c123 * c44 + c124 * c46
-    # derived: planet: force along x of frame about B1
-    F_B1x = F_Qx + c105 + c107 - c110
-    # derived: planet: force along y of frame about B1
-    F_B1y = F_Qy - c103 - c104 - c111
     c128 = phi + phi52
     c129 = cos(c128)
     c131 = sin(c128)
@@ -568,10 +564,14 @@ def lane(stage1: Function, stage2: Function) -> Function:
     F_Px = -c151 * c41 - c152 * c39
     # derived: tooth force of middle body on sun
     F_Py = -c151 * c39 + c152 * c41
-    # derived: middle body: force along x of frame about A1
+    # derived: middle body: force along x of frame
     F_A1x = F_Px - F_Qx - c137
-    # derived: middle body: force along y of frame about A1
+    # derived: middle body: force along y of frame
     F_A1y = F_Py - F_Qy - c140
+    # derived: planet: force along x of frame
+    F_B1x = F_Qx + c105 + c107 - c110
+    # derived: planet: force along y of frame
+    F_B1y = F_Qy - c103 - c104 - c111
     side = vertcat(
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, F_Aox,
@@ -803,25 +803,27 @@ def events(stage1: Function, stage2: Function) -> Function:
     c63 = -y_B1
     # derived: force of the return spring
     S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
-    c64 = theta1_dot**2
-    c65 = -c56
-    c66 = -c_C1z * c52 + c57
-    c67 = -c66
-    c68 = -ax_A + g * c60
-    c69 = m_C1 * (Omega_dot * c_C1y - theta1_ddot * c67 + c56 * c61 - c64 * c65 + c68)
-    c70 = -c58
-    c71 = -c_C2z * c52 + c59
-    c72 = -c71
-    c73 = m_C2 * (Omega_dot * c_C2y - theta1_ddot * c72 + c58 * c61 - c64 * c70 + c68)
-    c74 = c69 + c73
-    # derived: outer half: force along x of planet about A outer
-    F_Aox = -c74
-    c75 = ay_A + g * c62
-    c76 = m_C1 * (-Omega * theta1_dot * c67 - Omega * (-Omega * c_C1y + theta1_dot * c67) - Omega_dot * c56 - c75)
-    c77 = m_C2 * (-Omega * theta1_dot * c72 - Omega * (-Omega * c_C2y + theta1_dot * c72) - Omega_dot * c58 - c75)
-    c78 = -c76 - c77
-    # derived: outer half: force along y of planet about A outer
-    F_Aoy = c78
+    c64 = -c_C1z * c52 + c57
+    c65 = -c64
+    c66 = ay_A + g * c62
+    c67 = m_C1 * (-Omega * theta1_dot * c65 - Omega * (-Omega * c_C1y + theta1_dot * c65) - Omega_dot * c56 - c66)
+    c68 = -c_C2z * c52 + c59
+    c69 = -c68
+    c70 = m_C2 * (-Omega * theta1_dot * c69 - Omega * (-Omega * c_C2y + theta1_dot * c69) - Omega_dot * c58 - c66)
+    c71 = -c67 - c70
+    # derived: inner half: force along y of planet
+    F_Ay = c71
+    c72 = theta1_dot**2
+    c73 = -c56
+    c74 = -ax_A + g * c60
+    c75 = m_C1 * (Omega_dot * c_C1y - theta1_ddot * c65 + c56 * c61 - c72 * c73 + c74)
+    c76 = -c58
+    c77 = m_C2 * (Omega_dot * c_C2y - theta1_ddot * c69 + c58 * c61 - c72 * c76 + c74)
+    c78 = c75 + c77
+    # derived: outer half: force along x of planet
+    F_Aox = -c78
+    # derived: outer half: force along y of planet
+    F_Aoy = c71
     c79 = c49 * c61
     c80 = c52 * c79
     c81 = I_C1x * c52
@@ -831,8 +833,8 @@ def events(stage1: Function, stage2: Function) -> Function:
     )
     # derived: outer half: moment along y of planet about A outer
     M_K = (
-        m_C1 * c56 * (-theta1_ddot * c56 - c64 * c67) + m_C2 * c58 * (-theta1_ddot * c58 - c64 * c72) - c66 * c69
-        - c71 * c73 - c82
+        m_C1 * c56 * (-theta1_ddot * c56 - c65 * c72) + m_C2 * c58 * (-theta1_ddot * c58 - c69 * c72) - c64 * c75
+        - c68 * c77 - c82
     )
     c83 = Omega_dot * c49
     c84 = Omega * theta1_dot
@@ -846,31 +848,29 @@ def events(stage1: Function, stage2: Function) -> Function:
         c88 - I_C2z * c89)
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c_C1y * c69 + c_C2y * c73 + c49 * c86 + c49 * c87 - c56 * c76 - c58 * c77 + c90
-    # derived: inner half: force along y of planet about A
-    F_Ay = c78
+    M_Aoz = c_C1y * c75 + c_C2y * c77 + c49 * c86 + c49 * c87 - c56 * c67 - c58 * c70 + c90
     c91 = -x_A + x_C1
     c92 = -x_A + x_C2
     c95 = -Omega * R_b + R_b * omega + theta1_dot * c55
     c94 = -c54
-    c96 = 1 / sqrt(c64 * c94**2 + c95**2)
+    c96 = 1 / sqrt(c72 * c94**2 + c95**2)
     c97 = theta1_dot * c94
     c98 = c96 * c97
     c100 = -c93 * c98 + c95 * c96 * c99
     c101 = -c93 * c95 * c96 - c98 * c99
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c91 * (-theta1_ddot * c65 - c64 * c66) + m_C2 * c92 * (-theta1_ddot * c70 - c64 * c71) -
-        c69 * (-z_A + z_C1) - c73 * (-z_A + z_C2) + c82) / (-c100 * (-x_A + x_E) + c101 * (-z_A + z_E))
+        (-M_K + m_C1 * c91 * (-theta1_ddot * c73 - c64 * c72) + m_C2 * c92 * (-theta1_ddot * c76 - c68 * c72) -
+        c75 * (-z_A + z_C1) - c77 * (-z_A + z_C2) + c82) / (-c100 * (-x_A + x_E) + c101 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
     F_Ex = F_E * c101
-    # derived: inner half: force along x of planet about A
-    F_Ax = -F_Ex - c74
+    # derived: inner half: force along x of planet
+    F_Ax = -F_Ex - c78
     # derived: inner half: moment along z of planet about A
     M_Az = (
-        F_Ex * (-y_A + y_E) + c49 * c86 + c49 * c87 + c69 * (-y_A + y_C1) + c73 * (-y_A + y_C2) - c76 * c91 - c77
-        * c92 + c90
+        F_Ex * (-y_A + y_E) + c49 * c86 + c49 * c87 - c67 * c91 - c70 * c92 + c75 * (-y_A + y_C1) + c77 * (-y_A +
+        y_C2) + c90
     )
     c102 = x_A * c62 + y_A * c60
     c103 = F_Aox * c60 - F_Aoy * c62
@@ -999,9 +999,9 @@ def frame() -> Function:
     m4 = machine[9]  # [kg] mass of the carrier
     rho_CO = machine[20]  # [m] distance of the sun's centroid from O
     beta_CO = machine[21]  # [rad] direction of the sun's centroid
-    # derived: sun: force along x of frame about O
+    # derived: sun: force along x of frame
     F_Ox = -F_Px - F_Px_2
-    # derived: sun: force along y of frame about O
+    # derived: sun: force along y of frame
     F_Oy = -F_Py - F_Py_2 + g * m1
     # derived: sun: moment along z of frame about O
     M_1 = (
@@ -1012,13 +1012,13 @@ def frame() -> Function:
     d2 = F_Ex * d1
     d3 = cos(alpha_2)
     d4 = F_Ex_2 * d3
-    # derived: carrier: force along x of frame about O
+    # derived: carrier: force along x of frame
     F_O1x = F_A1x + F_A1x_2 + F_B1x + F_B1x_2 + d2 + d4
     d5 = sin(alpha)
     d6 = F_Ex * d5
     d7 = sin(alpha_2)
     d8 = F_Ex_2 * d7
-    # derived: carrier: force along y of frame about O
+    # derived: carrier: force along y of frame
     F_O1y = F_A1y + F_A1y_2 + F_B1y + F_B1y_2 + g * m4 - d6 - d8
     # derived: carrier: moment along z of frame about O
     M_L = (

@@ -5,7 +5,7 @@ Source: wang2017 (1)-(31), taken literally.
 Assumes: rigid bodies, no clearance, no backlash; constant carrier speed; balanced carrier; no friction but at
 the teeth and at the cam; tooth force at the pitch point; point follower: the roller has no radius; return
 spring and coupling of the nozzle halves without mass; no soil forces, no air drag.
-Operations: prologue 29, lane 615, events 516, frame 53.
+Operations: prologue 29, lane 575, events 482, frame 53.
 
 `stage1` and `stage2` are contact functions of pitch curves, (t, parameters, hoisted) ->
 (r, dr, ddr, ratio, dratio, turned). Inputs:

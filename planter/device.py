@@ -1,7 +1,7 @@
 """The planting device as composed functions: gear stages and dynamics joined, with exact derivatives.
 
-The design vector x holds SI values and radians. `h` is what the carrier angle does not change (the prologue); derivatives
-cross that cut as inputs, so no lane is differentiated by the coefficients of a series.
+The design vector x holds SI values and radians. `h` is what the carrier angle does not change (the prologue);
+derivatives cross that cut as inputs, so no lane is differentiated by the coefficients of a series.
 """
 
 from __future__ import annotations
@@ -96,8 +96,10 @@ class Device:
         self.machine, self.model = machine, model
         self.sidecar = emitted.sidecar(f"planting_{model}")
         vectors = self.sidecar["vectors"]
-        families = [emitted.family(s.family, f"{machine.source}: stage{i}.family")
-                    for i, s in enumerate((machine.stage1, machine.stage2), 1)]
+        families = [
+            emitted.family(s.family, f"{machine.source}: stage{i}.family")
+            for i, s in enumerate((machine.stage1, machine.stage2), 1)
+        ]
         gear_names = [gears.names(f, vectors[f"parameters{i}"]) for i, f in enumerate(families, 1)]
         mounting = [entry["shown"] for entry in vectors["mounting"]]
         self.names: tuple[str, ...] = (*mounting, *gear_names[0], *gear_names[1])
@@ -167,8 +169,7 @@ class Device:
 
     @cached_property
     def _events(self) -> Kernel:
-        phi, x, _, h = self.functions.inputs
-        g = self.functions.events
+        phi, g = self.functions.phi, self.functions.events
         return self._lane_kernel("events", {"g": g, "dphi": ca.jacobian(g, phi)})
 
     @cached_property

@@ -38,7 +38,13 @@ def sidecar(name: str) -> dict[str, Any]:
 def families() -> tuple[str, ...]:
     """Names of the pitch-curve families that were generated."""
     found = (p.name for p in files(_package()).iterdir())
-    return tuple(sorted(n.removeprefix("curve_").removesuffix(".json") for n in found if n.startswith("curve_") and n.endswith(".json")))
+    return tuple(
+        sorted(
+            n.removeprefix("curve_").removesuffix(".json")
+            for n in found
+            if n.startswith("curve_") and n.endswith(".json")
+        )
+    )
 
 
 def family(name: str, where: str) -> str:

@@ -71,7 +71,7 @@ class Stage:
                 raise GeometryError(f"{candidate.key(name)} = {given:.12g} is not allowed: {allowed}")
 
     def check_radius(self, candidate: Candidate) -> None:
-        """Raise GeometryError, naming the curve and the angle, where a radius is not between 0 and the centre distance."""
+        """Raise GeometryError, naming curve and angle, where a radius is not between 0 and the centre distance."""
         hoisted = self.prologue(parameters=candidate.parameters)["hoisted"]
         t = np.linspace(0, 2 * np.pi, 720, endpoint=False)
         radius = self.contact(t=t, parameters=candidate.parameters, hoisted=hoisted)["r"][0]

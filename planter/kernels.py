@@ -46,7 +46,7 @@ class Kernel:
             results = self._mapped(count)(*arguments)
         except RuntimeError as error:
             raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
-        many = results if isinstance(results, tuple | list) else [results]
+        many = results if len(self.outputs) > 1 else [results]
         return {n: self._finite(n, np.asarray(r, dtype=float)) for n, r in zip(self.outputs, many, strict=True)}
 
     @property

@@ -35,7 +35,9 @@ _UNITS: dict[str, _Unit] = {
     "N_m": _Unit("N/m", 1.0),
     "Nm": _Unit("N m", 1.0),
     "J": _Unit("J", 1.0),
+    "W": _Unit("W", 1.0),
 }
+_SHOWN_IN = {"m": "mm", "rad": "deg", "1": ""}
 _NONE = _Unit("", 1.0)
 _LONGEST_FIRST = "|".join(sorted(_UNITS, key=len, reverse=True))
 _SUFFIX = re.compile(rf"_({_LONGEST_FIRST})(?:\[\d+\])*$")
@@ -53,6 +55,18 @@ def factor(key: str) -> float:
 def unit(key: str) -> str:
     """Unit of a key as it is shown to people, empty for a number without a unit."""
     return _unit(key).shown
+
+
+def key(name: str, si_unit: str) -> str:
+    """Key under which a quantity is shown: lengths in mm, angles in deg, the rest in SI.
+
+    >>> key("phi52", "rad"), key("M_Q", "N m"), key("ratio", "1")
+    ('phi52_deg', 'M_Q_Nm', 'ratio')
+    """
+    suffix = _SHOWN_IN.get(si_unit)
+    if suffix is None:
+        suffix = next(s for s, unit in _UNITS.items() if unit.shown == si_unit and unit.si == 1.0)
+    return f"{name}_{suffix}" if suffix else name
 
 
 def _unit(key: str) -> _Unit:

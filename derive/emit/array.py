@@ -17,9 +17,9 @@ def system_module(system: System, functions: Sequence[Emitted]) -> str:
     return f'''"""{system.title}: array code.
 
 {NOTICE}
-`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath. Packed inputs
-are indexed along their first axis, so an entry may itself be an array. `stage1` and `stage2` are contact functions of
-pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, dratio, turned).
+`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath. Packed
+inputs are indexed along their first axis, so an entry may itself be an array. `stage1` and `stage2` are contact
+functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, dratio, turned).
 """
 
 

@@ -36,12 +36,17 @@ def contact(curve: PitchCurve) -> Emitted:
 def conditions(curve: PitchCurve) -> Emitted:
     """Expressions that must be positive."""
     positive = tuple(c.positive for c in all_conditions(curve))
-    names = Vector("positive", tuple(Quantity(f"g{i}", "1", "must be positive", "pitch curve") for i in range(len(positive))))
+    names = Vector(
+        "positive",
+        tuple(Quantity(f"g{i}", "1", "must be positive", "pitch curve") for i in range(len(positive))),
+    )
     return Emitted("conditions", (parameters_of(curve),), (), names, positive)
 
 
 def casadi_module(curve: PitchCurve) -> str:
-    functions = "\n\n\n".join((_casadi_prologue(curve), *(_casadi_function(f) for f in (contact(curve), conditions(curve)))))
+    functions = "\n\n\n".join(
+        (_casadi_prologue(curve), *(_casadi_function(f) for f in (contact(curve), conditions(curve))))
+    )
     always = ["Function", "SX", "vertcat"] + (["MX", "fmax", "rootfinder"] if _by_closure(curve) else [])
     return f'''"""{curve.title.capitalize()}: CasADi functions of a pitch curve and its conjugate.
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
-from sympy import Basic, Expr
-from sympy.core.relational import Relational
-from sympy.logic.boolalg import BooleanFunction, BooleanTrue
+from sympy import Basic
+from sympy.functions.elementary.piecewise import ExprCondPair
+from sympy.logic.boolalg import BooleanTrue
 
 from derive.branches import Turns
 
@@ -186,13 +186,11 @@ TABLE: dict[type[Basic], Handler] = {
 }  # fmt: skip
 
 
-def operations(expr: Expr) -> int:
-    """Number of arithmetic operations, function calls and selections in an expression."""
-    own = 0 if expr.is_Atom else 1
-    if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or):
-        own = len(expr.args) - 1
-    if isinstance(expr, sp.Piecewise):
-        own = len(expr.args) - 1
-    if isinstance(expr, Relational | BooleanFunction) and not expr.is_Atom:
-        own = max(own, 1)
-    return own + sum(operations(a) for a in expr.args)
+def operations(expr: Basic) -> int:
+    """Number of arithmetic operations, function calls, comparisons and selections in an expression."""
+    if expr.is_Atom:
+        return 0
+    inner = sum(operations(a) for a in expr.args)
+    if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or | sp.Piecewise):
+        return inner + len(expr.args) - 1
+    return inner if isinstance(expr, ExprCondPair) else inner + 1

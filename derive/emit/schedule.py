@@ -34,9 +34,11 @@ def schedule(system: System) -> Schedule:
         for i, e in enumerate(system.events))  # fmt: skip
     steps = share((*system.lane, *event_lets), prefix="c")
     still, moving = split(steps, frozenset({system.angle}))
-    events = tuple(step for step in moving if step.source.startswith("joint: "))
+    events = tuple(s for s in moving if isinstance(s, Let) and s.source.startswith("joint: "))
     lane = tuple(step for step in moving if step not in events)
-    needed_later = frozenset().union(*(s.needs for s in moving), *(s.needs for s in system.frame), system.side.quantities)
+    needed_later = frozenset().union(
+        *(s.needs for s in moving), *(s.needs for s in system.frame), system.side.quantities
+    )
     hoisted = tuple(s for step in still for s in step.defines if s in needed_later)
     return Schedule(system, still, Vector("hoisted", hoisted), lane, events, share(system.frame, prefix="d"))
 

@@ -45,17 +45,30 @@ def of_curve(curve: PitchCurve) -> str:
 
 
 def _function(function: Emitted) -> dict[str, Any]:
-    return {"inputs": [v.name for v in function.inputs], "output": function.output.name, "operations": function.operations}
+    return {
+        "inputs": [v.name for v in function.inputs],
+        "output": function.output.name,
+        "operations": function.operations,
+    }
 
 
 def _vector(vector: Vector | OpenVector) -> Any:
     if isinstance(vector, OpenVector):
-        return {"meaning": vector.meaning, "suffix": vector.suffix, "known": {str(i): _entry(s) for i, s in vector.known.items()}}
+        return {
+            "meaning": vector.meaning,
+            "suffix": vector.suffix,
+            "known": {str(i): _entry(s) for i, s in vector.known.items()},
+        }
     return [_entry(s) for s in vector]
 
 
 def _entry(quantity: Quantity) -> dict[str, str]:
-    entry = {"name": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning, "source": quantity.source}
+    entry = {
+        "name": quantity.name,
+        "unit": quantity.unit,
+        "meaning": quantity.meaning,
+        "source": quantity.source,
+    }
     return entry | ({"shown": quantity.shown} if quantity.shown else {})
 
 

@@ -7,18 +7,104 @@ from __future__ import annotations
 
 from sympy import Expr, Piecewise, atan, cos, pi, sin, tan
 
-from derive.chain import Chain, Equation, Legibility, Solve
-from derive.mechanics import Balance
+from derive.chain import Chain, Solve
+from derive.equations import Balance, Equation, Legibility
 from derive.quantity import Quantity
 from derive.systems.planting_quantities import (
-    F_E, J_7, J_56, L_AE, M_1, M_L, M_P, M_Q, F_A1x, F_A1y, F_Ax, F_Ay, F_Az, F_B1x, F_B1y, F_B1z, F_Ex, F_Ey, F_Ez, F_NP,
-    F_NQ, F_O1x, F_O1y, F_O1z, F_Ox, F_Oy, F_Px, F_Py, F_Qx, F_Qy, I_C1, I_C2, R_b, S, alpha, ax_A, ax_A1, ax_B1, ay_A,
-    ay_A1, ay_B1, beta_CO, c_A, dpsi_ddelta, g, gamma, m1, m2, m3, m4, m_C1, m_C2, mu1, mu2, omega, phi, phi52_ddot,
-    phi52_dot, phi72_ddot, phi72_dot, psi0, r5, r6, r7, rho_CO, theta1, theta1_ddot, theta1_dot, twin, x_A1, x_B1, x_C1,
-    x_C2, x_CA, x_CB, x_E, x_F, x_P, xi1, xi2, y_A1, y_B1, y_C1, y_C2, y_CA, y_CB, y_E, y_P, z_C1, z_C2, z_E,
+    F_E,
+    F_NP,
+    F_NQ,
+    I_C1,
+    I_C2,
+    J_7,
+    J_56,
+    L_AE,
+    M_1,
+    M_L,
+    M_P,
+    M_Q,
+    F_A1x,
+    F_A1y,
+    F_Ax,
+    F_Ay,
+    F_Az,
+    F_B1x,
+    F_B1y,
+    F_B1z,
+    F_Ex,
+    F_Ey,
+    F_Ez,
+    F_O1x,
+    F_O1y,
+    F_O1z,
+    F_Ox,
+    F_Oy,
+    F_Px,
+    F_Py,
+    F_Qx,
+    F_Qy,
+    R_b,
+    S,
+    alpha,
+    ax_A,
+    ax_A1,
+    ax_B1,
+    ay_A,
+    ay_A1,
+    ay_B1,
+    beta_CO,
+    dpsi_ddelta,
+    g,
+    gamma,
+    m1,
+    m2,
+    m3,
+    m4,
+    m_C1,
+    m_C2,
+    mu1,
+    mu2,
+    omega,
+    phi,
+    phi52_ddot,
+    phi52_dot,
+    phi72_ddot,
+    phi72_dot,
+    psi0,
+    r5,
+    r6,
+    r7,
+    rho_CO,
+    theta1,
+    theta1_ddot,
+    theta1_dot,
+    twin,
+    x_A,
+    x_A1,
+    x_B1,
+    x_C1,
+    x_C2,
+    x_CA,
+    x_CB,
+    x_E,
+    x_F,
+    x_P,
+    xi1,
+    xi2,
+    y_A,
+    y_A1,
+    y_B1,
+    y_C1,
+    y_C2,
+    y_CA,
+    y_CB,
+    y_E,
+    y_P,
+    z_A,
+    z_C1,
+    z_C2,
+    z_E,
 )  # fmt: skip
-
-x_A, y_A, z_A = c_A
 
 
 def _symbol(name: str, unit: str, meaning: str) -> Quantity:
@@ -55,7 +141,12 @@ def defines(number: str, symbol: Quantity, expr: Expr, claims: str, legibility: 
 
 
 # 2.1.1 end-face cam
-defines("1", mu, atan((R_b * sin(psi + psi0) + L_AE * dpsi_ddelta) / (R_b * cos(psi + psi0))), "pressure angle of the cam")
+defines(
+    "1",
+    mu,
+    atan((R_b * sin(psi + psi0) + L_AE * dpsi_ddelta) / (R_b * cos(psi + psi0))),
+    "pressure angle of the cam",
+)
 defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), "force of the cam on the roller, x'")
 defines("3", F_Ey, 0 * F_E, "force of the cam on the roller, y'")
 defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), "force of the cam on the roller, z'")
@@ -64,8 +155,10 @@ defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), "force of the cam on the ro
 equation(
     "5",
     F_Ax + F_Ex + m_C1 * g * sin(alpha) + m_C2 * g * sin(alpha)
-    - m_C1 * (ax_A - phi72_ddot * (y_C1 - y_A) + theta1_ddot * (z_C1 - z_A) - (phi72_dot**2 + theta1_dot**2) * (x_C1 - x_A))
-    - m_C2 * (ax_A - phi72_ddot * (y_C2 - y_A) + theta1_ddot * (z_C2 - z_A) - (phi72_dot**2 + theta1_dot**2) * (x_C2 - x_A)),
+    - m_C1 * (ax_A - phi72_ddot * (y_C1 - y_A) + theta1_ddot * (z_C1 - z_A)
+              - (phi72_dot**2 + theta1_dot**2) * (x_C1 - x_A))
+    - m_C2 * (ax_A - phi72_ddot * (y_C2 - y_A) + theta1_ddot * (z_C2 - z_A)
+              - (phi72_dot**2 + theta1_dot**2) * (x_C2 - x_A)),
     Balance("inner half", "force", "x", "planet"),
 )  # fmt: skip
 equation(
@@ -109,7 +202,11 @@ equation(
 )
 equation(
     "13",
-    -F_Py + F_Qy + F_A1y - m2 * g - m2 * (ay_A1 + phi52_ddot * (x_CA - x_A1) - (omega + phi52_dot) ** 2 * (y_CA - y_A1)),
+    -F_Py
+    + F_Qy
+    + F_A1y
+    - m2 * g
+    - m2 * (ay_A1 + phi52_ddot * (x_CA - x_A1) - (omega + phi52_dot) ** 2 * (y_CA - y_A1)),
     Balance("middle body", "force", "y", "frame"),
 )
 equation(
@@ -122,8 +219,18 @@ equation(
 defines("15", F_Px, F_NP * cos(phi + pi / 2 + phi_P1) + F_fP * cos(phi + pi / 2 + phi_P2), "tooth force at P, x")
 defines("16", F_Py, F_NP * sin(phi + pi / 2 + phi_P1) + F_fP * sin(phi + pi / 2 + phi_P2), "tooth force at P, y",
         "partly legible")  # fmt: skip
-defines("P1", phi_P1, Piecewise((xi1 + pi / 9, M_P < 0), (xi1 + 8 * pi / 9, M_P > 0)), "direction of the normal force at P")
-defines("P2", phi_P2, Piecewise((phi_P1 - pi / 2, M_P < 0), (phi_P1 + pi / 2, M_P > 0)), "direction of friction at P")
+defines(
+    "P1",
+    phi_P1,
+    Piecewise((xi1 + pi / 9, M_P < 0), (xi1 + 8 * pi / 9, M_P > 0)),
+    "direction of the normal force at P",
+)
+defines(
+    "P2",
+    phi_P2,
+    Piecewise((phi_P1 - pi / 2, M_P < 0), (phi_P1 + pi / 2, M_P > 0)),
+    "direction of friction at P",
+)
 defines(
     "NP",
     F_NP,
@@ -153,11 +260,31 @@ equation(
     - m3 * (ay_B1 * (x_CB - x_B1) - ax_B1 * (y_CB - y_B1)),
     Balance("planet", "moment", "z", "frame", "B1"),
 )  # fmt: skip
-defines("21", F_Qx, F_NQ * cos(phi + pi / 2 + gamma + phi_Q1) + F_fQ * cos(phi + pi / 2 + gamma + phi_Q2), "tooth force at Q, x")
-defines("22", F_Qy, F_NQ * sin(phi + pi / 2 + gamma + phi_Q1) + F_fQ * sin(phi + pi / 2 + gamma + phi_Q2), "tooth force at Q, y")
+defines(
+    "21",
+    F_Qx,
+    F_NQ * cos(phi + pi / 2 + gamma + phi_Q1) + F_fQ * cos(phi + pi / 2 + gamma + phi_Q2),
+    "tooth force at Q, x",
+)
+defines(
+    "22",
+    F_Qy,
+    F_NQ * sin(phi + pi / 2 + gamma + phi_Q1) + F_fQ * sin(phi + pi / 2 + gamma + phi_Q2),
+    "tooth force at Q, y",
+)
 defines("23", M_T, F_Ex * y_E, "moment of the cam force about the planet's axis")
-defines("Q1", phi_Q1, Piecewise((xi2 + pi / 9, M_Q < 0), (xi2 + 8 * pi / 9, M_Q > 0)), "direction of the normal force at Q")
-defines("Q2", phi_Q2, Piecewise((phi_Q1 - pi / 2, M_Q < 0), (phi_Q1 + pi / 2, M_Q > 0)), "direction of friction at Q")
+defines(
+    "Q1",
+    phi_Q1,
+    Piecewise((xi2 + pi / 9, M_Q < 0), (xi2 + 8 * pi / 9, M_Q > 0)),
+    "direction of the normal force at Q",
+)
+defines(
+    "Q2",
+    phi_Q2,
+    Piecewise((phi_Q1 - pi / 2, M_Q < 0), (phi_Q1 + pi / 2, M_Q > 0)),
+    "direction of friction at Q",
+)
 defines(
     "NQ",
     F_NQ,
@@ -196,12 +323,12 @@ READING = {
 SIDE = Chain(
     EQUATIONS,
     [
-        Solve("1", mu), Solve("8", F_E, (("2", F_Ex), ("4", F_Ez))), Solve("2", F_Ex), Solve("4", F_Ez), Solve("5", F_Ax),
-        Solve("7", F_Az), Solve("6", F_Ay),
-        Solve("23", M_T), Solve("20", M_Q), Solve("Q1", phi_Q1), Solve("Q2", phi_Q2), Solve("NQ", F_NQ), Solve("fQ", F_fQ),
-        Solve("21", F_Qx), Solve("22", F_Qy), Solve("17", F_B1x), Solve("18", F_B1y), Solve("19", F_B1z),
-        Solve("14", M_P), Solve("P1", phi_P1), Solve("P2", phi_P2), Solve("NP", F_NP), Solve("fP", F_fP),
-        Solve("15", F_Px), Solve("16", F_Py), Solve("12", F_A1x), Solve("13", F_A1y),
+        Solve("1", mu), Solve("8", F_E, (("2", F_Ex), ("4", F_Ez))), Solve("2", F_Ex), Solve("4", F_Ez),
+        Solve("5", F_Ax), Solve("7", F_Az), Solve("6", F_Ay),
+        Solve("23", M_T), Solve("20", M_Q), Solve("Q1", phi_Q1), Solve("Q2", phi_Q2), Solve("NQ", F_NQ),
+        Solve("fQ", F_fQ), Solve("21", F_Qx), Solve("22", F_Qy), Solve("17", F_B1x), Solve("18", F_B1y),
+        Solve("19", F_B1z), Solve("14", M_P), Solve("P1", phi_P1), Solve("P2", phi_P2), Solve("NP", F_NP),
+        Solve("fP", F_fP), Solve("15", F_Px), Solve("16", F_Py), Solve("12", F_A1x), Solve("13", F_A1y),
     ],
     READING,
 )  # fmt: skip

@@ -14,9 +14,10 @@ import sympy as sp
 from sympy import Expr, S, pi
 
 from derive.branches import clip, wrap
-from derive.chain import Chain, Equation, ordered
-from derive.frames import Axis, Frame, Motion, Point, Vec, X, Y, Z, displacement, unit
-from derive.mechanics import Balance, Body, Contact, Kind, Mechanism, Part, about_pin, tangent_angle
+from derive.chain import Chain, ordered
+from derive.equations import Equation
+from derive.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, unit
+from derive.mechanics import Body, Contact, Mechanism, Part, Pin, about_pin, tangent_angle
 from derive.model import Call, Event, Let, Step, System, needed
 from derive.quantity import Quantity, Vector
 from derive.systems import planting_quantities as q
@@ -32,8 +33,6 @@ ASSUMPTIONS = (
     "no soil forces, no air drag",
 )
 
-KINDS: tuple[Kind, Kind] = ("force", "moment")
-PLANAR: tuple[tuple[Kind, int], ...] = (("force", 0), ("force", 1), ("force", 2), ("moment", 2))
 NO_SPIN = (S.Zero, S.Zero, S.Zero)
 
 WORLD = Frame("frame")
@@ -44,15 +43,17 @@ MIDDLE = Frame("middle body", CARRIER, Z, q.phi52)
 PLANET = Frame("planet", CARRIER, Z, -q.alpha - q.phi)
 
 O = Point("O")  # noqa: E741
+PIN = Pin(O, WORLD, planar=True)
 A1 = Point("A1", O, Vec(LINE1, (q.a1, S.Zero, S.Zero)))
 B1 = Point("B1", A1, Vec(LINE2, (q.a2, S.Zero, S.Zero)))
 P = Point("P", O, Vec(LINE1, (q.r3, S.Zero, S.Zero)))
 CO = Point("CO", O, Vec(WORLD, (q.rho_CO * sp.cos(q.beta_CO), q.rho_CO * sp.sin(q.beta_CO), S.Zero)))
-CA = Point("CA", A1, Vec(MIDDLE, (q.rho_CA * sp.cos(q.beta_CA), q.rho_CA * sp.sin(q.beta_CA), S.Zero)))
-CB = Point("CB", B1, Vec(PLANET, (*q.c_CB, S.Zero)))
+FROM_A1 = Vec(MIDDLE, (q.rho_CA * sp.cos(q.beta_CA), q.rho_CA * sp.sin(q.beta_CA), S.Zero))
+FROM_B1 = Vec(PLANET, (q.c_CBx, q.c_CBy, S.Zero))
+CA = Point("CA", A1, FROM_A1)
+CB = Point("CB", B1, FROM_B1)
 Q = Point("Q", A1, Vec(LINE2, (q.r6, S.Zero, S.Zero)))
-A = Point("A", B1, Vec(PLANET, q.c_A))
-A_OUTER = Point("A outer", A, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.c_A[2]))))
+A = Point("A", B1, Vec(PLANET, (q.x_A, q.y_A, q.z_A)))
 TIP = Point("tip", B1, Vec(PLANET, (q.L_tip, S.Zero, S.Zero)))
 
 
@@ -93,7 +94,9 @@ class Kinematics:
         contact = partial(Call, function=f"stage{number}", vectors=vectors)
         self.let(t, argument)
         at_start = argument.xreplace({q.phi: S.Zero, q.phi52: S.Zero})
-        self.steps.append(contact((None,) * 5 + (start,), argument=at_start, source=f"derived: stage {number}, phi = 0"))
+        self.steps.append(
+            contact((None,) * 5 + (start,), argument=at_start, source=f"derived: stage {number}, phi = 0")
+        )
         self.steps.append(contact((r, dr, None, ratio, dratio, turned), argument=t, source=f"derived: stage {number}"))
         rate = self.motion.rate(argument)
         self.motion.rates |= {t: rate, r: dr * rate, ratio: dratio * rate, turned: ratio * rate}
@@ -130,7 +133,7 @@ class Half:
 def half(name: str, hinge: Point, side: int, axis: Axis) -> Half:
     """The inner half (side +1) or its mirror image (-1), swinging about ``axis`` of the planet."""
     frame = Frame(name, PLANET, axis, side * q.theta1)
-    roller = (-q.L_AE * sp.cos(q.psi0), q.R_b - q.c_A[1], q.L_AE * sp.sin(q.psi0))
+    roller = (-q.L_AE * sp.cos(q.psi0), q.R_b - q.y_A, q.L_AE * sp.sin(q.psi0))
 
     def fixed(label: str, closed: tuple[Expr, Expr, Expr]) -> Point:
         x, y, z = closed
@@ -193,50 +196,34 @@ class Side:
     outer: Body
 
 
-def build_side(hinge_axis: Axis = Y) -> Side:
+def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     """Bodies of one side and everything that acts between them (wang2017 2.1-2.2)."""
-    inner_half = half("inner half", A, 1, hinge_axis)
-    outer_half = half("outer half", A_OUTER, -1, hinge_axis)
+    opposite = Point(f"{hinge.name} outer", hinge, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.z_A))))
+    inner_half = half("inner half", hinge, 1, hinge_axis)
+    outer_half = half("outer half", opposite, -1, hinge_axis)
     k = kinematics(inner_half)
-    contact_P = Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2)
-    contact_Q = Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2)
+    middle_part = Part(q.m2, CA, about_pin(q.J_56, q.m2, FROM_A1))
+    planet_part = Part(q.m3, CB, about_pin(q.J_7, q.m3, FROM_B1))
 
     mech = Mechanism(k.motion, gravity=Vec(WORLD, (S.Zero, -q.g, S.Zero)))
-    sun = mech.body("sun", WORLD)
-    carrier = mech.body("carrier", CARRIER)
-    middle = mech.body("middle body", MIDDLE, Part(q.m2, CA, about_pin(q.J_56, q.m2, CA.offset)))
-    planet = mech.body("planet", PLANET, Part(q.m3, CB, about_pin(q.J_7, q.m3, CB.offset)))
-    inner = mech.body("inner half", inner_half.frame, *inner_half.parts)
-    outer = mech.body("outer half", outer_half.frame, *outer_half.parts)
+    sun = mech.add(Body("sun", WORLD))
+    carrier = mech.add(Body("carrier", CARRIER))
+    middle = mech.add(Body("middle body", MIDDLE, (middle_part,), Pin(A1, WORLD, planar=True)))
+    planet = mech.add(Body("planet", PLANET, (planet_part,), Pin(B1, WORLD, planar=True)))
+    inner = mech.add(Body("inner half", inner_half.frame, inner_half.parts, Pin(hinge, PLANET)))
+    outer = mech.add(Body("outer half", outer_half.frame, outer_half.parts, Pin(opposite, PLANET)))
 
-    hinge, pull = unit(PLANET, hinge_axis), Vec(PLANET, (S.Zero, S.Zero, q.S))
-    mech.mesh("P", sun, middle, contact_P)
+    across, pull = unit(PLANET, hinge_axis), Vec(PLANET, (S.Zero, S.Zero, q.S))
+    mech.mesh("P", sun, middle, Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2))
     mech.joint("F_A1", middle, carrier, A1, WORLD, free=Z)
-    mech.mesh("Q", middle, planet, contact_Q)
+    mech.mesh("Q", middle, planet, Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2))
     mech.joint("F_B1", planet, carrier, B1, WORLD, free=Z)
-    mech.joint("F_A", inner, planet, A, PLANET, free=hinge_axis)
-    mech.joint("F_Ao", outer, planet, A_OUTER, PLANET, free=hinge_axis)
-    mech.couple("M_K", inner, outer, planet, (A, A_OUTER), hinge, ratio=S.NegativeOne)
+    mech.joint("F_A", inner, planet, hinge, PLANET, free=hinge_axis)
+    mech.joint("F_Ao", outer, planet, opposite, PLANET, free=hinge_axis)
+    mech.couple("M_K", inner, outer, planet, (hinge, opposite), across, ratio=S.NegativeOne)
     mech.act("F_F", inner, outer, inner_half.F, pull)
-    mech.follower("F_E", inner, carrier, inner_half.E, B1, across=hinge, friction=q.mu1)
+    mech.follower("F_E", inner, carrier, inner_half.E, B1, across=across, friction=q.mu1)
     return Side(k, mech, sun, carrier, middle, planet, inner, outer)
-
-
-def balance_equations(mechanism: Mechanism, *balances: tuple[Balance, Expr]) -> list[Equation]:
-    """The mechanism's laws as definitions, then the given balances."""
-    laws = [Equation(str(law.symbol), law.symbol - law.expr, law.source, law.source, defines=law.symbol)
-            for law in mechanism.laws]
-    return laws + [Equation(str(claim), residual, f"derived: {claim}", claim) for claim, residual in balances]
-
-
-def side_equations(side: Side) -> list[Equation]:
-    """Every balance of one side that does not ask for what the model leaves out (tilting of the gear shafts)."""
-    balance = side.mechanism.balance
-    swinging = [balance(body, kind, axis, PLANET, hinge)
-                for body, hinge in ((side.outer, A_OUTER), (side.inner, A)) for kind in KINDS for axis in range(3)]
-    turning = [balance(body, kind, axis, WORLD, shaft)
-               for body, shaft in ((side.planet, B1), (side.middle, A1)) for kind, axis in PLANAR]
-    return balance_equations(side.mechanism, *swinging, *turning)
 
 
 @dataclass(frozen=True)
@@ -250,9 +237,9 @@ class Support:
 
 def build_support(motion: Motion) -> Support:
     mech = Mechanism(motion, gravity=Vec(WORLD, (S.Zero, -q.g, S.Zero)))
-    frame = mech.body("frame", WORLD)
-    sun = mech.body("sun", WORLD, Part(q.m1, CO, NO_SPIN))
-    carrier = mech.body("carrier", CARRIER, Part(q.m4, O, NO_SPIN))
+    frame = mech.add(Body("frame", WORLD))
+    sun = mech.add(Body("sun", WORLD, (Part(q.m1, CO, NO_SPIN),), PIN))
+    carrier = mech.add(Body("carrier", CARRIER, (Part(q.m4, O, NO_SPIN),), PIN))
     z = unit(WORLD, Z)
     mech.joint("F_O", sun, frame, O, WORLD, free=Z)
     mech.torque("M_1", sun, frame, O, z, "holding torque of the frame on the sun")
@@ -263,13 +250,12 @@ def build_support(motion: Motion) -> Support:
 
 def support_equations(side: Side, support: Support, other: Callable[[Expr], Expr]) -> list[Equation]:
     """Balances of sun and carrier: their own, with the actions of side 1 and the same of side 2."""
-    found: list[tuple[Balance, Expr]] = []
+    found: list[Equation] = []
     for own, shared in ((support.sun, side.sun), (support.carrier, side.carrier)):
-        for kind, axis in PLANAR:
-            claim, residual = support.mechanism.balance(own, kind, axis, WORLD, O)
-            _, load = side.mechanism.balance(shared, kind, axis, WORLD, O)
-            found.append((claim, residual + load + other(load)))
-    return balance_equations(support.mechanism, *found)
+        balances, loads = support.mechanism.balances(own, PIN), side.mechanism.balances(shared, PIN)
+        for (claim, residual), (_, load) in zip(balances, loads, strict=True):
+            found.append(Equation(str(claim), residual + load + other(load), f"derived: {claim}", claim))
+    return found
 
 
 @dataclass(frozen=True)
@@ -285,42 +271,74 @@ class OtherSide:
 
 def joints() -> tuple[Event, ...]:
     """Where a lane is not smooth: joints of the deformed curves, ends of the cam's flanks, changes of bearing flank."""
-    gears = [Event(f"gear {gear}, {where}", t, target, order=1, period=2 * pi)
-             for gear, t, m in ((3, q.t1, q.m31), (6, q.t2, q.m61))
-             for where, target in (("t = 0", S.Zero), ("t = pi/m", pi / m))]
+    gears = [
+        Event(f"gear {gear}, {where}", t, target, order=1, period=2 * pi)
+        for gear, t, m in ((3, q.t1, q.m31), (6, q.t2, q.m61))
+        for where, target in (("t = 0", S.Zero), ("t = pi/m", pi / m))
+    ]
     cam = [Event(f"cam, {edge.meaning}", -q.phi72, edge, order=2, period=2 * pi) for edge in (*q.delta_r, *q.delta_f)]
-    teeth = [Event(f"teeth at {tag}, change of flank", moment, S.Zero, order=1)
-             for tag, moment in (("P", q.M_P), ("Q", q.M_Q))]
+    teeth = [
+        Event(f"teeth at {tag}, change of flank", moment, S.Zero, order=1)
+        for tag, moment in (("P", q.M_P), ("Q", q.M_Q))
+    ]
     return (*gears, *cam, *teeth)
 
 
-def assemble(name: str, title: str, source: str, side_steps: tuple[Step, ...], reported: tuple[Quantity, ...],
-             frame: Chain) -> System:
+def assemble(
+    name: str,
+    title: str,
+    source: str,
+    side_steps: tuple[Step, ...],
+    reported: tuple[Quantity, ...],
+    frame: Chain,
+) -> System:
     """A model of the device from the steps of a side and the chain of what both sides share."""
-    sums = (*frame.lets(), Let(q.F_support, q.F_Oy + q.F_O1y, "wang2017 3.1"),
-            Let(q.F_support_x, q.F_Ox + q.F_O1x, "derived: horizontal support force"))
-    sums = needed(sums, frozenset(q.TOTALS))
+    balances = (
+        *frame.lets(),
+        Let(q.F_support, q.F_Oy + q.F_O1y, "wang2017 3.1"),
+        Let(q.F_support_x, q.F_Ox + q.F_O1x, "derived: horizontal support force"),
+    )
+    sums = needed(balances, frozenset(q.TOTALS))
     shared = frozenset().union(*(step.needs for step in sums))
     ours = [s for step in side_steps for s in step.defines]
     passed = [s for s in ours if s in shared or q.twin(s) in shared]
     side = tuple(dict.fromkeys((*reported, *passed)))
     events = joints()
     wanted = frozenset(side).union(*(e.argument.free_symbols for e in events))
-    return System(name, title, source, ASSUMPTIONS, q.phi, q.INPUTS, ("stage1", "stage2"), needed(side_steps, wanted),
-                  Vector("side", side), sums, Vector("totals", q.TOTALS), q.twin, events)
+    return System(
+        name,
+        title,
+        source,
+        ASSUMPTIONS,
+        q.phi,
+        q.INPUTS,
+        ("stage1", "stage2"),
+        needed(side_steps, wanted),
+        Vector("side", side),
+        sums,
+        Vector("totals", q.TOTALS),
+        q.twin,
+        events,
+    )
 
 
 def exact() -> System:
     """The device from first principles."""
     side = build_side()
     kinematic = tuple(side.kinematics.steps)
-    lane = ordered(side_equations(side), side.mechanism.unknowns, q.REPORTED_EXACT)
+    lane = ordered(side.mechanism.equations(), side.mechanism.unknowns, q.REPORTED_EXACT)
     steps = (*kinematic, *lane.lets())
     support = build_support(side.kinematics.motion)
     other = OtherSide(frozenset(s for step in steps for s in step.defines))
     frame = ordered(support_equations(side, support, other), support.mechanism.unknowns, q.TOTALS)
-    return assemble("planting_exact", "Planting device, from first principles", "derived (Newton-Euler)", steps,
-                    q.REPORTED_EXACT, frame)
+    return assemble(
+        "planting_exact",
+        "Planting device, from first principles",
+        "derived (Newton-Euler)",
+        steps,
+        q.REPORTED_EXACT,
+        frame,
+    )
 
 
 def printed(paper: Chain, frame: Chain) -> System:
@@ -328,5 +346,11 @@ def printed(paper: Chain, frame: Chain) -> System:
     side = build_side()
     loss = next(law for law in side.mechanism.laws if law.symbol == q.F_E_loss)
     steps = (*side.kinematics.steps, *paper.lets(), loss)
-    return assemble("planting_printed", "Planting device, as printed", "wang2017 (1)-(31), taken literally", steps,
-                    q.REPORTED, frame)
+    return assemble(
+        "planting_printed",
+        "Planting device, as printed",
+        "wang2017 (1)-(31), taken literally",
+        steps,
+        q.REPORTED,
+        frame,
+    )

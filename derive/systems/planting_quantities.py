@@ -15,8 +15,18 @@ def _machine(name: str, unit: str, meaning: str, shown: str, source: str = _PAPE
     return Quantity(name, unit, meaning, source, shown)
 
 
-def _kinematic(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "derived: kinematics")
+def _triple(name: str, unit: str, meaning: str, shown: str) -> tuple[Quantity, Quantity, Quantity]:
+    x, y, z = (_machine(name.format(a), unit, meaning.format(a), f"{shown}[{i}]") for i, a in enumerate("xyz"))
+    return x, y, z
+
+
+def _interval(name: str, meaning: str, shown: str) -> tuple[Quantity, Quantity]:
+    start = _machine(f"{name}0", "rad", f"start of the {meaning}", f"{shown}[0]")
+    return start, _machine(f"{name}1", "rad", f"end of the {meaning}", f"{shown}[1]")
+
+
+def _kinematic(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
+    return Quantity(name, unit, meaning, "derived: kinematics", shown)
 
 
 phi = Quantity("phi", "rad", "carrier angle", _PAPER, shown="phi_deg")
@@ -41,37 +51,35 @@ m_C1 = _machine("m_C1", "kg", "mass of the rocker", "mass.half_C1_kg")
 m_C2 = _machine("m_C2", "kg", "mass of the nozzle half", "mass.half_C2_kg")
 J_56 = _machine("J_56", "kg m2", "moment of inertia of the middle body about A1", "inertia.J56_about_A1_kg_m2")
 J_7 = _machine("J_7", "kg m2", "moment of inertia of planet, shaft and funnel about B1", "inertia.J7_about_B1_kg_m2")
-I_C1 = tuple(_machine(f"I_C1{a}", "kg m2", f"centroidal moment of inertia of the rocker, {a}",
-                      f"inertia.C1_centroidal_xx_yy_zz_kg_m2[{i}]") for i, a in enumerate("xyz"))
-I_C2 = tuple(_machine(f"I_C2{a}", "kg m2", f"centroidal moment of inertia of the nozzle half, {a}",
-                      f"inertia.C2_centroidal_xx_yy_zz_kg_m2[{i}]") for i, a in enumerate("xyz"))
+I_C1 = _triple(
+    "I_C1{}", "kg m2", "centroidal moment of inertia of the rocker, {}", "inertia.C1_centroidal_xx_yy_zz_kg_m2"
+)
+I_C2 = _triple(
+    "I_C2{}", "kg m2", "centroidal moment of inertia of the nozzle half, {}", "inertia.C2_centroidal_xx_yy_zz_kg_m2"
+)
 rho_CO = _machine("rho_CO", "m", "distance of the sun's centroid from O", "centroid.sun_radius_mm")
 beta_CO = _machine("beta_CO", "rad", "direction of the sun's centroid", "centroid.sun_angle_deg")
 rho_CA = _machine("rho_CA", "m", "distance of the middle body's centroid from A1", "centroid.middle_radius_mm")
 beta_CA = _machine("beta_CA", "rad", "direction of the middle body's centroid at phi = 0", "centroid.middle_angle_deg")
-c_CB = tuple(_machine(f"c_CB{a}", "m", f"centroid of planet, shaft and funnel, {a}'", f"centroid.planet_xy_mm[{i}]")
-             for i, a in enumerate("xy"))
-c_A = tuple(_machine(f"{a}_A", "m", f"hinge A, {a}'", f"nozzle.hinge_A_mm[{i}]") for i, a in enumerate("xyz"))
-c_C1 = tuple(_machine(f"c_C1{a}", "m", f"centroid of the rocker from the hinge, closed, {a}'", f"nozzle.C1_mm[{i}]")
-             for i, a in enumerate("xyz"))
-c_C2 = tuple(_machine(f"c_C2{a}", "m", f"centroid of the nozzle half from the hinge, closed, {a}'", f"nozzle.C2_mm[{i}]")
-             for i, a in enumerate("xyz"))
-c_F = tuple(_machine(f"c_F{a}", "m", f"spring hook from the hinge, closed, {a}'", f"nozzle.hook_F_mm[{i}]")
-            for i, a in enumerate("xyz"))
+c_CBx = _machine("c_CBx", "m", "centroid of planet, shaft and funnel, x'", "centroid.planet_xy_mm[0]")
+c_CBy = _machine("c_CBy", "m", "centroid of planet, shaft and funnel, y'", "centroid.planet_xy_mm[1]")
+x_A, y_A, z_A = _triple("{}_A", "m", "hinge A, {}'", "nozzle.hinge_A_mm")
+c_C1 = _triple("c_C1{}", "m", "centroid of the rocker from the hinge, closed, {}'", "nozzle.C1_mm")
+c_C2 = _triple("c_C2{}", "m", "centroid of the nozzle half from the hinge, closed, {}'", "nozzle.C2_mm")
+c_F = _triple("c_F{}", "m", "spring hook from the hinge, closed, {}'", "nozzle.hook_F_mm")
 L_tip = _machine("L_tip", "m", "distance of the tip from B1 along x'", "nozzle.tip_distance_mm")
 L_AE = _machine("L_AE", "m", "length of the rocker", "cam.rocker_length_mm")
 psi0 = _machine("psi0", "rad", "initial angle of the rocker", "cam.psi0_deg")
 R_b = _machine("R_b", "m", "radius of the base cylinder of the cam", "cam.base_radius_mm")
 H = _machine("H", "rad", "opening angle of a nozzle half", "cam.opening_deg")
-delta_r = tuple(_machine(f"delta_r{i}", "rad", f"{w} of the rise", f"cam.rise_delta_deg[{i}]")
-                for i, w in enumerate(("start", "end")))
-delta_f = tuple(_machine(f"delta_f{i}", "rad", f"{w} of the fall", f"cam.fall_delta_deg[{i}]")
-                for i, w in enumerate(("start", "end")))
+delta_r = _interval("delta_r", "rise", "cam.rise_delta_deg")
+delta_f = _interval("delta_f", "fall", "cam.fall_delta_deg")
 S0 = _machine("S0", "N", "preload of the return spring", "spring.preload_N")
 k_s = _machine("k_s", "N/m", "rate of the return spring", "spring.rate_N_m")
 MACHINE = Vector("machine", (
     omega, g, v_f, alpha_n, mu1, mu2, m1, m2, m3, m4, m_C1, m_C2, J_56, J_7, *I_C1, *I_C2, rho_CO, beta_CO, rho_CA,
-    beta_CA, *c_CB, *c_A, *c_C1, *c_C2, *c_F, L_tip, L_AE, psi0, R_b, H, *delta_r, *delta_f, S0, k_s))  # fmt: skip
+    beta_CA, c_CBx, c_CBy, x_A, y_A, z_A, *c_C1, *c_C2, *c_F, L_tip, L_AE, psi0, R_b, H, *delta_r, *delta_f,
+    S0, k_s))  # fmt: skip
 
 z_mirror = Quantity("z_mirror", "m", "plane of symmetry of the nozzle, z'; undisclosed, cancels", "wang2017 2.1")
 
@@ -101,8 +109,8 @@ phi72 = _kinematic("phi72", "rad", "rotation of the planet relative to the carri
 phi72_dot = _kinematic("phi72_dot", "rad/s", "rate of phi72")
 phi72_ddot = _kinematic("phi72_ddot", "rad/s2", "acceleration of phi72")
 alpha = _kinematic("alpha", "rad", "angle from x down to x'; the nozzle points straight down at 90 deg")
-Omega = _kinematic("Omega", "rad/s", "absolute angular velocity of the planet")
-Omega_dot = _kinematic("Omega_dot", "rad/s2", "absolute angular acceleration of the planet")
+Omega = _kinematic("Omega", "rad/s", "absolute angular velocity of the planet", "omega_rad_s")
+Omega_dot = _kinematic("Omega_dot", "rad/s2", "absolute angular acceleration of the planet", "omega_dot_rad_s2")
 delta = _kinematic("delta", "rad", "angle of the cam relative to the rocker, in [0, 2 pi)")
 theta1 = _kinematic("theta1", "rad", "swing of the inner half (angle psi of the rocker)")
 theta1_dot = _kinematic("theta1_dot", "rad/s", "rate of theta1")
@@ -120,8 +128,8 @@ x_CA = _kinematic("x_CA", "m", "centroid of the middle body, x")
 y_CA = _kinematic("y_CA", "m", "centroid of the middle body, y")
 x_CB = _kinematic("x_CB", "m", "centroid of planet, shaft and funnel, x")
 y_CB = _kinematic("y_CB", "m", "centroid of planet, shaft and funnel, y")
-x_tip = _kinematic("x_tip", "m", "tip, x")
-y_tip = _kinematic("y_tip", "m", "tip, y")
+x_tip = _kinematic("x_tip", "m", "tip, x", "tip_x_mm")
+y_tip = _kinematic("y_tip", "m", "tip, y", "tip_y_mm")
 ax_A1 = _kinematic("ax_A1", "m/s2", "acceleration of A1, x")
 ay_A1 = _kinematic("ay_A1", "m/s2", "acceleration of A1, y")
 ax_B1 = _kinematic("ax_B1", "m/s2", "acceleration of B1, x")
@@ -136,14 +144,18 @@ xi1 = _kinematic("xi1", "rad", "angle from the sun's radius vector to its tangen
 xi2 = _kinematic("xi2", "rad", "angle from gear 6's radius vector to its tangent at Q")
 m31 = Quantity("m31", "1", "deformation coefficient of the sun", "wang2017 3.4", shown="m31")
 m61 = Quantity("m61", "1", "deformation coefficient of gear 6", "wang2017 3.4", shown="m61")
-PARAMETERS1 = OpenVector("parameters1", "parameters of the sun's pitch curve, its deformation coefficient last", {-1: m31}, "3")
-PARAMETERS2 = OpenVector("parameters2", "parameters of gear 6's pitch curve, its deformation coefficient last", {-1: m61}, "6")
+PARAMETERS1 = OpenVector(
+    "parameters1", "parameters of the sun's pitch curve, its deformation coefficient last", {-1: m31}, "3"
+)
+PARAMETERS2 = OpenVector(
+    "parameters2", "parameters of gear 6's pitch curve, its deformation coefficient last", {-1: m61}, "6"
+)
 HOISTED1 = OpenVector("hoisted1", "prologue of the sun's pitch curve, its centre distance first", {0: a1})
 HOISTED2 = OpenVector("hoisted2", "prologue of gear 6's pitch curve, its centre distance first", {0: a2})
 
 
-def _reaction(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, _PAPER)
+def _reaction(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
+    return Quantity(name, unit, meaning, _PAPER, shown)
 
 
 def _force(name: str, meaning: str, axes: str) -> tuple[Quantity, ...]:
@@ -166,11 +178,11 @@ F_Ox, F_Oy = _force("F_O", "force of the frame on the sun", "xy")
 F_O1x, F_O1y, F_O1z = _force("F_O1", "force of the sun's shaft on the carrier", "xyz")
 M_1 = _reaction("M_1", "N m", "torque of the frame on the sun")
 M_L = _reaction("M_L", "N m", "torque of the motor on the carrier")
-F_support = _reaction("F_support", "N", "vertical force of the frame on sun and carrier")
-F_support_x = _reaction("F_support_x", "N", "horizontal force of the frame on sun and carrier")
+F_support = _reaction("F_support", "N", "vertical force of the frame on sun and carrier", "support_N")
+F_support_x = _reaction("F_support_x", "N", "horizontal force of the frame on sun and carrier", "support_x_N")
 
-REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x, F_A1y,
-            F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1)  # fmt: skip
+REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
+            F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1)  # fmt: skip
 """What every model reports of one side."""
 F_Aox, F_Aoy = _force("F_Ao", "force of the planet on the outer half, planet frame", "xy")
 REPORTED_EXACT = (*REPORTED, F_Aox, F_Aoy)

@@ -1,0 +1,96 @@
+"""Chains: order by matching, linear steps, replacement, and what the printed model depends on."""
+
+from pathlib import Path
+
+import pytest
+import sympy as sp
+from sympy import Piecewise
+
+from derive.chain import ChainError, close_cases, ordered, solve_linear
+from derive.equations import Equation
+from derive.model import System
+from derive.papers import wang2017
+from derive.quantity import Quantity
+from derive.systems import planting
+from derive.systems import planting_quantities as q
+
+a, b, c, k = (Quantity(name, "1", "test", "test") for name in "abck")
+
+
+def equation(number: str, residual: sp.Expr, defines: Quantity | None = None) -> Equation:
+    return Equation(number, residual, "test", "test", defines=defines)
+
+
+def test_order_is_found_by_matching() -> None:
+    chain = ordered(
+        [equation("sum", a + b - 3), equation("double", b - 2 * c), equation("given", c - k)], [a, b, c], [a]
+    )
+    assert [s.unknown for s in chain.order] == [c, b, a]
+    assert [let.expr for let in chain.lets()] == [k, 2 * c, 3 - b]
+
+
+def test_a_definition_is_never_solved_backwards() -> None:
+    law = equation("law", b - sp.sin(a), defines=b)
+    with pytest.raises(ChainError, match="still open: a, b"):
+        ordered([law], [a, b], [a])
+
+
+def test_an_unknown_behind_definitions_is_found_through_them() -> None:
+    chain = ordered(
+        [equation("balance", b + c - 6), equation("b", b - a, b), equation("c", c - 2 * a, c)], [a, b, c], [c]
+    )
+    assert [s.unknown for s in chain.order] == [a, b, c] or [s.unknown for s in chain.order] == [a, c]
+    assert chain.lets()[0].expr == 2
+
+
+def test_a_nonlinear_step_is_refused() -> None:
+    with pytest.raises(ChainError, match="not linear in a"):
+        solve_linear(equation("square", a**2 - 4), a)
+
+
+def test_an_open_list_of_cases_ends_in_its_last() -> None:
+    assert close_cases(Piecewise((a, k < 0), (b, k > 0))) == Piecewise((a, k < 0), (b, True))
+
+
+def test_replacing_an_unknown_equation_is_refused() -> None:
+    with pytest.raises(ChainError, match="no equation 99"):
+        wang2017.SIDE.replace("99", equation("99", a))
+
+
+def text_of(system: System) -> dict[str, str]:
+    return {str(let.symbol): str(let.expr) for let in (*system.lane, *system.frame) if hasattr(let, "expr")}
+
+
+def dependents(changed: set[str], system: System) -> set[str]:
+    """Names that depend on the changed ones, through any number of steps."""
+    for step in (*system.lane, *system.frame):
+        if {str(s).removesuffix("_2") for s in step.needs} & changed:
+            changed = changed | {str(s) for s in step.defines}
+    return changed
+
+
+@pytest.mark.parametrize(("number", "unknown"), [("5", "F_Ax"), ("8", "F_E"), ("18", "F_B1y"), ("14", "M_P")])
+def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown: str) -> None:
+    original = wang2017.EQUATIONS[number]
+    edited = equation(number, original.residual + q.m1 * q.g)
+    before = planting.printed(wang2017.SIDE, wang2017.FRAME)
+    after = planting.printed(wang2017.SIDE.replace(number, edited), wang2017.FRAME)
+    old, new = text_of(before), text_of(after)
+    assert {name for name in old if old[name] != new[name]} == {unknown}
+    assert "F_support" in dependents({unknown}, after) or unknown == "M_P"
+
+
+def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> None:
+    """Every reaction of the printed model is solved from a numbered equation of the paper."""
+    system = planting.printed(wang2017.SIDE, wang2017.FRAME)
+    kinematic = {s for step in planting.build_side().kinematics.steps for s in step.defines}
+    others = {str(step.symbol): step.source for step in (*system.lane, *system.frame)
+              if not set(step.defines) & kinematic}  # fmt: skip
+    assert {name for name, source in others.items() if not source.startswith("wang2017")} == {"F_E_loss", "F_support_x"}
+    assert len(others) > 25
+
+
+def test_the_systems_know_no_paper() -> None:
+    for module in ("planting", "planting_quantities"):
+        text = (Path(planting.__file__).parent / f"{module}.py").read_text(encoding="utf-8")
+        assert "derive.papers" not in text

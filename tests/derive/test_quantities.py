@@ -1,0 +1,81 @@
+"""Every symbol of every system has unit, meaning and source, and every step has the dimension of what it defines."""
+
+import pytest
+import sympy as sp
+
+from derive.dimensions import DimensionError, dimension, of_unit
+from derive.emit.schedule import expression
+from derive.model import Let, System
+from derive.papers import wang2017
+from derive.pipeline import systems
+from derive.quantity import OpenVector, Quantity
+
+SYSTEMS = {system.name: system for system in systems()}
+
+
+def symbols(system: System) -> set[sp.Symbol]:
+    found = {s for step in (*system.lane, *system.frame) for s in expression(step).free_symbols | set(step.defines)}
+    for vector in system.inputs:
+        found |= set(vector.known.values() if isinstance(vector, OpenVector) else vector)
+    return found
+
+
+def undescribed(found: set[sp.Symbol]) -> list[str]:
+    described = (s for s in found if isinstance(s, Quantity) and s.unit and s.meaning and s.source)
+    return sorted(str(s) for s in found - set(described))
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_symbol_is_described(name: str) -> None:
+    assert undescribed(symbols(SYSTEMS[name])) == []
+
+
+def test_a_bare_symbol_is_noticed() -> None:
+    assert undescribed({*symbols(SYSTEMS["planting_exact"]), sp.Symbol("stranger", real=True)}) == ["stranger"]
+
+
+def test_a_quantity_without_meaning_is_refused() -> None:
+    with pytest.raises(ValueError, match="unit, meaning and source"):
+        Quantity("x", "m", "", "here")
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_one_name_has_one_unit(name: str) -> None:
+    units: dict[str, set[str]] = {}
+    for symbol in symbols(SYSTEMS[name]):
+        units.setdefault(symbol.name, set()).add(symbol.unit)
+    assert {name: found for name, found in units.items() if len(found) > 1} == {}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_step_has_the_dimension_of_what_it_defines(name: str) -> None:
+    lets = [s for s in (*SYSTEMS[name].lane, *SYSTEMS[name].frame) if isinstance(s, Let)]
+    assert len(lets) > 50
+    for let in lets:
+        assert dimension(let.expr) in (None, of_unit(let.symbol.unit)), let.symbol
+
+
+def test_only_equation_7_of_wang2017_mixes_dimensions() -> None:
+    """It prints a rate where an acceleration has to stand."""
+    mixed = []
+    for number, equation in wang2017.EQUATIONS.items():
+        try:
+            dimension(equation.residual)
+        except DimensionError:
+            mixed.append(number)
+    assert mixed == ["7"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "exponents"),
+    [
+        ("kg m2", (1, 2, 0)),
+        ("m/s2", (0, 1, -2)),
+        ("N m", (1, 2, -2)),
+        ("rad/s", (0, 0, -1)),
+        ("N/m", (1, 0, -2)),
+        ("1", (0, 0, 0)),
+    ],
+)
+def test_units(unit: str, exponents: tuple[int, int, int]) -> None:
+    assert of_unit(unit) == exponents
