@@ -167,16 +167,6 @@ class Device:
         phi, x, _, h = self.functions.inputs
         return self._lane_kernel("slopes", {"force": force, "g": ca.gradient(force, ca.vertcat(phi, x, h))})
 
-    @cached_property
-    def _events(self) -> Kernel:
-        phi, g = self.functions.phi, self.functions.events
-        return self._lane_kernel("events", {"g": g, "dphi": ca.jacobian(g, phi)})
-
-    @cached_property
-    def _event_slopes(self) -> Kernel:
-        phi, x, _, h = self.functions.inputs
-        return self._lane_kernel("event_slopes", {"g": ca.jacobian(self.functions.events, ca.vertcat(phi, x, h))})
-
     def _hessian_kernel(self, summed: bool) -> Kernel:
         """Weighted Hessian in (phi, x) along the prologue's tangent, and the weighted slope in h."""
         phi, x, c, h = self.functions.inputs

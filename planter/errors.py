@@ -1,6 +1,6 @@
 """What can go wrong, as the user sees it: every error is one sentence and knows its exit code."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 class PlanterError(Exception):
@@ -31,3 +31,13 @@ class GeometryError(InputError):
 
 class ComputationError(PlanterError):
     """Valid input, but the computation did not succeed."""
+
+
+class Interrupted(PlanterError):
+    """The user stopped a computation; `partial` holds what was found so far."""
+
+    exit_code: ClassVar[int] = 130
+
+    def __init__(self, partial: dict[str, Any] | None = None) -> None:
+        super().__init__("interrupted; what was found so far is kept" if partial else "interrupted")
+        self.partial = partial

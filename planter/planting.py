@@ -72,6 +72,12 @@ def statistics(force: Array) -> dict[str, float]:
             "variance_N2": float(force.var())}  # fmt: skip
 
 
+def centre_distances(device: Device, at: Prologue) -> Array:
+    """Centre distances of both stages [m], (2,)."""
+    second = 1 + device.stages[0].terms
+    return at.h[[0, second]]
+
+
 def weight(device: Device) -> float:
     """Weight of everything that moves, and the sun [N]: two sides, each with two nozzle halves."""
     mass, g = device.machine.mass, device.machine.operation.gravity_m_s2

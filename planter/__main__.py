@@ -1,0 +1,5 @@
+"""`python -m planter` is the `planter` command."""
+
+from planter.cli import main
+
+main()

@@ -1,0 +1,137 @@
+"""IPOPT, through CasADi, for a nonlinear programme given as plain functions with exact first and second derivatives.
+
+CasADi takes the functions as callbacks (`grad_f`, `jac_g`, `hess_lag`), so nothing is differentiated twice. Only MUMPS is
+used for the linear systems: it comes with CasADi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import casadi as ca
+import numpy as np
+
+from planter.kernels import Array
+
+OPTIONS: dict[str, Any] = {
+    "print_level": 0,
+    "sb": "yes",
+    "linear_solver": "mumps",
+    "mu_strategy": "adaptive",
+    "nlp_scaling_method": "none",
+    "bound_relax_factor": 0.0,
+    "tol": 1e-10,
+    "dual_inf_tol": 1e-9,
+    "constr_viol_tol": 1e-10,
+    "compl_inf_tol": 1e-10,
+    "acceptable_iter": 0,
+}
+
+
+class Programme(Protocol):
+    """Minimise f(z) with z in [lower, upper] and g(z) in [g_lower, g_upper]; z is (n,), g (m,)."""
+
+    lower: Array
+    upper: Array
+    g_lower: Array
+    g_upper: Array
+
+    def f(self, z: Array) -> float: ...
+
+    def gradient(self, z: Array) -> Array: ...
+
+    def g(self, z: Array) -> Array: ...
+
+    def jacobian(self, z: Array) -> Array: ...
+
+    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        """Hessian (n, n) of weight * f + multipliers . g."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where IPOPT stopped, with the multipliers of the bounds (n,) and of the constraints (m,), CasADi's signs."""
+
+    z: Array
+    bound_multipliers: Array
+    multipliers: Array
+    converged: bool
+    iterations: int
+    status: str
+
+
+class _Function(ca.Callback):  # type: ignore[misc]
+    """A CasADi function of a Python function; what that raises is kept in `failures`."""
+
+    def __init__(
+        self, name: str, inputs: dict[str, Any], outputs: dict[str, Any], function: Callable[..., Any], failures: list[BaseException]
+    ) -> None:
+        ca.Callback.__init__(self)
+        self._inputs, self._outputs = list(inputs.items()), list(outputs.items())
+        self._run, self._failures = function, failures
+        self.construct(name, {})
+
+    def get_n_in(self) -> int:
+        return len(self._inputs)
+
+    def get_n_out(self) -> int:
+        return len(self._outputs)
+
+    def get_name_in(self, i: int) -> str:
+        return self._inputs[i][0]
+
+    def get_name_out(self, i: int) -> str:
+        return self._outputs[i][0]
+
+    def get_sparsity_in(self, i: int) -> Any:
+        return self._inputs[i][1]
+
+    def get_sparsity_out(self, i: int) -> Any:
+        return self._outputs[i][1]
+
+    def eval(self, arguments: Sequence[ca.DM]) -> list[Any]:
+        try:
+            if self._failures:
+                raise self._failures[0]
+            return list(self._run(*(np.asarray(a, dtype=float).reshape(-1) for a in arguments)))
+        except BaseException as error:  # CasADi turns any exception into a failed evaluation; `solve` raises it again
+            self._failures.append(error)
+            return [ca.DM.nan(sparsity) for _, sparsity in self._outputs]
+
+
+def _functions(p: Programme, failures: list[BaseException]) -> dict[str, _Function]:
+    n, m = len(p.lower), len(p.g_lower)
+    dense, upper = ca.Sparsity.dense, ca.Sparsity.upper(n)
+    x = {"x": dense(n, 1), "p": ca.Sparsity(0, 0)}
+    lam = {"lam_f": dense(1, 1), "lam_g": dense(m, 1)}
+    f, g = {"f": dense(1, 1)}, {"g": dense(m, 1)}
+    return {
+        "nlp": _Function("nlp", x, f | g, lambda z, _: (p.f(z), p.g(z)), failures),
+        "grad_f": _Function("nlp_grad_f", x, f | {"grad_f_x": dense(n, 1)},
+                            lambda z, _: (p.f(z), p.gradient(z)), failures),
+        "jac_g": _Function("nlp_jac_g", x, g | {"jac_g_x": dense(m, n)},
+                           lambda z, _: (p.g(z), ca.DM(p.jacobian(z))), failures),
+        "hess_lag": _Function("nlp_hess_l", x | lam, {"triu_hess_gamma_x_x": upper},
+                              lambda z, _, a, b: (ca.triu(ca.DM(p.hessian(z, float(a[0]), b))),), failures),
+    }  # fmt: skip
+
+
+def solve(programme: Programme, start: Array, most_iterations: int = 100, options: dict[str, Any] | None = None) -> Solution:
+    """A local minimum from `start` (n,), or where IPOPT gave up: see `converged` and `status`.
+
+    Raises what the programme's functions raise, KeyboardInterrupt included.
+    """
+    failures: list[BaseException] = []
+    functions = _functions(programme, failures)
+    settings = {**OPTIONS, "max_iter": most_iterations, **(options or {})}
+    given = {key: function for key, function in functions.items() if key != "nlp"}
+    quiet = {"print_time": False, "no_nlp_grad": True, "calc_lam_p": False, "error_on_fail": False, "show_eval_warnings": False}
+    solver = ca.nlpsol("solver", "ipopt", functions["nlp"], {**given, **quiet, "ipopt": settings})
+    found = solver(x0=start, lbx=programme.lower, ubx=programme.upper, lbg=programme.g_lower, ubg=programme.g_upper)
+    if failures:
+        raise failures[0]
+    stats = solver.stats()
+    z, bounds, constraints = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_x", "lam_g"))
+    return Solution(z, bounds, constraints, bool(stats["success"]), int(stats["iter_count"]), str(stats["return_status"]))

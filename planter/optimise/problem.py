@@ -1,0 +1,112 @@
+"""The optimisation problem in box-scaled variables: u in [0, 1]^p, whatever the units of the design."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.optimise.conditions import Conditions, Look, Turn
+from planter.optimise.objective import Evaluation, Objective
+from planter.optimise.refined import Refined
+from planter.optimise.response import Response
+from planter.optimise.samples import Samples
+from planter.optimise.sensitivity import Insensitive, sensitivity
+
+Sampling = int | Literal["refined"]
+
+
+@dataclass
+class Counts:
+    """How often a whole turn was evaluated: its force, its gradients, its Hessians."""
+
+    objective: int = 0
+    gradient: int = 0
+    hessian: int = 0
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(
+            self.objective + other.objective, self.gradient + other.gradient, self.hessian + other.hessian
+        )
+
+
+@dataclass
+class Problem:
+    """An objective of a response within its box.
+
+    Parameters without effect on the force at the response's own design are not searched: they keep that design's values,
+    taken into the box. `free` (f,) holds the indices of the others; searches run over those. Points u are (p,).
+    """
+
+    response: Response
+    objective: Objective
+    sampling: Sampling
+    counts: Counts = field(default_factory=Counts)
+
+    @cached_property
+    def turn(self) -> Turn:
+        return Refined(self.response) if self.sampling == "refined" else Samples(self.response, int(self.sampling))
+
+    @cached_property
+    def width(self) -> Array:
+        return self.response.upper - self.response.lower
+
+    @cached_property
+    def start(self) -> Array:
+        """The response's own design, taken into the box, (p,)."""
+        return np.clip((self.response.design - self.response.lower) / self.width, 0, 1)
+
+    @cached_property
+    def insensitive(self) -> Insensitive:
+        return sensitivity(self.response, self.response.design, self.samples)
+
+    @property
+    def samples(self) -> int:
+        return 360 if self.sampling == "refined" else int(self.sampling)
+
+    @cached_property
+    def free(self) -> Array:
+        return np.flatnonzero(~self.insensitive.zero)
+
+    def design(self, u: Array) -> Array:
+        """The design x (p,) in SI at a point of the box; on a bound it is that bound to the last bit."""
+        x = np.where(u <= 0, self.response.lower, np.where(u >= 1, self.response.upper, self.response.lower + u * self.width))
+        return np.clip(x, self.response.lower, self.response.upper)
+
+    def point(self, free: Array) -> Array:
+        """The point u (p,) with the given free coordinates (f,)."""
+        u = self.start.copy()
+        u[self.free] = free
+        return u
+
+    def evaluate(self, u: Array) -> Evaluation:
+        return self.evaluate_design(self.design(u))
+
+    def evaluate_design(self, x: Array) -> Evaluation:
+        """The objective of any design (p,) in SI, in the box or not."""
+        self.counts.objective += 1
+        return self._evaluation(self.turn.look(x))
+
+    def _evaluation(self, look: Look) -> Evaluation:
+        span = look.high - look.low
+        value = self.objective.value(span, look.variance)
+        return Evaluation(value, span, look.variance, look.high, look.low, look.mean)
+
+    @cached_property
+    def reference(self) -> Evaluation:
+        """The response's own design: the measure of what is large and what is small."""
+        return self._evaluation(self.turn.look(self.response.design))
+
+    @property
+    def scale(self) -> float:
+        """Unit of the objective in residuals and tolerances: its value at the response's own design."""
+        return self.reference.objective or 1.0
+
+    def conditions(self, u: Array) -> Conditions:
+        """First-order data at a point; gradients with respect to u."""
+        found = self.turn.conditions(self.design(u))
+        return Conditions(found.upper, found.upper_gradients * self.width, found.lower, found.lower_gradients * self.width,
+                          found.variance * self.width, found.kinks * self.width)  # fmt: skip

@@ -1,0 +1,256 @@
+"""The turn without a grid: true extremes of the force over phi, true integrals for its mean and variance.
+
+The period is split at all joints into panels on which F is smooth, and the panels into pieces with Gauss-Legendre nodes.
+Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel, or the joint itself where F has a kink.
+
+First derivatives of the integrals are integrals of F_x, since F is continuous; the second have a term for each joint psi_k,
+
+    d2/dx2 int F dphi = int F_xx dphi + sum_k (F_phi after - F_phi before) psi_k,x' psi_k,x,
+
+and twice F times that for the integral of F squared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.optimise import joints, moving, roots
+from planter.optimise.conditions import Conditions, Look, Slopes, Values
+from planter.optimise.joints import ASIDE
+from planter.optimise.latest import Latest
+from planter.optimise.response import Response
+
+NODES = 12
+PIECE = np.pi / 12
+"""Nodes in a piece, and the greatest length of a piece [rad]."""
+APART = 1e-8
+"""Joints closer than this are one [rad]."""
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `force` (m,) [N].
+
+    `joint` (m,) is the index among the joints of one that is a kink, else -1.
+    """
+
+    angles: Array
+    peaks: Array
+    force: Array
+    joint: Array
+
+
+class Panels:
+    """The force over one period at a design, split at its joints."""
+
+    def __init__(self, response: Response, x: Array) -> None:
+        self.response, self.at = response, response.prologue(x)
+        self.joints = joints.find(response, self.at)
+        self.folded = self.joints.folded(response.period)
+        self.breaks, self.order = self._breaks()
+        self.nodes, self.weights, self.panel = self._quadrature()
+        ends = np.stack([self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE], axis=1).ravel()
+        probes = np.concatenate([self.nodes, ends])
+        force, self._rate, _ = response.support_rates(self.at, np.mod(probes, response.period))
+        self.force, self.end_rates = force[: len(self.nodes)], self._rate[len(self.nodes) :].reshape(-1, 2)
+        self.mean = float(self.weights @ self.force)
+        self.variance = float(self.weights @ (self.force - self.mean) ** 2)
+
+    def _breaks(self) -> tuple[Array, Array]:
+        """Ends of the panels over one period, first and last the same joint, and the joint at each panel's start."""
+        order = np.argsort(self.folded, kind="stable")
+        if not len(order):
+            return np.array([0.0, self.response.period]), np.array([-1])
+        places = self.folded[order]
+        apart = np.diff(places, append=places[0] + self.response.period) > APART
+        kept = np.flatnonzero(np.roll(apart, 1))
+        return np.append(places[kept], places[kept[0]] + self.response.period), order[kept]
+
+    def _quadrature(self) -> tuple[Array, Array, Array]:
+        """Nodes, weights that sum to 1 and the panel of each node."""
+        x, w = np.polynomial.legendre.leggauss(NODES)
+        starts, lengths, panel = [], [], []
+        for j, (low, high) in enumerate(zip(self.breaks[:-1], self.breaks[1:], strict=True)):
+            pieces = int(np.ceil((high - low) / PIECE))
+            edges = np.linspace(low, high, pieces + 1)
+            starts.append(edges[:-1])
+            lengths.append(np.diff(edges))
+            panel.append(np.full(pieces * NODES, j))
+        start, length = np.concatenate(starts)[:, None], np.concatenate(lengths)[:, None]
+        nodes, weights = start + length * (x + 1) / 2, length * w / 2
+        return nodes.ravel(), weights.ravel() / self.response.period, np.concatenate(panel)
+
+    @cached_property
+    def extremes(self) -> Extremes:
+        low, high, peaks = self._brackets()
+        angles = roots.newton(self._slope, low, high, (low + high) / 2)
+        before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
+        kinks = np.flatnonzero((before > 0) != (after > 0))
+        if self.order[0] < 0:
+            kinks = kinks[:0]
+        place = np.mod(np.concatenate([angles, self.breaks[kinks]]), self.response.period)
+        kind = np.concatenate([peaks, before[kinks] > 0])
+        joint = np.concatenate([np.full(len(angles), -1), self.order[kinks]])
+        order = np.argsort(place, kind="stable")
+        place, kind, joint = place[order], kind[order], joint[order]
+        return Extremes(place, kind, self.response.support(self.at, place), joint)
+
+    def _slope(self, phi: Array) -> tuple[Array, Array]:
+        _, first, second = self.response.support_rates(self.at, np.mod(phi, self.response.period))
+        return first, second
+
+    def _brackets(self) -> tuple[Array, Array, Array]:
+        """Neighbouring probes inside a panel between which dF/dphi changes sign; True for maxima."""
+        count, ends = len(self.nodes), np.arange(len(self.breaks) - 1)
+        probes = np.concatenate([self.nodes, self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE])
+        panel = np.concatenate([self.panel, ends, ends])
+        rate = np.concatenate([self._rate[:count], self.end_rates[:, 0], self.end_rates[:, 1]])
+        order = np.argsort(probes, kind="stable")
+        probes, panel, rising = probes[order], panel[order], rate[order] > 0
+        found = np.flatnonzero((rising[1:] != rising[:-1]) & (panel[1:] == panel[:-1]))
+        return probes[found], probes[found + 1], rising[found]
+
+    @cached_property
+    def node_slopes(self) -> Array:
+        """Gradients of the force at the nodes, (n, p)."""
+        return self.response.support_slopes(self.at, np.mod(self.nodes, self.response.period))[1][:, 1:]
+
+    @cached_property
+    def variance_gradient(self) -> Array:
+        return 2 * (self.weights * (self.force - self.mean)) @ self.node_slopes
+
+    def variance_hessian(self) -> Array:
+        nodes = np.mod(self.nodes, self.response.period)
+        bent = self.response.support_hessian(self.at, nodes, 2 * self.weights * (self.force - self.mean))[1:, 1:]
+        centred = self.node_slopes - self.weights @ self.node_slopes
+        total: Array = bent + 2 * (self.weights[:, None] * centred).T @ centred
+        return total + self._at_joints()
+
+    def _at_joints(self) -> Array:
+        if self.order[0] < 0:
+            return np.zeros((len(self.response.names),) * 2)
+        velocity = self.joints.velocity[self.order]
+        jump = self.end_rates[:, 0] - np.roll(self.end_rates[:, 1], 1)
+        force = self.response.support(self.at, np.mod(self.breaks[:-1], self.response.period))
+        weights = 2 * (force - self.mean) * jump / self.response.period
+        total: Array = (weights[:, None] * velocity).T @ velocity
+        return total
+
+    def row_slopes(self, angles: Array, joint: Array) -> tuple[Array, Array, Array]:
+        """Jacobians (m, 1 + p) in (phi, x), gradients (m, p) along the points, and where they were taken."""
+        held = joint >= 0
+        velocity = np.zeros((len(angles), len(self.response.names)))
+        velocity[held] = self.joints.velocity[joint[held]]
+        place = angles + ASIDE * held
+        slopes = self.response.support_slopes(self.at, place)[1]
+        return slopes, moving.gradients(slopes, velocity), place
+
+
+class Refined:
+    """A turn of the force by its true extremes and integrals. Implements `Turn`."""
+
+    def __init__(self, response: Response) -> None:
+        self.response = response
+
+    def look(self, x: Array) -> Look:
+        panels = Panels(self.response, x)
+        force = np.append(panels.extremes.force, panels.mean)
+        return Look(float(force.max()), float(force.min()), panels.mean, panels.variance)
+
+    def local(self, x: Array) -> RefinedRows:
+        extremes = Panels(self.response, x).extremes
+        return RefinedRows(self.response, extremes.angles[~extremes.peaks], extremes.angles[extremes.peaks])
+
+    def conditions(self, x: Array) -> Conditions:
+        panels = Panels(self.response, x)
+        found = panels.extremes
+        _, gradients, _ = panels.row_slopes(found.angles, found.joint)
+        return Conditions(found.force[found.peaks], gradients[found.peaks], found.force[~found.peaks],
+                          gradients[~found.peaks], panels.variance_gradient,
+                          np.empty((0, len(x))))  # fmt: skip
+
+
+class RefinedRows:
+    """One row for each window between fixed angles: its greatest force, or its least. Implements `Local`.
+
+    The windows of maxima are parted by `valleys`, those of minima by `peaks`, the angles of the extremes where the rows
+    were made. All windows together cover the period, so no new extreme can be missed.
+    """
+
+    def __init__(self, response: Response, valleys: Array, peaks: Array) -> None:
+        self.response, self.valleys, self.peaks = response, valleys, peaks
+        self._state = Latest(lambda x: _State(self, x))
+
+    def values(self, x: Array) -> Values:
+        state = self._state(x)
+        return Values(state.panels.variance, state.force[state.tops], state.force[~state.tops], np.empty(0))
+
+    def slopes(self, x: Array) -> Slopes:
+        state = self._state(x)
+        _, gradients, _ = state.slopes
+        empty = np.empty((0, len(x)))
+        return Slopes(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
+
+    def curvature(self, x: Array, weights: Values) -> Array:
+        state = self._state(x)
+        each = np.concatenate([weights.upper, weights.lower])
+        return weights.variance * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
+
+
+class _State:
+    """The extreme of every window at one design: angle, joint or -1, smooth or at the window's edge."""
+
+    def __init__(self, rows: RefinedRows, x: Array) -> None:
+        self.panels = Panels(rows.response, x)
+        found = self.panels.extremes
+        picked = [_best(self.panels, rows.valleys, found, True), _best(self.panels, rows.peaks, found, False)]
+        self.angles, self.force, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
+        self.tops = np.arange(len(self.angles)) < len(rows.valleys)
+
+    @cached_property
+    def slopes(self) -> tuple[Array, Array, Array]:
+        return self.panels.row_slopes(self.angles, self.joint)
+
+    def hessians(self, wanted: Array) -> Array:
+        """Hessians (m, p, p) of the wanted rows, zero for the others."""
+        slopes, _, place = self.slopes
+        size = len(self.panels.response.names)
+        total = np.zeros((len(place), size, size))
+        if wanted.any():
+            second = self.panels.response.support_hessians(self.panels.at, place[wanted])
+            motion = self._motion(second, wanted)
+            total[wanted] = moving.hessians(slopes[wanted], second, motion)
+        return total
+
+    def _motion(self, second: Array, wanted: Array) -> moving.Motion:
+        panels, joint, smooth = self.panels, self.joint[wanted], self.smooth[wanted]
+        motion = moving.still(len(joint), second.shape[1] - 1)
+        motion.velocity[smooth] = moving.peak_velocity(second[smooth])
+        held = joint >= 0
+        if held.any():
+            events, angles = panels.joints.events[joint[held]], panels.joints.angles[joint[held]]
+            motion.velocity[held] = panels.joints.velocity[joint[held]]
+            motion.acceleration[held] = joints.accelerations(
+                panels.response, panels.at, events, angles, motion.velocity[held]
+            )
+        return motion
+
+
+def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[Array, Array, Array, Array]:
+    """Of each window between neighbouring edges: angle, force and joint of its extreme; False where that is an edge."""
+    sign = 1 if peaks else -1
+    inside = np.flatnonzero(found.peaks == peaks)
+    window = np.searchsorted(edges, found.angles[inside]) % max(len(edges), 1)
+    at_edges = panels.response.support(panels.at, edges)
+    best = [(angle, force, -1, False) for angle, force in zip(edges, at_edges, strict=True)]
+    for i, w in zip(inside, window, strict=True):
+        if sign * found.force[i] > sign * best[w][1]:
+            best[w] = (found.angles[i], found.force[i], int(found.joint[i]), found.joint[i] < 0)
+    columns = list(zip(*best, strict=True)) if best else [(), (), (), ()]
+    angles, force, joint, smooth = columns
+    return np.array(angles, float), np.array(force, float), np.array(joint, int), np.array(smooth, bool)

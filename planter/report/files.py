@@ -1,0 +1,164 @@
+"""Result files: CSV and JSON that hold every bit and say where they come from. A file is there whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import math
+import os
+import platform
+import threading
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter import __version__, paths
+from planter.errors import ComputationError, InputError
+
+if TYPE_CHECKING:
+    from planter.kernels import Array
+    from planter.machine import Machine
+
+
+def output_folder(path: str | Path) -> Path:
+    """The folder, made if it is not there, after a trial that files can be written into it.
+
+    Raises InputError, naming the path, if not.
+    """
+    folder = Path(path)
+    trial = folder / f".planter-{os.getpid()}-{threading.get_ident()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        trial.touch()
+        trial.unlink()
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from None
+    return folder
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Writes a file at once: whoever looks finds the old content or the new, never a part.
+
+    Raises InputError, naming the path, if it cannot be written.
+    """
+    part = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
+    try:
+        try:
+            part.write_bytes(content)
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from None
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a text in UTF-8 with the line ends it has, as `write_bytes` does."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
+    reason = (error.strerror if isinstance(error, OSError) else str(error)) or type(error).__name__
+    return InputError(f"{path}: this cannot be written ({reason}), it must be in a folder that can")
+
+
+def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> None:
+    """Writes columns (n,) under their names, after comment lines that start with `#`.
+
+    Numbers are the shortest text that reads back to the same bits.
+
+    Raises ComputationError for columns of different lengths or a value that is not finite, InputError as above.
+    """
+    arrays = {name: np.asarray(column, dtype=float) for name, column in columns.items()}
+    _check_columns(path, arrays)
+    text = io.StringIO()
+    for comment in comments:
+        text.writelines(f"# {line}".rstrip() + "\n" for line in comment.splitlines() or [""])
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(arrays)
+    writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
+    write_text(path, text.getvalue())
+
+
+def _check_columns(path: Path, arrays: Mapping[str, Array]) -> None:
+    shapes = {name: array.shape for name, array in arrays.items()}
+    if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
+        raise ComputationError(f"{path}: the columns must be lists of one length, they have the shapes {shapes}")
+    for name, array in arrays.items():
+        if not np.isfinite(array).all():
+            row = int(np.argmin(np.isfinite(array)))
+            raise ComputationError(f"{path}: {name} is not finite in row {row}: {array[row]}")
+
+
+def read_cycle_csv(path: Path) -> tuple[list[str], dict[str, Array]]:
+    """Comments and columns of a file that `write_cycle_csv` wrote."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    comments = [line.removeprefix("#").strip() for line in lines if line.startswith("#")]
+    header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    values = np.array([[float(value) for value in row] for row in rows]).reshape(len(rows), len(header))
+    return comments, dict(zip(header, values.T, strict=True))
+
+
+def write_summary(path: Path, summary: Mapping[str, Any]) -> None:
+    """Writes a summary as JSON with its numbers in full.
+
+    Raises ComputationError, naming the key, for a number that is not finite; InputError if it cannot be written.
+    """
+    write_text(path, summary_text(summary))
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """A summary as JSON text that any reader of JSON takes: no NaN, no Infinity."""
+    plain = _plain(summary)
+    for key, value in paths.walk(plain):
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ComputationError(f"the result {key} = {value} is not finite, so there is no summary")
+    return json.dumps(plain, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """The value with numpy's numbers and arrays as Python's own."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def provenance(machine: Machine, seed: int | None = None) -> dict[str, Any]:
+    """What a run can be repeated from: versions, the machine, and a hash of every value of it.
+
+    The hash is of the values, those set on the command line included, not of the file's layout or its place.
+    """
+    content = json.dumps(machine.table(), sort_keys=True, allow_nan=False).encode("utf-8")
+    found: dict[str, Any] = {
+        "planter": __version__,
+        "casadi": metadata.version("casadi"),
+        "numpy": metadata.version("numpy"),
+        "python": platform.python_version(),
+        "machine": machine.name,
+        "machine_sha256": hashlib.sha256(content).hexdigest(),
+        "overridden": list(machine.overridden),
+    }
+    return found if seed is None else found | {"seed": seed}
+
+
+def comments(machine: Machine, model: str, design: Mapping[str, float], seed: int | None = None) -> Iterator[str]:
+    """The lines that head a CSV: machine, model, design and what `provenance` tells."""
+    yield f"machine: {machine.name} ({machine.description})"
+    yield f"model: {model}"
+    yield "design: " + ", ".join(f"{name} = {float(value)!r}" for name, value in design.items())
+    told = provenance(machine, seed)
+    yield "versions: " + ", ".join(f"{name} {told[name]}" for name in ("planter", "casadi", "numpy", "python"))
+    yield f"machine_sha256: {told['machine_sha256']}"
+    if machine.overridden:
+        yield "set on the command line: " + ", ".join(machine.overridden)
+    if seed is not None:
+        yield f"seed: {seed}"

@@ -1,0 +1,147 @@
+"""Figures of motion: the path of the nozzle's tip, and the rotations of middle body and planet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.report import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from planter.kernels import Array
+
+Columns = Mapping[str, "Array"]
+
+POSES = 12
+"""Carrier angles at which the nozzle is drawn."""
+# The machine file does not say how wide the nozzle is: half widths at shares of its length, to look like one.
+_OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
+
+
+@style.drawn
+def tip_path(turn: Columns, tip_distance_mm: float) -> Figure:
+    """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles.
+
+    `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `alpha_deg`, `theta1_deg`,
+    `x_A1_mm`, `x_B1_mm`, `tip_x_mm` and their y). Where the machine travels, the path over the ground is
+    drawn beside it.
+    """
+    tip = _tip(turn, tip_distance_mm)
+    travels = bool(np.abs(turn["tip_x_mm"] - tip[0]).max() > 1e-6)
+    figure = style.new_figure(6.6 if not travels else 9.2)
+    ratios = [2, 1] if travels else [1]
+    axes, *ground = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
+    _poses(axes, turn, tip)
+    style.drawing_board(axes)
+    if travels:
+        axes.set_title("relative to the machine")
+        _path(ground[0], np.array([turn["tip_x_mm"], turn["tip_y_mm"]]), turn["theta1_deg"])
+        style.drawing_board(ground[0])
+        ground[0].set_title("over the ground")
+    return figure
+
+
+def _tip(turn: Columns, distance: float) -> Array:
+    alpha = np.radians(turn["alpha_deg"])
+    return np.array([turn["x_B1_mm"] + distance * np.cos(alpha), turn["y_B1_mm"] - distance * np.sin(alpha)])
+
+
+def _path(axes: Axes, tip: Array, swing: Array) -> None:
+    """The path, drawn stronger where the nozzle is open."""
+    x, y = tip
+    axes.plot(x, y, color=style.BLUE, linewidth=1.4, label="tip, closed")
+    opened = np.where(swing > 1e-9, 1.0, np.nan)
+    axes.plot(x * opened, y * opened, color=style.VERMILION, linewidth=2.0, label="tip, open")
+
+
+def _poses(axes: Axes, turn: Columns, tip: Array) -> None:
+    from matplotlib.patches import Circle
+
+    a1, b1 = (np.array([turn[f"x_{point}_mm"], turn[f"y_{point}_mm"]]) for point in ("A1", "B1"))
+    radius = float(np.hypot(*b1[:, 0]))
+    dashed = (0, (4, 3))
+    axes.add_patch(
+        Circle((0, 0), radius, fill=False, edgecolor=style.SOFT, linestyle=dashed, linewidth=0.6, label="B1")
+    )
+    middle = tip.mean(axis=1)
+    for angle in range(0, 360, 360 // POSES):
+        i = int(np.argmin(np.abs(turn["phi_deg"] - angle)))
+        carrier = np.array([np.zeros(2), a1[:, i], b1[:, i]]).T
+        axes.plot(
+            *carrier,
+            color=style.FAINT,
+            linewidth=0.7,
+            marker="o",
+            markersize=1.8,
+            label="carrier, O\N{EN DASH}A1\N{EN DASH}B1" if angle == 0 else None,
+        )
+        is_open = turn["theta1_deg"][i] > 1e-9
+        _nozzle(axes, b1[:, i], tip[:, i], style.VERMILION if is_open else style.SOFT)
+        _name_pose(axes, tip[:, i], middle, angle)
+    _path(axes, tip, turn["theta1_deg"])
+    axes.plot(0, 0, "o", color=style.INK, markersize=3.5)
+    axes.annotate("O", (0, 0), (5, 4), textcoords="offset points")
+    axes.legend(loc="upper right", frameon=False)
+
+
+def _nozzle(axes: Axes, root: Array, tip: Array, shade: str) -> None:
+    along = tip - root
+    across = np.array([-along[1], along[0]])
+    left = [root + share * along + width * across for share, width in _OUTLINE]
+    right = [root + share * along - width * across for share, width in reversed(_OUTLINE[:-1])]
+    outline = np.array(left + right)
+    axes.fill(*outline.T, facecolor=shade, alpha=0.07, edgecolor="none")
+    axes.fill(*outline.T, fill=False, edgecolor=shade, linewidth=0.7, alpha=0.8, gid="nozzle")
+
+
+def _name_pose(axes: Axes, tip: Array, middle: Array, angle: int) -> None:
+    away = tip - middle
+    offset = 11 * away / np.hypot(*away)
+    axes.annotate(
+        f"{angle}°",
+        (float(tip[0]), float(tip[1])),
+        (float(offset[0]), float(offset[1])),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        bbox=style.CLEAR,
+    )
+
+
+@style.drawn
+def rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
+    """Rotations relative to the carrier, the ratios of both stages, and the absolute rate of the planet.
+
+    `turn` holds `phi_deg`, `phi52_deg`, `phi72_deg` and `omega_rad_s` over a turn; `ratios` are those of
+    `gearing.ratios` at the same angles.
+    """
+    figure = style.new_figure(6.6)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[1.15, 1, 1])
+    phi = turn["phi_deg"]
+    axes_ends = (
+        (top, (("φ₅₂, middle body", turn["phi52_deg"]), ("φ₇₂, planet", turn["phi72_deg"]))),
+        (middle, (("dφ₅₂/dφ", ratios[0]), ("\N{MINUS SIGN}dφ₇₂/dφ₅₂", ratios[1]))),
+        (bottom, (("planet", turn["omega_rad_s"]),)),
+    )
+    for axes, curves in axes_ends:
+        ends = []
+        for index, (label, values) in enumerate(curves):
+            axes.plot(phi, values, color=style.PALETTE[index], label=label)
+            ends.append((float(values[-1]), label, style.PALETTE[index]))
+        style.label_ends(axes, ends, gap=0.1)
+        style.over_a_turn(axes, label=axes is bottom)
+    for sign in (1, -1):
+        top.plot([0, 360], [0, sign * 360], color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
+    top.set_yticks(range(-360, 361, 180))
+    top.set_ylabel("rotation / deg")
+    top.set_title("relative to the carrier (dashed: uniform)")
+    middle.axhline(1, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
+    middle.set_ylabel("ratio of a stage / 1")
+    bottom.axhline(0, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
+    bottom.set_ylabel("absolute rate / (rad/s)")
+    return figure

@@ -1,0 +1,106 @@
+"""Figures of an optimisation: how the search converged, and what the best designs trade."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.report import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from planter.kernels import Array
+
+STEEP = 30.0
+"""Ratio of worst to best objective from which the scale is logarithmic."""
+
+
+@style.drawn
+def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
+    """Best objective so far against evaluations, a staircase for each search.
+
+    `history` holds (evaluations, best objective) pairs under a label each; labels that begin alike up to a comma
+    (`ipopt, start 3`) belong to one method, share a colour and are named once. Evaluations are counted from the
+    start of the method.
+    """
+    figure = style.new_figure(3.6)
+    axes = figure.subplots()
+    methods = list(dict.fromkeys(label.partition(",")[0] for label in history))
+    ends: dict[str, tuple[float, str, str]] = {}
+    for label, steps in history.items():
+        method = label.partition(",")[0]
+        shade = style.PALETTE[methods.index(method) % len(style.PALETTE)]
+        count, best = np.array(steps, dtype=float).T
+        single = "," not in label
+        axes.step(count, best, where="post", color=shade, linewidth=1.4 if single else 0.8, label=label)
+        axes.plot(count[-1], best[-1], "o", color=shade, markersize=3 if single else 2)
+        if method not in ends or best[-1] < ends[method][0]:
+            ends[method] = (float(best[-1]), _end(method, history, float(best[-1])), shade)
+    _scales(axes, history)
+    axes.set_xlabel("evaluations of the objective")
+    axes.set_ylabel("best objective" + (f" / {unit}" if unit else ""))
+    style.label_ends(axes, list(ends.values()), gap=0.12)
+    return figure
+
+
+def _end(method: str, history: Mapping[str, object], best: float) -> str:
+    runs = sum(label.partition(",")[0] == method for label in history)
+    return f"{method}{f' ({runs} starts)' if runs > 1 else ''}\n{best:.7g}"
+
+
+def _scales(axes: Axes, history: Mapping[str, Sequence[tuple[int, float]]]) -> None:
+    counts = [count for steps in history.values() for count, _ in steps]
+    values = [best for steps in history.values() for _, best in steps]
+    if max(counts) > STEEP * max(1, min(counts)):
+        axes.set_xscale("log" if min(counts) > 0 else "symlog")
+    if min(values) > 0 and max(values) > STEEP * min(values):
+        axes.set_yscale("log")
+
+
+@style.drawn
+def pareto(
+    points: Array,
+    marks: Mapping[str, tuple[float, float]],
+    weights: tuple[float, float] | None = None,
+) -> Figure:
+    """Range against variance of the support force: designs (n, 2) [N, N2], the front among them, and named designs.
+
+    `weights` are those of the objective: the line of equal objective through the best mark is drawn.
+    """
+    figure = style.new_figure(4.2)
+    axes = figure.subplots()
+    front = nondominated(points)
+    axes.plot(*points[~front].T, "o", color=style.FAINT, markersize=2.5, label="designs")
+    ordered = points[front][np.argsort(points[front][:, 0])]
+    axes.plot(*ordered.T, "o-", color=style.BLUE, markersize=3.2, linewidth=0.9, label="front")
+    for index, (label, (x, y)) in enumerate(marks.items(), 1):
+        shade = style.PALETTE[index % len(style.PALETTE)]
+        axes.plot(x, y, "D", color=shade, markeredgecolor=style.PAPER, markersize=6, label=label, zorder=4)
+    axes.margins(0.08)
+    if weights and marks:
+        _level(axes, min(marks.values(), key=lambda mark: np.dot(weights, mark)), weights)
+    axes.set_xlabel("range of the support force / N")
+    axes.set_ylabel("variance of the support force / N²")
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) -> None:
+    """The line on which the weighted sum is what it is at the mark."""
+    limits = axes.get_xlim(), axes.get_ylim()
+    slope = -weights[0] / weights[1]
+    label = f"{weights[0]:g} range + {weights[1]:g} variance = {np.dot(weights, mark):.6g}"
+    axes.axline(mark, slope=slope, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)), label=label)
+    axes.set_xlim(limits[0])
+    axes.set_ylim(limits[1])
+
+
+def nondominated(points: Array) -> NDArray[np.bool_]:
+    """Which of the points (n, 2) no other point beats in both values, (n,) of bool; both are to be small."""
+    beaten = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
+    return ~np.array(beaten, dtype=bool)

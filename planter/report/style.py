@@ -1,0 +1,204 @@
+"""How figures look, and how they are written: one hand for all of them.
+
+The settings of a user's own matplotlibrc play no part, so that the same data give the same bytes everywhere.
+"""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+from planter.report import files
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH = 6.7
+"""Width of a figure [inch]: the text of an A4 page."""
+DOTS = 160
+"""Resolution of the PNG [1/inch]."""
+
+INK, PAPER, SOFT, FAINT = "#1b2430", "#fefefe", "#6f7884", "#a9b0b9"
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#b0568f",
+    "#e69f00",
+    "#56b4e9",
+)
+CLEAR = {"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
+"""Ground for a text that stands on lines."""
+PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+"""Colours that people with any kind of colour vision can tell apart (Okabe and Ito)."""
+
+_OWN = {"exact": BLUE, "printed": VERMILION}
+_LOCK = threading.RLock()
+_SETTINGS: dict[Any, Any] = {
+    "figure.facecolor": PAPER,
+    "savefig.facecolor": PAPER,
+    "axes.facecolor": "none",
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 8.5,
+    "axes.titlecolor": INK,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": FAINT,
+    "grid.alpha": 0.35,
+    "grid.linewidth": 0.5,
+    "text.color": INK,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 3,
+    "ytick.major.size": 3,
+    "font.family": "DejaVu Sans",
+    "font.size": 8,
+    "lines.linewidth": 1.3,
+    "lines.solid_capstyle": "round",
+    "lines.solid_joinstyle": "round",
+    "patch.linewidth": 0.8,
+    "svg.hashsalt": "planter",
+    "svg.fonttype": "path",
+}
+
+P = ParamSpec("P")
+
+
+@contextmanager
+def _settings() -> Iterator[None]:
+    """Matplotlib's settings are global: one thread at a time, and as they were when it is done."""
+    import matplotlib
+
+    with _LOCK, matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        for name, value in _SETTINGS.items():
+            matplotlib.rcParams[name] = value
+        yield
+
+
+def drawn(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Decorator for a function that draws a figure: it does so in this style."""
+
+    @wraps(draw)
+    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with _settings():
+            return draw(*args, **kwargs)
+
+    return styled
+
+
+def new_figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure of a size [inch] that arranges its parts by itself."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def colour(label: str, index: int) -> str:
+    """Colour of a curve: a model has its own wherever it appears, others take turns."""
+    return _OWN.get(label, PALETTE[index % len(PALETTE)])
+
+
+def over_a_turn(axes: Axes, label: bool = True) -> None:
+    """Carrier angle as the horizontal axis."""
+    axes.set_xlim(0, 360)
+    axes.set_xticks(range(0, 361, 60))
+    if label:
+        axes.set_xlabel("carrier angle φ / deg")
+
+
+def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
+    """Axes with equal scales and no spines, for figures that show shapes."""
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+
+
+def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -> None:
+    """Names curves at the right edge of the axes: (height in data units, text, colour).
+
+    Names are moved apart where they would be closer than `gap`, a share of the axes' height.
+    """
+    order = sorted(ends)
+    on_screen = axes.transData.transform([(1, end[0]) for end in order])
+    wanted = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
+    for (_, text, shade), height in zip(order, spread(wanted, gap), strict=True):
+        axes.text(1.012, height, text, color=shade, transform=axes.transAxes, va="center", ha="left")
+
+
+def spread(heights: Sequence[float], gap: float) -> list[float]:
+    """Sorted heights in [0, 1], moved as little as needed so that neighbours are `gap` apart.
+
+    >>> [round(h, 3) for h in spread([0.1, 0.5, 0.52], 0.1)]
+    [0.1, 0.46, 0.56]
+    >>> [round(h, 3) for h in spread([0.01, 0.02, 0.03], 0.1)]
+    [0.0, 0.1, 0.2]
+    """
+    blocks: list[list[float]] = []
+    for height in heights:
+        blocks.append([height])
+        while len(blocks) > 1 and _top(blocks[-2], gap) + gap > _bottom(blocks[-1], gap):
+            last = blocks.pop()
+            blocks[-1] = blocks[-1] + last
+    apart = [_bottom(block, gap) + i * gap for block in blocks for i in range(len(block))]
+    raised = [max(height, i * gap) for i, height in enumerate(apart)]
+    return [min(height, 1 - (len(raised) - 1 - i) * gap) for i, height in enumerate(raised)]
+
+
+def _bottom(block: list[float], gap: float) -> float:
+    return sum(block) / len(block) - (len(block) - 1) * gap / 2
+
+
+def _top(block: list[float], gap: float) -> float:
+    return _bottom(block, gap) + (len(block) - 1) * gap
+
+
+def svg(figure: Figure) -> str:
+    """The figure as SVG text: the same figure gives the same bytes, on any day."""
+    return _rendered(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as PNG, the same bytes each time."""
+    return _rendered(figure, "png", {"Software": None})
+
+
+def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
+    with _settings():
+        if figure.get_layout_engine() is not None:
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format=kind, dpi=DOTS, metadata=metadata)
+    return buffer.getvalue()
+
+
+def save(figure: Figure, folder: Path, name: str) -> tuple[Path, Path]:
+    """Writes `name.svg` and `name.png`; returns their paths.
+
+    Raises InputError, naming the path, where the folder cannot be written.
+    """
+    vector, raster = folder / f"{name}.svg", folder / f"{name}.png"
+    files.write_text(vector, svg(figure))
+    files.write_bytes(raster, png(figure))
+    return vector, raster

@@ -1,0 +1,214 @@
+"""Kinematics of the planting device: closure and rolling of gear pairs, angles by quadrature, rates by differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+import pytest
+from mpmath import mp
+from numpy.typing import NDArray
+
+from planter.device import Device
+from tests.support import joints, kinematics, machines, model, xp_complex
+from tests.support.arithmetic import MPMATH
+from tests.support.jets import Jet
+
+Array = NDArray[np.float64]
+NAMES = (*machines.BUILT_IN, *machines.RANDOM)
+TURN = 2 * np.pi
+every_machine = pytest.mark.parametrize("name", NAMES)
+both_stages = pytest.mark.parametrize("stage", [0, 1])
+CONTACT = ("r", "dr", "ddr", "ratio", "dratio", "turned")
+
+
+def parameters(device: Device, stage: int) -> Array:
+    first = len(device.sidecar["vectors"]["mounting"])
+    second = first + len(device.stages[0].names)
+    return device.design[first:second] if stage == 0 else device.design[second:]
+
+
+def contact(device: Device, stage: int, t: Array, stretched: float = 1.0) -> dict[str, Array]:
+    """The stage's generated functions; `stretched` spoils the centre distance."""
+    gear, own = device.stages[stage], parameters(device, stage)
+    hoisted = gear.prologue(parameters=own)["hoisted"]
+    hoisted[0] *= stretched
+    found = gear.contact(t=np.asarray(t), parameters=own, hoisted=hoisted)
+    return {key: found[key][0] for key in CONTACT}
+
+
+# --- closure ---------------------------------------------------------------------------------------
+
+
+def closure_gap(device: Device, stage: int, stretched: float = 1.0) -> float:
+    """Rotation of the conjugate over a turn, by quadrature of the ratio on both segments, less a turn."""
+    joint = np.pi / parameters(device, stage)[-1]
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    total = 0.0
+    for start, end in ((0.0, joint), (joint, TURN)):
+        half = (end - start) / 2
+        total += half * weights @ contact(device, stage, start + half * (nodes + 1), stretched)["ratio"]
+    return total - TURN
+
+
+@every_machine
+@both_stages
+def test_gear_pairs_close(name: str, stage: int) -> None:
+    assert abs(closure_gap(machines.device(name), stage)) < 1e-12
+
+
+def test_a_centre_distance_off_by_a_millionth_does_not_close() -> None:
+    assert abs(closure_gap(machines.device("wang2017"), 0, stretched=1 + 1e-6)) > 1e-7
+
+
+@every_machine
+def test_stages_turn_once_a_turn(name: str) -> None:
+    phi = np.random.default_rng(1).uniform(0, TURN, 50)
+    now, later = (model.cycle(machines.device(name), angle).side1 for angle in (phi, phi + TURN))
+    assert later["phi52"] - now["phi52"] == pytest.approx(TURN, abs=1e-12)
+    assert later["phi72"] - now["phi72"] == pytest.approx(-TURN, abs=1e-12)
+
+
+# --- angles by quadrature ------------------------------------------------------------------------------
+
+
+def turned(gear: kinematics.Gear, start: mp.mpf, end: mp.mpf) -> mp.mpf:
+    """Integral of the ratio between two polar angles of the inner gear, split at its joints."""
+    edges = [k * 2 * mp.pi + joint for k in range(-2, 4) for joint in (mp.zero, mp.pi / gear.m)]
+    inner = [edge for edge in edges if min(start, end) < edge < max(start, end)]
+    return mp.quad(lambda t: gear.contact(Jet(MPMATH.xp, t))[2].value, [start, *sorted(inner), end])
+
+
+def quadrature_gap(name: str, phi: float, phase: float = 0.0) -> float:
+    """Largest difference of both stages' angles to quadrature; `phase` shifts the sun."""
+    found = model.cycle(machines.device(name), phi).side1
+    with mp.workdps(20):
+        device, angle = kinematics.Device(machines.machine(name), MPMATH), mp.mpf(float(phi))
+        start1, start2 = device["design.alpha3_deg"] + phase, device["design.beta6_deg"]
+        phi52 = turned(device.sun, start1, start1 + angle)
+        phi72 = -turned(device.gear6, start2, start2 + phi52)
+        return float(max(abs(found["phi52"].item() - phi52), abs(found["phi72"].item() - phi72)))
+
+
+@every_machine
+def test_angles_agree_with_quadrature(name: str) -> None:
+    for phi in np.random.default_rng(2).uniform(0, TURN, 4):
+        assert quadrature_gap(name, phi) < 1e-10
+
+
+def test_quadrature_shows_a_phase_off_by_a_millionth() -> None:
+    assert quadrature_gap("wang2017", 2.0, phase=1e-6) > 1e-8
+
+
+# --- rolling -------------------------------------------------------------------------------------------
+
+
+def rolling_gap(name: str, stage: int, stretched: float = 1.0) -> Array:
+    """Tangent of the inner pitch curve less that of its mate at the contact, per polar angle, over the centre distance.
+
+    Both curves are drawn in their own gears from radius and rotation, differentiated by complex step and laid against
+    each other, the inner gear's centre at 0 and its mate's on the positive axis.
+    """
+    device = machines.device(name)
+    curve = model.array_module(f"curve_{device.stages[stage].family}")
+    own = parameters(device, stage)
+    hoisted = np.array(curve.prologue(np, own, device.stages[stage].terms), dtype=float)
+    hoisted[0] *= stretched
+    t = np.random.default_rng(3).uniform(0, TURN, 100)
+    step = t + 1j * xp_complex.STEP
+    r, _, _, _, _, turned = curve.contact(xp_complex, step, own, hoisted)
+    mate = hoisted[0] - r
+    inner = _tangent(r * np.cos(step), r * np.sin(step), t)
+    outer = _tangent(-mate * np.cos(turned), mate * np.sin(turned), -np.real(turned))
+    return np.abs(inner - outer) / hoisted[0]
+
+
+def _tangent(x: Array, y: Array, turn_back: Array) -> Array:
+    """Slope of a point that is given to the first order by complex step, as a complex number, turned back."""
+    return (np.imag(x) + 1j * np.imag(y)) / xp_complex.STEP * np.exp(-1j * turn_back)
+
+
+@every_machine
+@both_stages
+def test_pitch_curves_roll_on_equal_arcs_with_a_common_tangent(name: str, stage: int) -> None:
+    assert rolling_gap(name, stage).max() < 1e-12
+
+
+def test_pitch_curves_at_another_distance_do_not_roll() -> None:
+    assert rolling_gap("wang2017", 0, stretched=1 + 1e-6).max() > 1e-8
+
+
+# --- rates by differences, on both sides of every joint ------------------------------------------------
+
+STEP, POINTS = 0.008, 9
+
+
+def one_sided(values: Array, step: float, order: int) -> float:
+    """Derivative at the first of equally spaced samples.
+
+    >>> x = 1 + 0.01 * np.arange(9)
+    >>> bool(abs(one_sided(np.exp(x), 0.01, 1) - np.e) < 1e-10)
+    True
+    """
+    vandermonde = np.vander(np.arange(len(values)), increasing=True).T.astype(float)
+    wanted = np.zeros(len(values))
+    wanted[order] = 1 if order == 1 else 2
+    return float(np.linalg.solve(vandermonde, wanted) @ values) / step**order
+
+
+def samples(start: float, step: float) -> Array:
+    """Equally spaced angles to one side of a joint, the first just beside it."""
+    return start + np.sign(step) * 1e-9 + step * np.arange(POINTS)
+
+
+def beside_joints(name: str) -> Iterator[tuple[Array, float]]:
+    """Samples before and after every joint of side 1 that reach no other one, and their step."""
+    found = np.sort(joints.of_side(machines.machine(name)))
+    for joint in found:
+        for side in (1, -1):
+            away = np.mod(side * (found - joint), TURN)
+            step = side * min(STEP, away[away > 0].min() / POINTS)
+            yield samples(joint, step), step
+
+
+@every_machine
+def test_rates_of_the_train_agree_with_differences_beside_joints(name: str) -> None:
+    device, speed = machines.device(name), machines.machine(name).si("speed_rpm")
+    for phi, step in beside_joints(name):
+        found = model.cycle(device, phi).side1
+        for value, rate, offset in (("phi72", "Omega", speed), ("Omega", "Omega_dot", 0.0)):
+            slope = one_sided(found[value], step, 1) * speed + offset
+            assert slope == pytest.approx(found[rate][0], abs=1e-7), f"{rate} at {phi[0]}"
+
+
+@every_machine
+def test_swing_agrees_with_differences_beside_joints(name: str) -> None:
+    """Angles are the model's; its rates are inside it, so they are the independent ones that its forces agree with."""
+    device, machine = machines.device(name), machines.machine(name)
+    for phi, step in beside_joints(name):
+        swing = model.cycle(device, phi).side1["theta1"]
+        motion = kinematics.Device(machine).side(phi[:1]).theta1
+        for order in (1, 2):
+            slope = one_sided(swing, step, order) * machine.si("speed_rpm") ** order
+            assert slope == pytest.approx(motion.parts[order].item(), abs=1e-3), f"order {order} at {phi[0]}"
+
+
+@every_machine
+@both_stages
+def test_slopes_of_pitch_curves_agree_with_differences_beside_joints(name: str, stage: int) -> None:
+    device = machines.device(name)
+    for joint, side in product((0.0, np.pi / parameters(device, stage)[-1]), (1, -1)):
+        found = contact(device, stage, samples(joint, side * STEP))
+        for value, slope in (("r", "dr"), ("dr", "ddr"), ("turned", "ratio"), ("ratio", "dratio")):
+            expected = one_sided(found[value], side * STEP, 1)
+            assert found[slope][0] == pytest.approx(expected, abs=1e-8 if value == "turned" else 1e-7), (
+                f"{slope} at {joint}"
+            )
+
+
+def test_curvature_jumps_at_a_joint() -> None:
+    """What differences across a joint would miss."""
+    device = machines.device("wang2017")
+    left, right = (contact(device, 0, samples(0.0, side * STEP))["ddr"][0] for side in (-1, 1))
+    assert abs(left - right) > 1e-3

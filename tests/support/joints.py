@@ -1,0 +1,66 @@
+"""Carrier angles at which a planting device is not smooth, from the independent kinematics and by sign changes."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from planter.device import Device
+from planter.machine import Machine
+from tests.support import kinematics, machines, model
+
+Array = NDArray[np.float64]
+TURN = 2 * np.pi
+
+
+def roots(f: Callable[[Array], Array]) -> list[float]:
+    """Angles within a turn at which a vectorised function changes sign.
+
+    >>> [round(root, 6) for root in roots(lambda phi: np.cos(phi))]
+    [1.570796, 4.712389]
+    """
+    grid = np.linspace(0, TURN, 721)
+    values = f(grid)
+    places = np.flatnonzero(values[:-1] * values[1:] < 0)
+    return [brentq(lambda p: f(np.array([p]))[0], grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15) for i in places]
+
+
+def of_side(machine: Machine) -> list[float]:
+    """Where side 1 passes a joint of a pitch curve or an end of a cam flank."""
+    device = kinematics.Device(machine)
+
+    def passed(value: Callable[[kinematics.Side], Array], edge: float) -> list[float]:
+        return roots(lambda phi: np.sin((value(device.side(phi)) - edge) / 2))
+
+    found = []
+    for edge in (0.0, np.pi / machine.si("design.m31")):
+        found += passed(lambda side: side.t1.value, edge)
+    for edge in (0.0, np.pi / machine.si("design.m61")):
+        found += passed(lambda side: side.t2.value, edge)
+    for path in ("rise_delta_deg[0]", "rise_delta_deg[1]", "fall_delta_deg[0]", "fall_delta_deg[1]"):
+        found += passed(lambda side: -side.phi72.value, machine.si(path))
+    return found
+
+
+def of_teeth(device: Device) -> list[float]:
+    """Where another flank of a tooth of side 1 begins to bear."""
+    return [angle for name in ("M_P", "M_Q") for angle in roots(lambda phi: model.cycle(device, phi).side1[name])]  # noqa: B023
+
+
+@cache
+def of_both_sides(name: str) -> Array:
+    """All of them in a turn, of side 1 and of side 2, sorted."""
+    one = [*of_side(machines.machine(name)), *of_teeth(machines.device(name))]
+    return np.unique([*one, *np.mod(np.add(one, np.pi), TURN)])
+
+
+@cache
+def panels(name: str) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss-Legendre quadrature over a turn, split at the joints and once between."""
+    edges = np.unique([0, *of_both_sides(name), TURN])
+    edges = np.sort(np.concatenate([edges, (edges[1:] + edges[:-1]) / 2]))
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
+    return (middle + half * nodes).ravel(), (half * weights).ravel()

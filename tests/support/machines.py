@@ -1,0 +1,68 @@
+"""Machines to test on: the built-in ones, and random valid ones drawn around them."""
+
+from functools import cache
+
+import numpy as np
+
+from planter.device import Device, Model
+from planter.errors import PlanterError
+from planter.machine import Machine, built_in, load
+
+SPREAD = {"mass": 0.3, "inertia": 0.3, "centroid": 0.4, "nozzle": 0.2, "spring": 0.3, "contact": 0.2, "operation": 0.3}
+DESIGN = {
+    "theta_deg": (50, 80), "gamma_deg": (0, 60), "alpha3_deg": (-180, 180), "beta6_deg": (-180, 180),
+    "R3_mm": (25, 35), "e3_mm": (1, 6), "m31": (0.8, 1.8), "A6_mm": (25, 35), "k6": (0.02, 0.15), "m61": (0.8, 1.5),
+}  # fmt: skip
+CAM = {
+    "psi0_deg": 5,
+    "rise_delta_deg[0]": 10,
+    "rise_delta_deg[1]": 10,
+    "fall_delta_deg[0]": 10,
+    "fall_delta_deg[1]": 10,
+}
+BUILT_IN = tuple(built_in())
+RANDOM = tuple(f"random {seed}" for seed in range(1, 5))
+
+
+@cache
+def machine(name: str) -> Machine:
+    """A built-in machine, or "random <seed>"."""
+    if name in BUILT_IN:
+        return load(name)
+    rng = np.random.default_rng(int(name.removeprefix("random ")))
+    while True:
+        try:
+            found = load(BUILT_IN[rng.integers(len(BUILT_IN))])
+            drawn = found.with_numbers(_draw(found, rng))
+            Device(drawn)
+        except PlanterError:
+            continue
+        return drawn
+
+
+def _draw(base: Machine, rng: np.random.Generator) -> dict[str, float]:
+    changes = {f"design.{name}": float(rng.uniform(*limits)) for name, limits in DESIGN.items()}
+    for path, value in base.numbers().items():
+        section, _, key = path.partition(".")
+        if section in SPREAD:
+            shift = rng.uniform(-5, 5) if key.endswith("]") and section == "nozzle" else 0.0
+            changes[path] = float(value * (1 + SPREAD[section] * rng.uniform(-1, 1)) + shift)
+        elif section == "cam" and key in CAM:
+            changes[path] = float(value + CAM[key] * rng.uniform(-1, 1))
+    return changes
+
+
+@cache
+def device(name: str, model: Model = "exact") -> Device:
+    return Device(machine(name), model)
+
+
+def tampered(name: str, path: str, factor: float = 1.01) -> Machine:
+    """A machine with one number changed."""
+    base = machine(name)
+    return base.with_numbers({path: base.numbers()[path] * factor})
+
+
+def design_near(subject: Device, rng: np.random.Generator) -> np.ndarray:
+    """A design in the box of the machine's bounds."""
+    return subject.lower + (subject.upper - subject.lower) * rng.uniform(size=subject.size)
