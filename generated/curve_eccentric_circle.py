@@ -9,6 +9,7 @@ hoisted: centre distance, then the cosine series of the ratio, if there is one
 """
 
 from casadi import (
+    DM,
     MX,
     SX,
     Function,
@@ -16,35 +17,37 @@ from casadi import (
     floor,
     fmax,
     if_else,
+    mmax,
     pi,
     rootfinder,
     sin,
     sqrt,
+    sum1,
     vertcat,
 )
 
 
 def prologue(terms: int) -> Function:
-    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio.
+
+    Quadrature by midpoints of half a turn, which is spectrally accurate for an even curve.
+    """
+    u = DM([pi * (j + 0.5) / (2 * terms) for j in range(2 * terms)])
+    cosines = cos(DM(range(1, terms + 1)) @ u.T)
     a = SX.sym("a")
     parameters = SX.sym("parameters", 3)
     R = parameters[0]
     e = parameters[1]
-    nodes = [pi * (j + 0.5) / (2 * terms) for j in range(2 * terms)]
-    radii = [e * cos(u) + sqrt(R**2 - e**2 * sin(u)**2) for u in nodes]
-    ratios = [r / (a - r) for r in radii]
-    largest = radii[0]
-    for r in radii:
-        largest = fmax(largest, r)
-    start = Function("start", [parameters], [fmax(sum(radii) / terms, largest * (1 + 1e-6))])
-    closure = Function("closure", [a, parameters], [sum(ratios) / (2 * terms) - 1])
-    series = [sum(f * cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]
-    coefficients = Function("coefficients", [a, parameters], [vertcat(*series)])
+    radii = e * cos(u) + sqrt(R**2 - e**2 * sin(u)**2)
+    ratios = radii / (a - radii)
+    start = Function("start", [parameters], [fmax(sum1(radii) / terms, mmax(radii) * (1 + 1e-6))])
+    closure = Function("closure", [a, parameters], [sum1(ratios) / (2 * terms) - 1])
+    at_nodes = Function("ratios", [a, parameters], [ratios])
 
     given = MX.sym("parameters", 3)
     root = rootfinder("root", "fast_newton", closure, {"abstol": 1e-14, "abstolStep": 1e-14, "max_iter": 100})
     distance = root(start(given), given)
-    hoisted = vertcat(distance, coefficients(distance, given))
+    hoisted = vertcat(distance, cosines @ at_nodes(distance, given) / terms)
     return Function("prologue", [given], [hoisted], ["parameters"], ["hoisted"])
 
 

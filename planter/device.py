@@ -125,6 +125,11 @@ class Device:
         return [Candidate(self.design[part], lambda name: f"{source}: design.{name}"),
                 *(Candidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
 
+    def compile(self) -> None:
+        """Run what an optimiser calls again and again in machine code, where there is a C compiler."""
+        for kernel in (self._support, self._slopes, self._hessian_sum):
+            kernel.compile()
+
     @property
     def size(self) -> int:
         return len(self.names)

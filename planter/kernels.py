@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from planter.compiled import compiled
 from planter.errors import ComputationError, PlanterError
 
 Array = NDArray[np.float64]
@@ -34,6 +35,11 @@ class Kernel:
         self.lanes = tuple(lanes)
         self.summed = summed
         self._maps: dict[int, ca.Function] = {}
+
+    def compile(self) -> None:
+        """Run in machine code from now on, where there is a compiler."""
+        self.function = compiled(self.function)
+        self._maps.clear()
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns); lane outputs have a column for each lane."""

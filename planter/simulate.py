@@ -87,7 +87,7 @@ def at(device: Device, angles_deg: Sequence[float]) -> list[dict[str, float]]:
 
 
 def work(device: Device) -> dict[str, float]:
-    """Work over a turn of both sides [J]: of the motor, and lost to friction at the cams; by quadrature between joints."""
+    """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at both cams."""
     panels = Panels(Planting(device), device.design)
     found = planting.cycle(device, device.prologue(device.design), panels.nodes)
     lost = found.sides[0]["F_E_loss_W"] + found.sides[1]["F_E_loss_W"]

@@ -30,7 +30,8 @@ def simulation(console: Console, result: Result) -> None:
         ("weight", result["weight_N"], None, "N"),
     ]
     console.table("Vertical support force", ("", "sampled", "refined", "unit"), rows)
-    console.table("Work over a turn", ("", "J"), (("input", result["work"]["input_J"]), ("friction", result["work"]["friction_J"])))
+    work = (("input", result["work"]["input_J"]), ("friction", result["work"]["friction_J"]))
+    console.table("Work over a turn", ("", "J"), work)
     if result["at"]:
         _at(console, result["at"])
     warnings(console, result["warnings"])

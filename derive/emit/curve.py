@@ -7,7 +7,7 @@ import sympy as sp
 from derive import curves
 from derive.curves import BySeries, Condition, PitchCurve
 from derive.emit.casadi import NOTICE, imports
-from derive.emit.expression import ARRAY, CASADI, Dialect, Printer
+from derive.emit.expression import ARRAY, CASADI, Printer
 from derive.emit.schedule import share
 from derive.emit.text import Emitted, described
 from derive.model import Let, SineSeries, Step
@@ -47,7 +47,9 @@ def casadi_module(curve: PitchCurve) -> str:
     functions = "\n\n\n".join(
         (_casadi_prologue(curve), *(_casadi_function(f) for f in (contact(curve), conditions(curve))))
     )
-    always = ["Function", "SX", "vertcat"] + (["MX", "fmax", "rootfinder"] if _by_closure(curve) else [])
+    always = ["Function", "SX", "vertcat"] + (
+        ["DM", "MX", "fmax", "mmax", "rootfinder", "sum1"] if _by_closure(curve) else []
+    )
     return f'''"""{curve.title.capitalize()}: CasADi functions of a pitch curve and its conjugate.
 
 {NOTICE}
@@ -118,17 +120,6 @@ def _unpacked(curve: PitchCurve) -> str:
     return "\n".join(f"    {q.name} = parameters[{i}]" for i, q in enumerate(curve.parameters))
 
 
-def _at_nodes(curve: PitchCurve, dialect: Dialect, nodes: str) -> str:
-    """Quadrature nodes and the radius there: midpoints of half a turn, spectrally accurate for an even curve."""
-    return f"""    nodes = [{nodes} for j in range(2 * terms)]
-    radii = [{Printer(dialect)(curve.radius())} for u in nodes]"""
-
-
-def _series(dialect: Dialect) -> str:
-    term = f"f * {dialect.call('cos', 'k * u')}"
-    return f"[sum({term} for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]"
-
-
 def _casadi_prologue(curve: PitchCurve) -> str:
     size = len(parameters_of(curve))
     if not _by_series(curve) and not _by_closure(curve):
@@ -139,24 +130,25 @@ def _casadi_prologue(curve: PitchCurve) -> str:
     hoisted = vertcat({Printer(CASADI)(curve.centre_distance())}, SX.zeros(terms))
     return Function("prologue", [parameters], [hoisted], ["parameters"], ["hoisted"])'''
     return f'''def prologue(terms: int) -> Function:
-    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio.
+
+    Quadrature by midpoints of half a turn, which is spectrally accurate for an even curve.
+    """
+    u = DM([pi * (j + 0.5) / (2 * terms) for j in range(2 * terms)])
+    cosines = cos(DM(range(1, terms + 1)) @ u.T)
     a = SX.sym("a")
     parameters = SX.sym("parameters", {size})
 {_unpacked(curve)}
-{_at_nodes(curve, CASADI, "pi * (j + 0.5) / (2 * terms)")}
-    ratios = [r / (a - r) for r in radii]
-    largest = radii[0]
-    for r in radii:
-        largest = fmax(largest, r)
-    start = Function("start", [parameters], [fmax(sum(radii) / terms, largest * (1 + 1e-6))])
-    closure = Function("closure", [a, parameters], [sum(ratios) / (2 * terms) - 1])
-    series = {_series(CASADI)}
-    coefficients = Function("coefficients", [a, parameters], [vertcat(*series)])
+    radii = {Printer(CASADI)(curve.radius())}
+    ratios = radii / (a - radii)
+    start = Function("start", [parameters], [fmax(sum1(radii) / terms, mmax(radii) * (1 + 1e-6))])
+    closure = Function("closure", [a, parameters], [sum1(ratios) / (2 * terms) - 1])
+    at_nodes = Function("ratios", [a, parameters], [ratios])
 
     given = MX.sym("parameters", {size})
     root = rootfinder("root", "fast_newton", closure, {{"abstol": 1e-14, "abstolStep": 1e-14, "max_iter": 100}})
     distance = root(start(given), given)
-    hoisted = vertcat(distance, coefficients(distance, given))
+    hoisted = vertcat(distance, cosines @ at_nodes(distance, given) / terms)
     return Function("prologue", [given], [hoisted], ["parameters"], ["hoisted"])'''
 
 
@@ -169,10 +161,12 @@ def _array_prologue(curve: PitchCurve) -> str:
     return f'''def prologue(xp, parameters, terms):
     """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
 {_unpacked(curve)}
-{_at_nodes(curve, ARRAY, "xp.pi * (2 * j + 1) / (4 * terms)")}
+    nodes = [xp.pi * (2 * j + 1) / (4 * terms) for j in range(2 * terms)]
+    radii = [{Printer(ARRAY)(curve.radius())} for u in nodes]
     a = sum(radii) / terms
     for _ in range(50):
         ratios = [r / (a - r) for r in radii]
         slope = -sum(r / (a - r) ** 2 for r in radii)
         a = a - (sum(ratios) - 2 * terms) / slope
-    return [a, *{_series(ARRAY)}]'''
+    series = [sum(f * xp.cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]
+    return [a, *series]'''

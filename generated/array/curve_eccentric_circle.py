@@ -16,7 +16,8 @@ def prologue(xp, parameters, terms):
         ratios = [r / (a - r) for r in radii]
         slope = -sum(r / (a - r) ** 2 for r in radii)
         a = a - (sum(ratios) - 2 * terms) / slope
-    return [a, *[sum(f * xp.cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]]
+    series = [sum(f * xp.cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]
+    return [a, *series]
 
 
 def contact(xp, t, parameters, hoisted):

@@ -26,7 +26,7 @@ from planter.optimise.latest import Latest
 from planter.optimise.response import Response
 
 NODES = 12
-PIECE = np.pi / 12
+PIECE = np.pi / 8
 """Nodes in a piece, and the greatest length of a piece [rad]."""
 APART = 1e-8
 """Joints closer than this are one [rad]."""
@@ -51,12 +51,12 @@ class Panels:
     def __init__(self, response: Response, x: Array) -> None:
         self.response, self.at = response, response.prologue(x)
         self.joints = joints.find(response, self.at)
-        self.folded = self.joints.folded(response.period)
+        self.folded = self.joints.folded
         self.breaks, self.order = self._breaks()
         self.nodes, self.weights, self.panel = self._quadrature()
         ends = np.stack([self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE], axis=1).ravel()
         probes = np.concatenate([self.nodes, ends])
-        force, self._rate, _ = response.support_rates(self.at, np.mod(probes, response.period))
+        force, self._rate = response.support_rate(self.at, np.mod(probes, response.period))
         self.force, self.end_rates = force[: len(self.nodes)], self._rate[len(self.nodes) :].reshape(-1, 2)
         self.mean = float(self.weights @ self.force)
         self.variance = float(self.weights @ (self.force - self.mean) ** 2)
@@ -101,8 +101,7 @@ class Panels:
         return Extremes(place, kind, self.response.support(self.at, place), joint)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
-        _, first, second = self.response.support_rates(self.at, np.mod(phi, self.response.period))
-        return first, second
+        return self.response.support_rates(self.at, np.mod(phi, self.response.period))
 
     def _brackets(self) -> tuple[Array, Array, Array]:
         """Neighbouring probes inside a panel between which dF/dphi changes sign; True for maxima."""
@@ -233,11 +232,8 @@ class _State:
         motion.velocity[smooth] = moving.peak_velocity(second[smooth])
         held = joint >= 0
         if held.any():
-            events, angles = panels.joints.events[joint[held]], panels.joints.angles[joint[held]]
             motion.velocity[held] = panels.joints.velocity[joint[held]]
-            motion.acceleration[held] = joints.accelerations(
-                panels.response, panels.at, events, angles, motion.velocity[held]
-            )
+            motion.acceleration[held] = panels.joints.acceleration(joint[held])
         return motion
 
 

@@ -54,8 +54,11 @@ class Response(Protocol):
     def support(self, at: Any, phi: Array) -> Array:
         """F, (n,)."""
 
-    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array, Array]:
-        """F and its first and second derivative in phi, (n,) each."""
+    def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """F and its derivative in phi, (n,) each."""
+
+    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """First and second derivative of F in phi, (n,) each."""
 
     def support_slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """F, (n,), and its Jacobian in (phi, x), (n, 1 + p)."""
@@ -96,11 +99,16 @@ class Planting:
         return Kernel(ca.Function(name, functions.inputs, list(outputs.values()), inputs, list(outputs)), lanes=["phi"])
 
     @cached_property
-    def _rates(self) -> Kernel:
+    def _rate(self) -> Kernel:
         functions = self.device.functions
         force = functions.total("F_support")
-        first = ca.gradient(force, functions.phi)
-        return self._kernel("rates", {"F": force, "first": first, "second": ca.gradient(first, functions.phi)})
+        return self._kernel("rate", {"force": force, "first": ca.gradient(force, functions.phi)})
+
+    @cached_property
+    def _rates(self) -> Kernel:
+        functions = self.device.functions
+        first = ca.gradient(functions.total("F_support"), functions.phi)
+        return self._kernel("rates", {"first": first, "second": ca.gradient(first, functions.phi)})
 
     @cached_property
     def _events(self) -> Kernel:
@@ -128,10 +136,15 @@ class Planting:
     def _inputs(self, at: Any, phi: Array) -> dict[str, Any]:
         return {"phi": phi, "x": at.x, "c": self.device.constants, "h": at.h}
 
-    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array, Array]:
-        """F [N], dF/dphi and d2F/dphi2 at angles, (n,) each."""
+    def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """F [N] and dF/dphi at angles, (n,) each."""
+        found = self._rate(**self._inputs(at, phi))
+        return found["force"][0], found["first"][0]
+
+    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """dF/dphi and d2F/dphi2 at angles, (n,) each."""
         found = self._rates(**self._inputs(at, phi))
-        return found["F"][0], found["first"][0], found["second"][0]
+        return found["first"][0], found["second"][0]
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """g of every event of side 1 and its derivative in phi, (k, n) each."""

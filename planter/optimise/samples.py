@@ -17,7 +17,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
-from planter.optimise.joints import ASIDE, Joints
+from planter.optimise.joints import ASIDE, IntArray, Joints
 from planter.optimise.latest import Latest
 from planter.optimise.response import Response
 
@@ -63,7 +63,7 @@ class Samples:
     def near(self, x: Array, width: float) -> list[tuple[Pin, float]]:
         """Joints of order 1 within `width` [rad] of a sample, nearest first, with the signed distance psi - phi_i."""
         found = joints.find(self.response, self.response.prologue(x))
-        folded = found.folded(self.response.period)
+        folded = found.folded
         gaps = _wrapped(folded[:, None] - self.angles, self.response.period)
         nearest = np.abs(gaps).argmin(axis=1)
         distance = gaps[np.arange(len(folded)), nearest]
@@ -109,6 +109,11 @@ class SampledRows:
     def pinned(self, pins: tuple[Pin, ...]) -> SampledRows:
         return SampledRows(self.response, self.angles, self.upper, self.lower, pins)
 
+    def beyond(self, x: Array, high: float, low: float) -> tuple[Array, Array]:
+        """Samples with a force above `high`, and below `low` [N]."""
+        force = self._state(x).force
+        return np.flatnonzero(force > high), np.flatnonzero(force < low)
+
     def values(self, x: Array) -> Values:
         state = self._state(x)
         force = state.force
@@ -136,13 +141,12 @@ class _State:
     def __init__(self, rows: SampledRows, x: Array) -> None:
         self.response, self.at = rows.response, rows.response.prologue(x)
         self.picked = np.array([pin.sample for pin in rows.pins], dtype=int)
-        self.events = np.array([pin.event for pin in rows.pins], dtype=int)
         self.phi = rows.angles.copy()
         self.gaps, self.velocity = np.empty(0), np.empty((0, len(x)))
         if rows.pins:
-            found = joints.find(self.response, self.at)
-            chosen, self.gaps = _chosen(found, rows, self.response.period)
-            self.turns, self.velocity = found.angles[chosen], found.velocity[chosen]
+            self.joints = joints.find(self.response, self.at)
+            self.chosen, self.gaps = _chosen(self.joints, rows)
+            self.velocity = self.joints.velocity[self.chosen]
             self.phi[self.picked] += self.gaps + ASIDE
         self.force, self.jacobian = self.response.support_slopes(self.at, self.phi)
         self.gradients = self.jacobian[:, 1:].copy()
@@ -150,8 +154,7 @@ class _State:
 
     @cached_property
     def motion(self) -> moving.Motion:
-        found = joints.accelerations(self.response, self.at, self.events, self.turns, self.velocity)
-        return moving.Motion(self.velocity, found)
+        return moving.Motion(self.velocity, self.joints.acceleration(self.chosen))
 
     def hessian(self, weights: Array, pins: Array) -> Array:
         """Weighted sum of the samples' Hessians and the pins'."""
@@ -165,11 +168,11 @@ class _State:
         return total + np.tensordot(weights[self.picked], moved, 1) + np.tensordot(pins, self.motion.acceleration, 1)
 
 
-def _chosen(found: Joints, rows: SampledRows, period: float) -> tuple[Array, Array]:
+def _chosen(found: Joints, rows: SampledRows) -> tuple[IntArray, Array]:
     """The joint of each pin, nearest to its sample, and the distance psi - phi_i."""
     chosen, gaps = [], []
     for pin in rows.pins:
-        gap = _wrapped(found.folded(period) - rows.angles[pin.sample], period)
+        gap = _wrapped(found.folded - rows.angles[pin.sample], found.response.period)
         gap[found.events != pin.event] = np.inf
         chosen.append(int(np.abs(gap).argmin()))
         gaps.append(gap[chosen[-1]])

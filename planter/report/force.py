@@ -28,6 +28,7 @@ JOINTS = {
 
 LABEL = 0.17
 """Height of a line of text in a figure [inch]."""
+BEFORE = "dashed: before the optimisation"
 FLAT = 0.2
 """A curve with less than this share of the common range gets a panel of its own."""
 
@@ -48,30 +49,26 @@ def support_force(
     curve is too flat to be read on the common scale is shown again on its own.
     """
     before, joints, reference = before or {}, _by_part(joints_deg or {}), reference or {}
-    heights = {"all": 2.9} | dict.fromkeys(_flat(cycles, before), 1.4)
-    heights |= {"joints, strip": LABEL * len(joints)} if joints else {}
-    bars = {"reference, bars": LABEL * (len(reference) + len(cycles))} if reference else {}
-    rows = heights | bars
-    figure = style.new_figure(sum(rows.values()) + 0.3 * len(rows) + (0.9 if bars else 0.3))
-    panels = dict(zip(rows, figure.subplots(len(rows), 1, height_ratios=list(rows.values()), squeeze=False)[:, 0],
-                      strict=True))  # fmt: skip
-    for name in heights:
-        if name == "joints, strip":
-            _strip(panels[name], joints)
-            continue
-        shown = cycles if name == "all" else {name: cycles[name]}
-        _curves(panels[name], shown, before, weight_N, LABEL / heights[name])
-        _faint_lines(panels[name], joints)
-        if name != "all":
-            panels[name].set_title(f"{name} model on its own scale")
-    for name in heights:
-        last = name == list(heights)[-1]
-        style.over_a_turn(panels[name], label=last)
-        panels[name].tick_params(labelbottom=last)
-    if before:
-        panels["all"].set_title("dashed: before the optimisation")
-    if bars:
-        _bars(panels["reference, bars"], cycles, reference)
+    flat = _flat(cycles, before)
+    heights = [2.9, *(1.4 for _ in flat)]
+    heights += [LABEL * len(joints)] if joints else []
+    heights += [LABEL * (len(reference) + len(cycles))] if reference else []
+    figure = style.new_figure(sum(heights) + 0.3 * len(heights) + (0.9 if reference else 0.3))
+    every = list(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
+    if reference:
+        _bars(every.pop(), cycles, reference)
+    angular = every.copy()
+    if joints:
+        _strip(every.pop(), joints)
+    for label, axes, height in zip((None, *flat), every, heights, strict=False):
+        shown = cycles if label is None else {label: cycles[label]}
+        _curves(axes, shown, before, weight_N, LABEL / height)
+        _faint_lines(axes, joints)
+        axes.set_title(f"{label} model on its own scale" if label else BEFORE if before else "")
+    for axes in angular:
+        last = axes is angular[-1]
+        style.over_a_turn(axes, label=last)
+        axes.tick_params(labelbottom=last)
     return figure
 
 
@@ -99,6 +96,7 @@ def _curves(axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve]
     axes.axhline(weight, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)), label="weight")
     ends.append((weight, f"weight {weight:.1f} N", style.INK))
     axes.set_ylabel("support force / N")
+    axes.grid(visible=False, axis="x")
     axes.margins(y=0.08)
     style.label_ends(axes, ends, gap)
 
@@ -111,7 +109,14 @@ def _bars(axes: Axes, cycles: Mapping[str, Curve], reference: Mapping[str, tuple
         shade = style.colour(label, row) if label in found else style.SOFT
         axes.plot([low, high], [row, row], color=shade, linewidth=4, solid_capstyle="butt", label=label)
         for force, offset, side in ((low, -4, "right"), (high, 4, "left")):
-            axes.annotate(f"{force:.2f}", (force, row), (offset, 0), textcoords="offset points", ha=side, va="center")
+            axes.annotate(
+                f"{force:.2f}".replace("-", "\N{MINUS SIGN}"),
+                (force, row),
+                (offset, 0),
+                textcoords="offset points",
+                ha=side,
+                va="center",
+            )
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_yticks(range(len(rows)), list(rows))
     axes.margins(x=0.12)
@@ -158,7 +163,7 @@ def joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int = 30)
 
 
 def _hodograph(axes: Axes, model: str, columns: Mapping[str, Array], name: str, shade: str, every: int) -> None:
-    phi, x, y = columns["phi_deg"], columns[f"{name}x_N"], columns[f"{name}y_N"]
+    x, y = columns[f"{name}x_N"], columns[f"{name}y_N"]
     axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=shade, linewidth=1.0, label=f"{model} model")
     marks = [_index(columns, angle) for angle in range(0, 360, every)]
     axes.plot(x[marks], y[marks], "o", color=shade, markersize=2.2)
@@ -176,7 +181,7 @@ def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: st
     for index, (model, columns) in enumerate(cycles.items()):
         for angle in (0, 90, 180, 270):
             point = forces[model][:, _index(columns, angle)]
-            if all(np.hypot(*(point - other)) > 0.09 * size for other in named):
+            if all(np.hypot(*(point - other)) > 0.12 * size for other in named):
                 shade = style.colour(model, index)
                 axes.annotate(f"{angle}°", tuple(point), (3, 2), textcoords="offset points", color=shade)
                 named.append(point)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planter.gears import Stage
     from planter.kernels import Array
 
-SAMPLES = 720
+SAMPLES = 360
 
 
 @dataclass(frozen=True)

@@ -60,14 +60,8 @@ def _path(axes: Axes, tip: Array, swing: Array) -> None:
 
 
 def _poses(axes: Axes, turn: Columns, tip: Array) -> None:
-    from matplotlib.patches import Circle
-
     a1, b1 = (np.array([turn[f"x_{point}_mm"], turn[f"y_{point}_mm"]]) for point in ("A1", "B1"))
-    radius = float(np.hypot(*b1[:, 0]))
-    dashed = (0, (4, 3))
-    axes.add_patch(
-        Circle((0, 0), radius, fill=False, edgecolor=style.SOFT, linestyle=dashed, linewidth=0.6, label="B1")
-    )
+    axes.plot(*_closed(b1), color=style.SOFT, linestyle=(0, (4, 3)), linewidth=0.7, label="B1")
     middle = tip.mean(axis=1)
     for angle in range(0, 360, 360 // POSES):
         i = int(np.argmin(np.abs(turn["phi_deg"] - angle)))
@@ -83,10 +77,15 @@ def _poses(axes: Axes, turn: Columns, tip: Array) -> None:
         is_open = turn["theta1_deg"][i] > 1e-9
         _nozzle(axes, b1[:, i], tip[:, i], style.VERMILION if is_open else style.SOFT)
         _name_pose(axes, tip[:, i], middle, angle)
-    _path(axes, tip, turn["theta1_deg"])
+    _path(axes, _closed(tip), _closed(turn["theta1_deg"]))
     axes.plot(0, 0, "o", color=style.INK, markersize=3.5)
     axes.annotate("O", (0, 0), (5, 4), textcoords="offset points")
     axes.legend(loc="upper right", frameon=False)
+
+
+def _closed(turn: Array) -> Array:
+    """The samples (..., n) of a turn with the first one again at the end."""
+    return np.concatenate([turn, turn[..., :1]], axis=-1)
 
 
 def _nozzle(axes: Axes, root: Array, tip: Array, shade: str) -> None:
@@ -101,7 +100,7 @@ def _nozzle(axes: Axes, root: Array, tip: Array, shade: str) -> None:
 
 def _name_pose(axes: Axes, tip: Array, middle: Array, angle: int) -> None:
     away = tip - middle
-    offset = 11 * away / np.hypot(*away)
+    offset = 13 * away / np.hypot(*away)
     axes.annotate(
         f"{angle}°",
         (float(tip[0]), float(tip[1])),

@@ -77,28 +77,31 @@ def turned(gear: kinematics.Gear, start: mp.mpf, end: mp.mpf) -> mp.mpf:
     """Integral of the ratio between two polar angles of the inner gear, split at its joints."""
     edges = [k * 2 * mp.pi + joint for k in range(-2, 4) for joint in (mp.zero, mp.pi / gear.m)]
     inner = [edge for edge in edges if min(start, end) < edge < max(start, end)]
-    return mp.quad(lambda t: gear.contact(Jet(MPMATH.xp, t))[2].value, [start, *sorted(inner), end])
+    points = [start, *sorted(inner), end]
+    return mp.quad(lambda t: gear.contact(Jet(MPMATH.xp, t))[2].value, points, method="gauss-legendre")
 
 
-def quadrature_gap(name: str, phi: float, phase: float = 0.0) -> float:
+def quadrature_gap(name: str, phase: float = 0.0) -> float:
     """Largest difference of both stages' angles to quadrature; `phase` shifts the sun."""
-    found = model.cycle(machines.device(name), phi).side1
-    with mp.workdps(20):
-        device, angle = kinematics.Device(machines.machine(name), MPMATH), mp.mpf(float(phi))
+    phi = np.random.default_rng(2).uniform(0, TURN, 3)
+    found, gaps = model.cycle(machines.device(name), phi).side1, []
+    with mp.workdps(17):
+        device = kinematics.Device(machines.machine(name), MPMATH)
         start1, start2 = device["design.alpha3_deg"] + phase, device["design.beta6_deg"]
-        phi52 = turned(device.sun, start1, start1 + angle)
-        phi72 = -turned(device.gear6, start2, start2 + phi52)
-        return float(max(abs(found["phi52"].item() - phi52), abs(found["phi72"].item() - phi72)))
+        for i, angle in enumerate(phi):
+            phi52 = turned(device.sun, start1, start1 + mp.mpf(float(angle)))
+            phi72 = -turned(device.gear6, start2, start2 + phi52)
+            gaps += [abs(found["phi52"][i] - phi52), abs(found["phi72"][i] - phi72)]
+    return float(max(gaps))
 
 
 @every_machine
 def test_angles_agree_with_quadrature(name: str) -> None:
-    for phi in np.random.default_rng(2).uniform(0, TURN, 4):
-        assert quadrature_gap(name, phi) < 1e-10
+    assert quadrature_gap(name) < 1e-10
 
 
 def test_quadrature_shows_a_phase_off_by_a_millionth() -> None:
-    assert quadrature_gap("wang2017", 2.0, phase=1e-6) > 1e-8
+    assert quadrature_gap("wang2017", phase=1e-6) > 1e-8
 
 
 # --- rolling -------------------------------------------------------------------------------------------
@@ -172,14 +175,21 @@ def beside_joints(name: str) -> Iterator[tuple[Array, float]]:
             yield samples(joint, step), step
 
 
+def rates_gap(name: str, speed: float) -> float:
+    """Largest difference of the planet's rate and acceleration to differences, at a carrier speed."""
+    gaps = []
+    for phi, step in beside_joints(name):
+        found = model.cycle(machines.device(name), phi).side1
+        gaps.append(one_sided(found["phi72"], step, 1) * speed + speed - found["Omega"][0])
+        gaps.append(one_sided(found["Omega"], step, 1) * speed - found["Omega_dot"][0])
+    return float(np.abs(gaps).max())
+
+
 @every_machine
 def test_rates_of_the_train_agree_with_differences_beside_joints(name: str) -> None:
-    device, speed = machines.device(name), machines.machine(name).si("speed_rpm")
-    for phi, step in beside_joints(name):
-        found = model.cycle(device, phi).side1
-        for value, rate, offset in (("phi72", "Omega", speed), ("Omega", "Omega_dot", 0.0)):
-            slope = one_sided(found[value], step, 1) * speed + offset
-            assert slope == pytest.approx(found[rate][0], abs=1e-7), f"{rate} at {phi[0]}"
+    speed = machines.machine(name).si("speed_rpm")
+    assert rates_gap(name, speed) < 1e-7
+    assert rates_gap(name, speed * (1 + 1e-6)) > 1e-6
 
 
 @every_machine

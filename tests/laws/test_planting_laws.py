@@ -6,6 +6,8 @@ much it is broken; beside it stands a case in which it is.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -72,14 +74,14 @@ def lost_power(machine: Machine, found: model.Outputs, phi: Array) -> Array:
         x, z = motion.sliding
         total -= side["F_Ex"] * x + side["F_Ez"] * z
         for stage, force in ((1, "F_P"), (2, "F_Q")):
-            slip = tooth_slip(motion, stage)
-            total -= side[f"{force}x"] * slip[0] + side[f"{force}y"] * slip[1]
+            u, v = slip(motion, stage, motion.mesh(stage).place)
+            total -= side[f"{force}x"] * u + side[f"{force}y"] * v
     return total
 
 
-def tooth_slip(motion: kinematics.Side, stage: int) -> tuple[Array, Array]:
-    """Velocity of the inner gear less that of the outer one at the pitch point, as rigid bodies."""
-    place, speed = motion.mesh(stage).place, motion.phi.rate
+def slip(motion: kinematics.Side, stage: int, place: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Velocity of the inner gear of a stage less that of the outer one at a place, as rigid bodies."""
+    speed = motion.phi.rate
     middle = body_velocity(motion.A1, speed + motion.phi52.rate, place)
     if stage == 1:
         return -middle[0], -middle[1]
@@ -159,12 +161,13 @@ def test_one_side_alone_has_no_half_turn_symmetry() -> None:
 
 
 @every_machine
-@pytest.mark.parametrize("path", ["design.gamma_deg", "design.A6_mm", "centroid.sun_radius_mm", "J7_about_B1_kg_m2"])
+@pytest.mark.parametrize(
+    "path", ["design.gamma_deg", "design.A6_mm", "centroid.sun_radius_mm", "inertia.J7_about_B1_kg_m2"]
+)
 def test_what_leaves_the_common_centroid_leaves_the_support_force(name: str, path: str) -> None:
     """Shafts of the two sides lie opposite each other: where they are does not matter, nor does any inertia."""
-    base, changed = (
-        model.cycle(d, angles(50)).totals for d in (machines.device(name), Device(machines.tampered(name, path)))
-    )
+    both = machines.device(name), Device(machines.tampered(name, path))
+    base, changed = (model.cycle(device, angles(50)).totals for device in both)
     for force in ("F_support", "F_support_x"):
         assert base[force] == pytest.approx(changed[force], abs=1e-10)
 
@@ -226,7 +229,20 @@ def test_other_friction_would_show() -> None:
 @every_machine
 def test_teeth_do_not_slide_at_the_pitch_point(name: str) -> None:
     motion = kinematics.Device(machines.machine(name)).side(angles())
-    assert np.abs([tooth_slip(motion, stage) for stage in (1, 2)]).max() < 1e-14
+    for stage in (1, 2):
+        x, y = motion.mesh(stage).place
+        assert np.abs(slip(motion, stage, (x, y))).max() < 1e-14
+        assert np.abs(slip(motion, stage, (x + 1e-3, y))).max() > 1e-3
+
+
+@every_machine
+def test_the_other_flank_would_have_to_pull(name: str) -> None:
+    phi = angles()
+    side, motion = model.cycle(machines.device(name), phi).side1, kinematics.Device(machines.machine(name)).side(phi)
+    for stage, tooth in ((1, "P"), (2, "Q")):
+        flank = np.where(side[f"M_{tooth}"] > 0, 1, -1)
+        for bearing, sign in ((flank, 1), (-flank, -1)):
+            assert (sign * side[f"M_{tooth}"] * motion.mesh(stage).lever(bearing) > 0).all()
 
 
 @every_machine
@@ -237,5 +253,7 @@ def test_tooth_forces_lie_at_the_pressure_angle_less_friction(name: str) -> None
         mesh = motion.mesh(stage)
         expected, given = mesh.force(side[f"M_{tooth}"]), (side[f"F_{tooth}x"], side[f"F_{tooth}y"])
         assert np.array(given) == pytest.approx(np.array(expected), abs=1e-10)
+        turned = replace(mesh, lean=mesh.lean + np.radians(0.1)).force(side[f"M_{tooth}"])
+        assert np.abs(np.subtract(given, turned)).max() > 1e-4
         size = side[f"F_N{tooth}"] / np.cos(machine.si("tooth_friction_angle_deg"))
         assert np.hypot(*given) == pytest.approx(size, abs=1e-10)

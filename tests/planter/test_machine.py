@@ -130,9 +130,7 @@ def test_si_values(path: str, si: float) -> None:
     assert load("wang2017").si(path) == pytest.approx(si, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    "path", ["mass", "cam.flank", "nozzle.hinge_A_mm", "nozzle.hinge_A_mm[3]", "no_such_kg"]
-)
+@pytest.mark.parametrize("path", ["mass", "cam.flank", "nozzle.hinge_A_mm", "nozzle.hinge_A_mm[3]", "no_such_kg"])
 def test_si_of_what_is_no_number_is_refused(path: str) -> None:
     with pytest.raises(InputError, match=re.escape(f"wang2017: {path} is not allowed")):
         load("wang2017").si(path)

@@ -27,20 +27,22 @@ def roots(f: Callable[[Array], Array]) -> list[float]:
     return [brentq(lambda p: f(np.array([p]))[0], grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15) for i in places]
 
 
+def passages(machine: Machine) -> list[tuple[Callable[[kinematics.Side], Array], float]]:
+    """Angles of the train, and values at which they meet a joint of a pitch curve or an end of a cam flank."""
+    flanks = ("rise_delta_deg[0]", "rise_delta_deg[1]", "fall_delta_deg[0]", "fall_delta_deg[1]")
+    return [
+        *((lambda side: side.t1.value, edge) for edge in (0.0, np.pi / machine.si("design.m31"))),
+        *((lambda side: side.t2.value, edge) for edge in (0.0, np.pi / machine.si("design.m61"))),
+        *((lambda side: -side.phi72.value, machine.si(path)) for path in flanks),
+    ]
+
+
 def of_side(machine: Machine) -> list[float]:
-    """Where side 1 passes a joint of a pitch curve or an end of a cam flank."""
+    """Where side 1 meets them within a turn of the carrier."""
     device = kinematics.Device(machine)
-
-    def passed(value: Callable[[kinematics.Side], Array], edge: float) -> list[float]:
-        return roots(lambda phi: np.sin((value(device.side(phi)) - edge) / 2))
-
     found = []
-    for edge in (0.0, np.pi / machine.si("design.m31")):
-        found += passed(lambda side: side.t1.value, edge)
-    for edge in (0.0, np.pi / machine.si("design.m61")):
-        found += passed(lambda side: side.t2.value, edge)
-    for path in ("rise_delta_deg[0]", "rise_delta_deg[1]", "fall_delta_deg[0]", "fall_delta_deg[1]"):
-        found += passed(lambda side: -side.phi72.value, machine.si(path))
+    for angle, edge in passages(machine):
+        found += roots(lambda phi: np.sin((angle(device.side(phi)) - edge) / 2))  # noqa: B023
     return found
 
 
@@ -64,3 +66,15 @@ def panels(name: str) -> tuple[Array, Array]:
     nodes, weights = np.polynomial.legendre.leggauss(20)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     return (middle + half * nodes).ravel(), (half * weights).ravel()
+
+
+def beside(device: Device, design: Array, phi: float, away: float) -> bool:
+    """Whether anything of either side is not smooth within `away` of a carrier angle, at a design."""
+    shown = zip(device.names, design / device.scale, strict=True)
+    moved = device.machine.with_numbers({f"design.{name}": float(value) for name, value in shown})
+    side = kinematics.Device(moved).side(np.array([phi, phi - np.pi]))
+    gaps = [np.abs(np.sin((angle(side) - edge) / 2)) for angle, edge in passages(moved)]
+    sides = device.cycle(device.prologue(design), phi + away * np.array([-1, 0, 1]))
+    rows = [i for i, entry in enumerate(device.sidecar["vectors"]["side"]) if entry["name"] in ("M_P", "M_Q")]
+    signs = np.sign([sides["side1"][rows], sides["side2"][rows]])
+    return bool(np.min(gaps) < away or (signs != signs[..., :1]).any())

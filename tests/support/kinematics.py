@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from types import ModuleType
 
 from planter.machine import Machine
 from tests.support.arithmetic import FLOATS, Arithmetic, Number
@@ -258,21 +259,30 @@ class Side:
 class Mesh:
     """Tooth contact at the pitch point; `lean` is the angle of the tooth force to the common tangent."""
 
-    xp: object
+    xp: ModuleType
     line: Number
     outer_radius: Number
     tangent: Number
     lean: Number
     place: tuple[Number, Number]
 
-    def direction(self, flank: int) -> tuple[Number, Number]:
-        """Unit force on the inner gear from the flank that turns the outer one with (+1) or against it (-1)."""
-        angle = self.line + self.tangent + (self.lean if flank > 0 else self.xp.pi - self.lean)
+    def from_line(self, flank: Number) -> Number:
+        """Angle from the line of centres to the force on the inner gear, from the flank that turns the outer one
+        with (+1) or against it (-1)."""
+        return self.tangent + self.xp.where(flank > 0, self.lean, self.xp.pi - self.lean)
+
+    def direction(self, flank: Number) -> tuple[Number, Number]:
+        """Unit force on the inner gear from a flank."""
+        angle = self.line + self.from_line(flank)
         return self.xp.cos(angle), self.xp.sin(angle)
+
+    def lever(self, flank: Number) -> Number:
+        """Moment of the reaction about the outer gear's centre, per force."""
+        return self.outer_radius * self.xp.sin(self.from_line(flank))
 
     def force(self, moment: Number) -> tuple[Number, Number]:
         """Force on the inner gear for the moment of its reaction about the outer gear's centre."""
         flank = self.xp.where(moment > 0, 1, -1)
-        angle = self.tangent + self.xp.where(flank > 0, self.lean, self.xp.pi - self.lean)
-        size = moment / (self.outer_radius * self.xp.sin(angle))
-        return size * self.xp.cos(self.line + angle), size * self.xp.sin(self.line + angle)
+        size = moment / self.lever(flank)
+        x, y = self.direction(flank)
+        return size * x, size * y

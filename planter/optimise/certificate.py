@@ -1,0 +1,150 @@
+"""Is a point optimal? Karush, Kuhn and Tucker's conditions of a minimax problem in a box, checked without a solver.
+
+With s = spread(variance) the objective is weight_range (max f - min f) + s. At a local minimum u in [0, 1]^p there are
+shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum, summing to weight_range each,
+multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that sits on a joint, such that
+
+    s_u + kinks' theta + upper_u' mu - lower_u' nu - z_lower + z_upper = 0,
+    mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower u = 0,  z_upper (1 - u) = 0.
+
+A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share in the
+variance: zero lies in Clarke's subdifferential (Clarke, Optimization and Nonsmooth Analysis, 1983, 2.3). Where nothing sits
+on a joint this is the usual KKT point of the epigraph form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from planter.kernels import Array
+from planter.optimise.conditions import Conditions
+from planter.optimise.problem import Problem
+
+ACTIVE = 1e-6
+"""Rows this close to an extreme, as a share of the range, and bounds this close, as a share of the box, may carry multipliers."""
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Multipliers at a point, in the objective's unit per N (rows) and per box width (bounds).
+
+    `upper` (a,), `lower` (b,): of the rows of `Conditions`; `at_lower`, `at_upper` (p,): of the bounds; `kinks` (k,).
+    """
+
+    upper: Array
+    lower: Array
+    at_lower: Array
+    at_upper: Array
+    kinks: Array
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """By how much each condition is violated; dimensionless, the objective of the machine's own design being 1."""
+
+    stationarity: float
+    shares: float
+    feasibility: float
+    sign: float
+    complementarity: float
+
+    @property
+    def worst(self) -> float:
+        return max(self.stationarity, self.shares, self.feasibility, self.sign, self.complementarity)
+
+
+def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
+    """How far a point u (p,) with these multipliers is from satisfying the conditions. Knows no solver."""
+    found, m = problem.conditions(u), multipliers
+    rate, weight = _rate(problem, u), problem.objective.weight_range
+    slope = (
+        rate * (found.variance + found.kinks.T @ m.kinks)
+        + found.upper_gradients.T @ m.upper
+        - found.lower_gradients.T @ m.lower
+        - m.at_lower
+        + m.at_upper
+    )
+    force = problem.reference.range_N / problem.scale
+    signed = np.concatenate([m.upper, m.lower]) * force
+    bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
+    slack = np.concatenate([found.upper.max() - found.upper, found.lower - found.lower.min()]) / problem.scale
+    room = np.concatenate([u, 1 - u])
+    return Residuals(
+        stationarity=_size(slope) / problem.scale,
+        shares=_size(np.array([m.upper.sum() - weight, m.lower.sum() - weight])) * force,
+        feasibility=_size(np.minimum(room, 0)),
+        sign=_size(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
+        complementarity=max(_size(np.concatenate([m.upper, m.lower]) * slack), _size(bounds * room)),
+    )
+
+
+def best_multipliers(problem: Problem, u: Array) -> Multipliers:
+    """The multipliers that come nearest to satisfying the conditions at a point, by bounded least squares.
+
+    Only rows and bounds that are active within `ACTIVE` get any; signs are exact, the rest is least squares.
+    """
+    found = problem.conditions(u)
+    rate, weight = _rate(problem, u), problem.objective.weight_range
+    margin = ACTIVE * max(found.upper.max() - found.lower.min(), np.finfo(float).tiny)
+    tops = np.flatnonzero(found.upper >= found.upper.max() - margin)
+    bottoms = np.flatnonzero(found.lower <= found.lower.min() + margin)
+    low, high = np.flatnonzero(u <= ACTIVE), np.flatnonzero(u >= 1 - ACTIVE)
+    eye = np.eye(len(u))
+    blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T,
+              rate * found.kinks.T, -problem.scale * eye[:, low], problem.scale * eye[:, high]]  # fmt: skip
+    sizes = [block.shape[1] for block in blocks]
+    sums = problem.scale * np.repeat(np.eye(5)[:2], sizes, axis=1)
+    matrix = np.vstack([np.hstack(blocks), sums])
+    target = np.append(-rate * found.variance, [problem.scale, problem.scale])
+    limit = np.repeat([np.inf, np.inf, 1.0, np.inf, np.inf], sizes)
+    solved = lsq_linear(matrix, target, (0, limit), method="bvls", tol=1e-15).x
+    mu, nu, theta, below, above = np.split(solved, np.cumsum(sizes)[:-1])
+    return Multipliers(
+        upper=_spread(weight * mu, tops, len(found.upper)),
+        lower=_spread(weight * nu, bottoms, len(found.lower)),
+        at_lower=_spread(problem.scale * below, low, len(u)),
+        at_upper=_spread(problem.scale * above, high, len(u)),
+        kinks=theta,
+    )
+
+
+@dataclass(frozen=True)
+class ActiveBound:
+    """A bound with a positive multiplier: what the objective would lose per box width if the bound gave way."""
+
+    name: str
+    side: str
+    multiplier: float
+
+
+def active_bounds(problem: Problem, multipliers: Multipliers) -> list[ActiveBound]:
+    """Bounds that hold the optimum, in the order of the design."""
+    limit = ACTIVE * problem.scale
+    return [
+        ActiveBound(name, side, float(values[j]))
+        for j, name in enumerate(problem.response.names)
+        for side, values in (("lower", multipliers.at_lower), ("upper", multipliers.at_upper))
+        if values[j] > limit
+    ]
+
+
+def kkt_residual(problem: Problem, u: Array) -> float:
+    """The residual at a point with its best multipliers: below 1e-6 at an optimum. Dimensionless."""
+    return check(problem, u, best_multipliers(problem, u)).worst
+
+
+def _rate(problem: Problem, u: Array) -> float:
+    return problem.objective.spread(problem.turn.look(problem.design(u)).variance)[1]
+
+
+def _spread(values: Array, places: Array, size: int) -> Array:
+    full = np.zeros(size)
+    full[places] = values
+    return full
+
+
+def _size(values: Array) -> float:
+    return float(np.abs(values).max(initial=0.0))
