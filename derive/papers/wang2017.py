@@ -5,154 +5,43 @@ Transcriptions only, misprints included. Signs, symbols and rates are the paper'
 
 from __future__ import annotations
 
-from sympy import Expr, Piecewise, atan, cos, pi, sin, tan
+from sympy import Piecewise, atan, cos, pi, sin, tan
 
 from derive.chain import Chain, Solve
-from derive.equations import Balance, Equation, Legibility
-from derive.quantity import Quantity
-from derive.systems.planting_quantities import (
-    F_E,
-    F_NP,
-    F_NQ,
-    I_C1,
-    I_C2,
-    J_7,
-    J_56,
-    L_AE,
-    M_1,
-    M_L,
-    M_P,
-    M_Q,
-    F_A1x,
-    F_A1y,
-    F_Ax,
-    F_Ay,
-    F_Az,
-    F_B1x,
-    F_B1y,
-    F_B1z,
-    F_Ex,
-    F_Ey,
-    F_Ez,
-    F_O1x,
-    F_O1y,
-    F_O1z,
-    F_Ox,
-    F_Oy,
-    F_Px,
-    F_Py,
-    F_Qx,
-    F_Qy,
-    R_b,
-    S,
-    alpha,
-    ax_A,
-    ax_A1,
-    ax_B1,
-    ay_A,
-    ay_A1,
-    ay_B1,
-    beta_CO,
-    dpsi_ddelta,
-    g,
-    gamma,
-    m1,
-    m2,
-    m3,
-    m4,
-    m_C1,
-    m_C2,
-    mu1,
-    mu2,
-    omega,
-    phi,
-    phi52_ddot,
-    phi52_dot,
-    phi72_ddot,
-    phi72_dot,
-    psi0,
-    r5,
-    r6,
-    r7,
-    rho_CO,
-    theta1,
-    theta1_ddot,
-    theta1_dot,
-    twin,
-    x_A,
-    x_A1,
-    x_B1,
-    x_C1,
-    x_C2,
-    x_CA,
-    x_CB,
-    x_E,
-    x_F,
-    x_P,
-    xi1,
-    xi2,
-    y_A,
-    y_A1,
-    y_B1,
-    y_C1,
-    y_C2,
-    y_CA,
-    y_CB,
-    y_E,
-    y_P,
-    z_A,
-    z_C1,
-    z_C2,
-    z_E,
-)  # fmt: skip
+from derive.equations import Balance
+from derive.systems.planting_quantities import *
 
-
-def _symbol(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "wang2017")
-
-
-mu = _symbol("mu", "rad", "pressure angle of the end-face cam")
-psi = _symbol("psi", "rad", "angle of the rocker")
-F_Fz = _symbol("F_Fz", "N", "force of the spring on the inner half, z'")
-J_C1y = _symbol("J_C1y", "kg m2", "moment of inertia of the rocker about the hinge")
-J_C2y = _symbol("J_C2y", "kg m2", "moment of inertia of the nozzle half about the hinge")
-x_CO = _symbol("x_CO", "m", "centroid of the sun, x")
-M_T = _symbol("M_T", "N m", "resisting moment of the rocker on the end-face cam")
-phi_P1 = _symbol("phi_P1", "rad", "direction of the normal force at P, from the radius vector")
-phi_P2 = _symbol("phi_P2", "rad", "direction of the friction force at P, from the radius vector")
-phi_Q1 = _symbol("phi_Q1", "rad", "direction of the normal force at Q, from the radius vector")
-phi_Q2 = _symbol("phi_Q2", "rad", "direction of the friction force at Q, from the radius vector")
-F_fP = _symbol("F_fP", "N", "friction force at P")
-F_fQ = _symbol("F_fQ", "N", "friction force at Q")
+mu = PAPER.symbol("mu", "rad", "pressure angle of the end-face cam")
+psi = PAPER.symbol("psi", "rad", "angle of the rocker")
+F_Fz = PAPER.symbol("F_Fz", "N", "force of the spring on the inner half, z'")
+J_C1y = PAPER.symbol("J_C1y", "kg m2", "moment of inertia of the rocker about the hinge")
+J_C2y = PAPER.symbol("J_C2y", "kg m2", "moment of inertia of the nozzle half about the hinge")
+x_CO = PAPER.symbol("x_CO", "m", "centroid of the sun, x")
+M_T = PAPER.symbol("M_T", "N m", "resisting moment of the rocker on the end-face cam")
+phi_P1 = PAPER.symbol("phi_P1", "rad", "direction of the normal force at P, from the radius vector")
+phi_P2 = PAPER.symbol("phi_P2", "rad", "direction of the friction force at P, from the radius vector")
+phi_Q1 = PAPER.symbol("phi_Q1", "rad", "direction of the normal force at Q, from the radius vector")
+phi_Q2 = PAPER.symbol("phi_Q2", "rad", "direction of the friction force at Q, from the radius vector")
+F_fP = PAPER.symbol("F_fP", "N", "friction force at P")
+F_fQ = PAPER.symbol("F_fQ", "N", "friction force at Q")
 
 F_Px2, F_Py2, x_P2, y_P2, M_T2 = (twin(s) for s in (F_Px, F_Py, x_P, y_P, M_T))
 F_A1x2, F_A1y2, F_B1x2, F_B1y2, F_B1z2 = (twin(s) for s in (F_A1x, F_A1y, F_B1x, F_B1y, F_B1z))
 x_A12, y_A12, x_B12, y_B12 = (twin(s) for s in (x_A1, y_A1, x_B1, y_B1))
 
-EQUATIONS: dict[str, Equation] = {}
-
-
-def equation(number: str, residual: Expr, claims: Balance | str, legibility: Legibility = "printed") -> None:
-    EQUATIONS[number] = Equation(number, residual, f"wang2017 ({number})", claims, legibility)
-
-
-def defines(number: str, symbol: Quantity, expr: Expr, claims: str, legibility: Legibility = "printed") -> None:
-    EQUATIONS[number] = Equation(number, symbol - expr, f"wang2017 ({number})", claims, legibility, defines=symbol)
-
-
 # 2.1.1 end-face cam
-defines(
+PAPER.defines(
     "1",
     mu,
     atan((R_b * sin(psi + psi0) + L_AE * dpsi_ddelta) / (R_b * cos(psi + psi0))),
     "pressure angle of the cam",
 )
-defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), "force of the cam on the roller, x'")
-defines("3", F_Ey, 0 * F_E, "force of the cam on the roller, y'")
-defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), "force of the cam on the roller, z'")
+PAPER.defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), "force of the cam on the roller, x'")
+PAPER.defines("3", F_Ey, 0 * F_E, "force of the cam on the roller, y'")
+PAPER.defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), "force of the cam on the roller, z'")
 
 # 2.1.2 rocker and inner half of the nozzle
-equation(
+PAPER.equation(
     "5",
     F_Ax + F_Ex + m_C1 * g * sin(alpha) + m_C2 * g * sin(alpha)
     - m_C1 * (ax_A - phi72_ddot * (y_C1 - y_A) + theta1_ddot * (z_C1 - z_A)
@@ -161,7 +50,7 @@ equation(
               - (phi72_dot**2 + theta1_dot**2) * (x_C2 - x_A)),
     Balance("inner half", "force", "x", "planet"),
 )  # fmt: skip
-equation(
+PAPER.equation(
     "6",
     F_Ay - m_C1 * g * cos(alpha) - m_C2 * g * cos(alpha)
     - m_C1 * (ay_A + phi72_ddot * (x_C1 - x_A) - phi72_dot**2 * (y_C1 - y_A))
@@ -169,14 +58,14 @@ equation(
     Balance("inner half", "force", "y", "planet"),
     "partly legible",
 )  # fmt: skip
-equation(
+PAPER.equation(
     "7",
     -F_Az + F_Ez + F_Fz
     - m_C1 * (theta1_dot * (x_C1 - x_A) - theta1_dot**2 * (z_C1 - z_A))
     - m_C2 * (theta1_ddot * (x_C2 - x_A) - theta1_dot**2 * (z_C2 - z_A)),
     Balance("inner half", "force", "z", "planet"),
 )  # fmt: skip
-equation(
+PAPER.equation(
     "8",
     theta1_ddot * (J_C1y + J_C2y) + m_C1 * ax_A * (z_C1 - z_A) + m_C2 * ax_A * (z_C2 - z_A) - F_Ex * (z_E - z_A)
     - m_C1 * g * sin(alpha) * (z_C1 - z_A) - m_C2 * g * sin(alpha) * (z_C2 - z_A)
@@ -186,21 +75,21 @@ equation(
 )  # fmt: skip
 
 # 2.2.1 sun
-equation("9", F_Px2 + F_Px + F_Ox, Balance("sun", "force", "x", "frame"))
-equation("10", F_Py2 + F_Py + F_Oy - m1 * g, Balance("sun", "force", "y", "frame"))
-equation(
+PAPER.equation("9", F_Px2 + F_Px + F_Ox, Balance("sun", "force", "x", "frame"))
+PAPER.equation("10", F_Py2 + F_Py + F_Oy - m1 * g, Balance("sun", "force", "y", "frame"))
+PAPER.equation(
     "11",
     -F_Px * y_P + F_Py * x_P - F_Px2 * y_P2 + F_Py2 * x_P2 - m1 * g * x_CO + M_1,
     Balance("sun", "moment", "z", "frame", "O"),
 )
 
 # 2.2.2 middle gears
-equation(
+PAPER.equation(
     "12",
     -F_Px + F_Qx + F_A1x - m2 * (ax_A1 - phi52_ddot * (y_CA - y_A1) - (omega + phi52_dot) ** 2 * (x_CA - x_A1)),
     Balance("middle body", "force", "x", "frame"),
 )
-equation(
+PAPER.equation(
     "13",
     -F_Py
     + F_Qy
@@ -209,102 +98,102 @@ equation(
     - m2 * (ay_A1 + phi52_ddot * (x_CA - x_A1) - (omega + phi52_dot) ** 2 * (y_CA - y_A1)),
     Balance("middle body", "force", "y", "frame"),
 )
-equation(
+PAPER.equation(
     "14",
     M_P - F_Qx * r6 * sin(phi + pi / 2 + gamma) + F_Qy * r6 * cos(phi + pi / 2 + gamma) - m2 * g * (x_CA - x_A1)
     - J_56 * phi52_ddot - m2 * (ay_A1 * (x_CA - x_A1) - ax_A1 * (y_CA - y_A1)),
     Balance("middle body", "moment", "z", "frame", "A1"),
     "partly legible",
 )  # fmt: skip
-defines("15", F_Px, F_NP * cos(phi + pi / 2 + phi_P1) + F_fP * cos(phi + pi / 2 + phi_P2), "tooth force at P, x")
-defines("16", F_Py, F_NP * sin(phi + pi / 2 + phi_P1) + F_fP * sin(phi + pi / 2 + phi_P2), "tooth force at P, y",
+PAPER.defines("15", F_Px, F_NP * cos(phi + pi / 2 + phi_P1) + F_fP * cos(phi + pi / 2 + phi_P2), "tooth force at P, x")
+PAPER.defines("16", F_Py, F_NP * sin(phi + pi / 2 + phi_P1) + F_fP * sin(phi + pi / 2 + phi_P2), "tooth force at P, y",
         "partly legible")  # fmt: skip
-defines(
+PAPER.defines(
     "P1",
     phi_P1,
     Piecewise((xi1 + pi / 9, M_P < 0), (xi1 + 8 * pi / 9, M_P > 0)),
     "direction of the normal force at P",
 )
-defines(
+PAPER.defines(
     "P2",
     phi_P2,
     Piecewise((phi_P1 - pi / 2, M_P < 0), (phi_P1 + pi / 2, M_P > 0)),
     "direction of friction at P",
 )
-defines(
+PAPER.defines(
     "NP",
     F_NP,
     Piecewise((M_P / (r5 * cos(mu2 - xi1 + 7 * pi / 18) / cos(mu2)), M_P < 0),
               (M_P / (r5 * cos(mu2 + xi1 + 7 * pi / 18) / cos(mu2)), M_P > 0)),
     "normal force at P",
 )  # fmt: skip
-defines("fP", F_fP, F_NP * tan(mu2), "friction force at P")
+PAPER.defines("fP", F_fP, F_NP * tan(mu2), "friction force at P")
 
 # 2.2.3 planet, shaft and funnel
-equation(
+PAPER.equation(
     "17",
     F_B1x - F_Qx + F_Ax * cos(pi - alpha) - F_Ay * sin(pi - alpha)
     - m3 * (ax_B1 - phi72_ddot * (y_CB - y_B1) - (phi72_dot + omega) ** 2 * (x_CB - x_B1)),
     Balance("planet", "force", "x", "frame"),
 )  # fmt: skip
-equation(
+PAPER.equation(
     "18",
     F_B1y - F_Qy - m3 * g + F_Ax * sin(pi - alpha) + F_Ay * cos(pi - alpha)
     - m3 * (ay_B1 + phi72_ddot * (x_CB - x_B1) - (phi72_dot + omega) ** 2 * (y_CB - x_B1)),
     Balance("planet", "force", "y", "frame"),
 )  # fmt: skip
-equation("19", F_B1z - F_Az, Balance("planet", "force", "z", "frame"))
-equation(
+PAPER.equation("19", F_B1z - F_Az, Balance("planet", "force", "z", "frame"))
+PAPER.equation(
     "20",
     M_Q - M_T - m3 * g * (x_CB - x_B1) + F_Ax * y_A + F_Ay * x_A - J_7 * phi72_ddot
     - m3 * (ay_B1 * (x_CB - x_B1) - ax_B1 * (y_CB - y_B1)),
     Balance("planet", "moment", "z", "frame", "B1"),
 )  # fmt: skip
-defines(
+PAPER.defines(
     "21",
     F_Qx,
     F_NQ * cos(phi + pi / 2 + gamma + phi_Q1) + F_fQ * cos(phi + pi / 2 + gamma + phi_Q2),
     "tooth force at Q, x",
 )
-defines(
+PAPER.defines(
     "22",
     F_Qy,
     F_NQ * sin(phi + pi / 2 + gamma + phi_Q1) + F_fQ * sin(phi + pi / 2 + gamma + phi_Q2),
     "tooth force at Q, y",
 )
-defines("23", M_T, F_Ex * y_E, "moment of the cam force about the planet's axis")
-defines(
+PAPER.defines("23", M_T, F_Ex * y_E, "moment of the cam force about the planet's axis")
+PAPER.defines(
     "Q1",
     phi_Q1,
     Piecewise((xi2 + pi / 9, M_Q < 0), (xi2 + 8 * pi / 9, M_Q > 0)),
     "direction of the normal force at Q",
 )
-defines(
+PAPER.defines(
     "Q2",
     phi_Q2,
     Piecewise((phi_Q1 - pi / 2, M_Q < 0), (phi_Q1 + pi / 2, M_Q > 0)),
     "direction of friction at Q",
 )
-defines(
+PAPER.defines(
     "NQ",
     F_NQ,
     Piecewise((M_Q / (r7 * cos(mu2 - xi2 + 7 * pi / 18) / cos(mu2)), M_Q < 0),
               (M_Q / (r7 * cos(mu2 + xi2 + 7 * pi / 18) / cos(mu2)), M_Q > 0)),
     "normal force at Q",
 )  # fmt: skip
-defines("fQ", F_fQ, F_NQ * tan(mu2), "friction force at Q")
+PAPER.defines("fQ", F_fQ, F_NQ * tan(mu2), "friction force at Q")
 
 # 2.2.4 carrier
-equation("24", F_O1x - F_A1x - F_B1x - F_A1x2 - F_B1x2, Balance("carrier", "force", "x", "frame"))
-equation("25", F_O1y - F_A1y - F_B1y - F_A1y2 - F_B1y2 - m4 * g, Balance("carrier", "force", "y", "frame"))
-equation("26", F_O1z - F_B1z - F_B1z2, Balance("carrier", "force", "z", "frame"))
-equation(
+PAPER.equation("24", F_O1x - F_A1x - F_B1x - F_A1x2 - F_B1x2, Balance("carrier", "force", "x", "frame"))
+PAPER.equation("25", F_O1y - F_A1y - F_B1y - F_A1y2 - F_B1y2 - m4 * g, Balance("carrier", "force", "y", "frame"))
+PAPER.equation("26", F_O1z - F_B1z - F_B1z2, Balance("carrier", "force", "z", "frame"))
+PAPER.equation(
     "27",
     -F_A1y2 * x_A12 - F_B1y2 * x_B12 + F_A1x2 * y_A12 + F_B1x2 * y_B12
     - F_A1y * x_A1 - F_B1y * x_B1 + F_A1x * y_A1 + F_B1x * y_B1 + M_L + M_T + M_T2,
     Balance("carrier", "moment", "z", "frame", "O"),
 )  # fmt: skip
-equation(
+PAPER.equation(
     "28",
     (F_A1x - F_A1x2) * y_A1 - (F_A1y - F_A1y2) * x_A1 + (F_B1x - F_B1x2) * y_B1 - (F_B1y - F_B1y2) * x_B1
     + M_L + M_T + M_T2,
@@ -321,7 +210,7 @@ READING = {
 """What printed symbols stand for in the named quantities (the paper gives the moments of inertia about the hinge)."""
 
 SIDE = Chain(
-    EQUATIONS,
+    PAPER.equations,
     [
         Solve("1", mu), Solve("8", F_E, (("2", F_Ex), ("4", F_Ez))), Solve("2", F_Ex), Solve("4", F_Ez),
         Solve("5", F_Ax), Solve("7", F_Az), Solve("6", F_Ay),
@@ -335,7 +224,7 @@ SIDE = Chain(
 """Order of solution of sections 2.1.3 and 2.2.5, one side."""
 
 FRAME = Chain(
-    EQUATIONS,
+    PAPER.equations,
     [Solve("9", F_Ox), Solve("10", F_Oy), Solve("11", M_1), Solve("28", M_L), Solve("24", F_O1x), Solve("25", F_O1y),
      Solve("26", F_O1z)],
     READING,

@@ -71,7 +71,7 @@ def dependents(changed: set[str], system: System) -> set[str]:
 
 @pytest.mark.parametrize(("number", "unknown"), [("5", "F_Ax"), ("8", "F_E"), ("18", "F_B1y"), ("14", "M_P")])
 def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown: str) -> None:
-    original = wang2017.EQUATIONS[number]
+    original = wang2017.PAPER.equations[number]
     edited = equation(number, original.residual + q.m1 * q.g)
     before = planting.printed(wang2017.SIDE, wang2017.FRAME)
     after = planting.printed(wang2017.SIDE.replace(number, edited), wang2017.FRAME)

@@ -58,7 +58,7 @@ def test_every_step_has_the_dimension_of_what_it_defines(name: str) -> None:
 def test_only_equation_7_of_wang2017_mixes_dimensions() -> None:
     """It prints a rate where an acceleration has to stand."""
     mixed = []
-    for number, equation in wang2017.EQUATIONS.items():
+    for number, equation in wang2017.PAPER.equations.items():
         try:
             dimension(equation.residual)
         except DimensionError:
