@@ -9,7 +9,10 @@ from sympy import Piecewise, atan, cos, pi, sin, tan
 
 from derive.chain import Chain, Solve
 from derive.equations import Balance
+from derive.paper import Paper
 from derive.systems.planting_quantities import *
+
+PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006")
 
 mu = PAPER.symbol("mu", "rad", "pressure angle of the end-face cam")
 psi = PAPER.symbol("psi", "rad", "angle of the rocker")
