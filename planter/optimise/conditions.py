@@ -17,6 +17,11 @@ class Look:
     mean: float
     variance: float
 
+    @classmethod
+    def at(cls, force: Array) -> Look:
+        """Of samples (n,)."""
+        return cls(float(force.max()), float(force.min()), float(force.mean()), float(force.var()))
+
 
 @dataclass(frozen=True)
 class Values:
@@ -40,6 +45,8 @@ class Slopes:
 
 class Local(Protocol):
     """The force over a turn near a design, as functions that are smooth there: a fixed set of rows."""
+
+    def look(self, x: Array) -> Look: ...
 
     def values(self, x: Array) -> Values: ...
 

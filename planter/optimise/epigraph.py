@@ -40,6 +40,7 @@ class Epigraph:
     def f(self, z: Array) -> float:
         objective = self.problem.objective
         self.problem.counts.objective += 1
+        self.problem.met(self.problem.point(z[:-2]), self.local.look(self.design(z)))
         span = self.unit * (z[-2] - z[-1])
         return objective.value(span, self._values(z).variance) / self.problem.scale
 

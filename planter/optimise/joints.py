@@ -90,3 +90,26 @@ def _brackets(response: Response, at: Any) -> tuple[IntArray, Array, Array, Arra
     passed = np.maximum(turns[events, cells], turns[events, cells + 1])
     level = np.where(passed == 0, 0.0, passed * np.where(np.isinf(periods), 0.0, periods)[events, 0])
     return events, grid[cells], grid[cells + 1], level
+
+
+@dataclass(frozen=True)
+class Place:
+    """A joint of one side: its angle in [0, 2 pi) and the angle's derivative in the design, (p,)."""
+
+    name: str
+    side: int
+    order: int
+    angle: float
+    velocity: Array
+
+
+def places(response: Response, at: Any) -> list[Place]:
+    """Joints of all sides over a turn, by angle: side 1, and the others each one period of the force later."""
+    found = find(response, at)
+    sides = round(2 * np.pi / response.period)
+    every = [
+        Place(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, 2 * np.pi)), velocity)
+        for side in range(1, sides + 1)
+        for name, order, angle, velocity in zip(found.names, found.orders, found.angles, found.velocity, strict=True)
+    ]
+    return sorted(every, key=lambda place: place.angle)

@@ -14,7 +14,7 @@ from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.refined import Refined
 from planter.optimise.response import Response
 from planter.optimise.samples import Samples
-from planter.optimise.sensitivity import Insensitive, sensitivity
+from planter.optimise.directions import Insensitive, sensitivity
 
 Sampling = int | Literal["refined"]
 
@@ -27,10 +27,22 @@ class Counts:
     gradient: int = 0
     hessian: int = 0
 
+    @property
+    def total(self) -> int:
+        return self.objective + self.gradient + self.hessian
+
     def __add__(self, other: Counts) -> Counts:
         return Counts(
             self.objective + other.objective, self.gradient + other.gradient, self.hessian + other.hessian
         )
+
+
+@dataclass(frozen=True)
+class Best:
+    """A point u (p,) and its objective."""
+
+    u: Array
+    objective: float
 
 
 @dataclass
@@ -38,13 +50,16 @@ class Problem:
     """An objective of a response within its box.
 
     Parameters without effect on the force at the response's own design are not searched: they keep that design's values,
-    taken into the box. `free` (f,) holds the indices of the others; searches run over those. Points u are (p,).
+    taken into the box. `free` (f,) holds the indices of the others; searches run over those. Points u are (p,). `best` is the
+    best point met so far, `history` when each best was met: (turns evaluated, objective).
     """
 
     response: Response
     objective: Objective
     sampling: Sampling
     counts: Counts = field(default_factory=Counts)
+    best: Best | None = None
+    history: list[tuple[int, float]] = field(default_factory=list)
 
     @cached_property
     def turn(self) -> Turn:
@@ -83,12 +98,17 @@ class Problem:
         return u
 
     def evaluate(self, u: Array) -> Evaluation:
-        return self.evaluate_design(self.design(u))
-
-    def evaluate_design(self, x: Array) -> Evaluation:
-        """The objective of any design (p,) in SI, in the box or not."""
+        """The objective at a point."""
         self.counts.objective += 1
-        return self._evaluation(self.turn.look(x))
+        return self.met(u, self.turn.look(self.design(u)))
+
+    def met(self, u: Array, look: Look) -> Evaluation:
+        """The objective of a turn that was looked at on the way, kept if it is the best so far."""
+        found = self._evaluation(look)
+        if self.best is None or found.objective < self.best.objective:
+            self.best = Best(u.copy(), found.objective)
+            self.history.append((self.counts.total, found.objective))
+        return found
 
     def _evaluation(self, look: Look) -> Evaluation:
         span = look.high - look.low

@@ -100,6 +100,11 @@ class Panels:
         place, kind, joint = place[order], kind[order], joint[order]
         return Extremes(place, kind, self.response.support(self.at, place), joint)
 
+    @cached_property
+    def look(self) -> Look:
+        force = np.append(self.extremes.force, self.mean)
+        return Look(float(force.max()), float(force.min()), self.mean, self.variance)
+
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.support_rates(self.at, np.mod(phi, self.response.period))
 
@@ -157,9 +162,7 @@ class Refined:
         self.response = response
 
     def look(self, x: Array) -> Look:
-        panels = Panels(self.response, x)
-        force = np.append(panels.extremes.force, panels.mean)
-        return Look(float(force.max()), float(force.min()), panels.mean, panels.variance)
+        return Panels(self.response, x).look
 
     def local(self, x: Array) -> RefinedRows:
         extremes = Panels(self.response, x).extremes
@@ -184,6 +187,9 @@ class RefinedRows:
     def __init__(self, response: Response, valleys: Array, peaks: Array) -> None:
         self.response, self.valleys, self.peaks = response, valleys, peaks
         self._state = Latest(lambda x: _State(self, x))
+
+    def look(self, x: Array) -> Look:
+        return self._state(x).panels.look
 
     def values(self, x: Array) -> Values:
         state = self._state(x)

@@ -50,8 +50,7 @@ class Samples:
         self.angles = angles(samples, response.period)
 
     def look(self, x: Array) -> Look:
-        force = self.response.support(self.response.prologue(x), self.angles)
-        return Look(float(force.max()), float(force.min()), float(force.mean()), float(force.var()))
+        return Look.at(self.response.support(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
         """All samples near an extreme; nothing pinned."""
@@ -113,6 +112,9 @@ class SampledRows:
         """Samples with a force above `high`, and below `low` [N]."""
         force = self._state(x).force
         return np.flatnonzero(force > high), np.flatnonzero(force < low)
+
+    def look(self, x: Array) -> Look:
+        return Look.at(self._state(x).force)
 
     def values(self, x: Array) -> Values:
         state = self._state(x)

@@ -105,7 +105,7 @@ class Folded:
 
     def html(self, name: str) -> str:
         parts = (block.html(f"{name}-{i}") for i, block in enumerate(self.blocks))
-        return _lines(f"<details open><summary>{escape(self.title)}</summary>", *parts, "</details>")
+        return _lines(f'<details open="open"><summary>{escape(self.title)}</summary>', *parts, "</details>")
 
 
 def shown(value: Cell) -> str:
@@ -201,7 +201,8 @@ summary { cursor: pointer; color: var(--soft); margin: .8rem 0; }
   svg [style*="stroke: $paper"] { stroke: var(--paper) !important; } }
 @media print { :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --rule: #bbb; --warn: #000;
   --warn-paper: #fff; } @page { margin: 18mm; } body { max-width: none; padding: 0; font-size: 10pt; }
-  nav { display: none; } h2 { break-after: avoid; } figure, tr, dl > div { break-inside: avoid; }
+  nav { display: none; } h2 { break-after: avoid; } figure svg { max-height: 115mm; }
+  figure, tr, dl > div { break-inside: avoid; }
   thead { display: table-header-group; } .wide { overflow: visible; } }
 """
 

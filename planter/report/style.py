@@ -186,6 +186,8 @@ def png(figure: Figure) -> bytes:
 def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
     with _settings():
         if figure.get_layout_engine() is not None:
+            # Twice: equal scales change the limits, and with them the room that tick labels need.
+            figure.draw_without_rendering()
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
         buffer = io.BytesIO()

@@ -18,7 +18,7 @@ from tests.support import kinematics, machines, model, xp_mpmath
 from tests.support.arithmetic import MPMATH, Number
 from tests.support.lagrange import RELEASED, WHOLE, Objects, State
 
-DIGITS, AGREEING, TERMS = 50, 40, (120, 0)
+DIGITS, AGREEING, TERMS = 50, 40, (70, 0)
 NAMES = (*machines.BUILT_IN, *machines.RANDOM[:3])
 TEETH = (("P", "sun", "middle"), ("Q", "middle", "planet"))
 

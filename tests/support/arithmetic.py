@@ -35,7 +35,7 @@ def _gauss(f: Callable[[Number], Number], end: Number) -> Number:
 
 
 def _adaptive(f: Callable[[Number], Number], end: Number) -> Number:
-    return mp.quad(f, [0, end]) if end else mp.zero
+    return mp.quad(f, [0, end], method="gauss-legendre") if end else mp.zero
 
 
 FLOATS = Arithmetic(np, float, _gauss)

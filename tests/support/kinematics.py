@@ -31,7 +31,7 @@ class Gear:
         """Centre distance at which the ratio's mean over u is 1, by Newton's method from below."""
         pi, integral = self.ops.xp.pi, self.ops.integral
         distance = 2 * integral(self._r, pi) / pi
-        for _ in range(9):
+        for _ in range(7):
             excess = integral(lambda u: self._ratio(u, distance), pi) - pi  # noqa: B023
             slope = -integral(lambda u: self._r(u) / (distance - self._r(u)) ** 2, pi)  # noqa: B023
             distance = distance - excess / slope

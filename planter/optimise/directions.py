@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.optimise.response import Response
@@ -25,7 +26,12 @@ class Insensitive:
 
     effective_parameters: int
     directions: list[dict[str, float]]
-    zero: Array
+    zero: NDArray[np.bool_]
+
+    @property
+    def named(self) -> list[list[dict[str, float]]]:
+        """The directions as lists of {name: weight}."""
+        return [[{name: weight} for name, weight in direction.items()] for direction in self.directions]
 
 
 def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
@@ -44,7 +50,7 @@ def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
     return Insensitive(rank, _directions(response.names, right[rank:], zero), zero)
 
 
-def _directions(names: tuple[str, ...], space: Array, zero: Array) -> list[dict[str, float]]:
+def _directions(names: tuple[str, ...], space: Array, zero: NDArray[np.bool_]) -> list[dict[str, float]]:
     """A basis of the null space that is easy to read: single parameters first, then reduced combinations."""
     single: list[dict[str, float]] = [{names[j]: 1.0} for j in np.flatnonzero(zero)]
     mixed = _reduced(np.where(zero, 0.0, space), len(space) - len(single))

@@ -1,0 +1,99 @@
+"""The starts of a hybrid run in a second process, while the genetic algorithm runs in the first.
+
+The process is `python -m planter.optimise.aside`: it is told the machine and the task as JSON, and writes one line of JSON
+for each minimum as it is found, so nothing depends on what the main module is, and nothing is lost when it is stopped.
+Numbers pass as text that reads back to the same bits; the minima are those that the first process would find.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict, dataclass
+from typing import IO, Any
+
+import numpy as np
+
+from planter.device import Device
+from planter.machine import Machine
+from planter.optimise.descent import Minimum
+from planter.optimise.objective import Evaluation, Objective
+from planter.optimise.problem import Counts, Problem, Sampling
+from planter.optimise.response import Planting
+from planter.optimise.starts import descents
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the second process has found: minima, and after the last of them its counts and history."""
+
+    minima: list[Minimum]
+    counts: Counts
+    history: list[tuple[int, float]]
+
+
+class Aside:
+    """Descents in a second process. Use as a context: leaving it ends the process."""
+
+    def __init__(self, device: Device, sampling: Sampling, seed: int, starts: int) -> None:
+        self.starts = starts
+        task = {"machine": device.machine.table(), "model": device.model, "compiled": getattr(device, "compiled", False),
+                "sampling": sampling, "seed": seed, "starts": starts}  # fmt: skip
+        self._lines: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8")
+        paths = [path or os.getcwd() for path in sys.path]
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "planter.optimise.aside"], stdin=subprocess.PIPE, stdout=self._lines,
+            stderr=subprocess.DEVNULL, text=True, start_new_session=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        )  # fmt: skip
+        assert self._process.stdin is not None
+        with self._process.stdin as channel:
+            json.dump(task, channel)
+
+    def __enter__(self) -> Aside:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._lines.close()
+
+    def result(self) -> Report | None:
+        """All minima, when the process has ended; None if it failed."""
+        self._process.wait()
+        report = self.so_far()
+        return report if self._process.returncode == 0 and len(report.minima) == self.starts else None
+
+    def so_far(self) -> Report:
+        """The minima found until now."""
+        self._lines.seek(0)
+        lines = [json.loads(line) for line in self._lines if line.endswith("\n")]
+        minima = [_minimum(line) for line in lines]
+        last = lines[-1] if lines else {"counts": asdict(Counts()), "history": []}
+        return Report(minima, Counts(**last["counts"]), [(int(n), float(value)) for n, value in last["history"]])
+
+
+def _minimum(line: dict[str, Any]) -> Minimum:
+    evaluation = Evaluation(**line["evaluation"])
+    return Minimum(np.array(line["u"]), evaluation, line["residual"], line["iterations"])
+
+
+def main() -> None:
+    """Read the task, write the minima."""
+    task = json.load(sys.stdin)
+    device = Device(Machine.model_validate(task["machine"]), task["model"])
+    if task["compiled"]:
+        device.compile()
+    problem = Problem(Planting(device), Objective.of(device.machine), task["sampling"])
+    for minimum in descents(problem, task["starts"], task["seed"]):
+        line = {"u": minimum.u.tolist(), "evaluation": asdict(minimum.evaluation), "residual": minimum.residual,
+                "iterations": minimum.iterations, "counts": asdict(problem.counts),
+                "history": problem.history}  # fmt: skip
+        print(json.dumps(line), flush=True)
+
+
+if __name__ == "__main__":
+    main()

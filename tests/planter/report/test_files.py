@@ -1,0 +1,125 @@
+"""Result files: nothing is lost, nothing is half written, and what is not a number is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter import machine
+from planter.errors import ComputationError, InputError
+from planter.report import files
+
+NASTY = [0.1, 1 / 3, -0.0, 5e-324, 1.7976931348623157e308, 123456789.123456789, math.pi, 1e22, 2.0**-1074 * 3]
+
+
+def test_csv_reads_back_to_the_last_bit(tmp_path: Path) -> None:
+    path = tmp_path / "cycle.csv"
+    rng = np.random.default_rng(0)
+    columns = {"phi_deg": np.array(NASTY), "a, b": rng.standard_normal(len(NASTY)), "n": np.arange(len(NASTY))}
+    files.write_cycle_csv(path, ["machine: x", "two\nlines", ""], columns)
+    comments, found = files.read_cycle_csv(path)
+    assert comments == ["machine: x", "two", "lines", ""]
+    assert list(found) == list(columns)
+    for name, column in columns.items():
+        assert found[name].tobytes() == np.asarray(column, dtype=float).tobytes()
+
+
+def test_csv_has_comments_then_one_header_then_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "cycle.csv"
+    files.write_cycle_csv(path, ["one", "two"], {"phi_deg": [0.0, 0.5], "support_N": [0.1, 97.85]})
+    assert path.read_bytes() == b"# one\n# two\nphi_deg,support_N\n0.0,0.1\n0.5,97.85\n"
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_csv_refuses_what_is_not_finite(tmp_path: Path, bad: float) -> None:
+    with pytest.raises(ComputationError, match="support_N is not finite in row 1"):
+        files.write_cycle_csv(tmp_path / "c.csv", [], {"phi_deg": [0.0, 1.0], "support_N": [1.0, bad]})
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("columns", [{}, {"a": [1.0], "b": [1.0, 2.0]}, {"a": [[1.0, 2.0]]}])
+def test_csv_refuses_columns_that_make_no_table(tmp_path: Path, columns: dict[str, list[float]]) -> None:
+    with pytest.raises(ComputationError, match="one length"):
+        files.write_cycle_csv(tmp_path / "c.csv", [], columns)
+
+
+def test_summary_is_json_with_all_digits(tmp_path: Path) -> None:
+    path = tmp_path / "summary.json"
+    summary = {"a": np.float64(1 / 3), "b": np.arange(3), "c": {"d": [np.int64(2), None, True, "φ"]}, "e": (0.1,)}
+    files.write_summary(path, summary)
+    found = json.loads(path.read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    assert found == {"a": 1 / 3, "b": [0, 1, 2], "c": {"d": [2, None, True, "φ"]}, "e": [0.1]}
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, np.float64("nan"), np.array([1.0, -np.inf])])
+def test_summary_refuses_nan_and_names_the_key(tmp_path: Path, bad: object) -> None:
+    with pytest.raises(ComputationError, match=r"support_force\.max_N"):
+        files.write_summary(tmp_path / "summary.json", {"support_force": {"max_N": bad}})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "summary.json"
+    files.write_text(path, "old")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "replace", full)
+        with pytest.raises(InputError, match="No space left"):
+            files.write_text(path, "new")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+    files.write_text(path, "new")
+    assert path.read_text() == "new"
+
+
+def test_a_folder_is_made_and_left_empty(tmp_path: Path) -> None:
+    folder = files.output_folder(tmp_path / "a" / "b")
+    assert folder.is_dir()
+    assert list(folder.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
+    occupied = tmp_path / "occupied"
+    occupied.write_text("a file")
+    for folder in (occupied, occupied / "below", "a\0b"):
+        with pytest.raises(InputError) as caught:
+            files.output_folder(folder)
+        assert caught.value.exit_code == 2
+        assert str(folder) in caught.value.message
+        assert "\n" not in caught.value.message
+    with pytest.raises(InputError, match="occupied"):
+        files.write_cycle_csv(occupied / "cycle.csv", [], {"a": [1.0]})
+
+
+def test_provenance_is_of_the_values_not_of_the_file(tmp_path: Path) -> None:
+    copy = tmp_path / "copy.toml"
+    copy.write_text("# another comment\n" + machine.example_text("wang2017"), encoding="utf-8")
+    own = files.provenance(machine.load("wang2017"), seed=7)
+    assert files.provenance(machine.load(copy), seed=7) == own
+    assert own["seed"] == 7
+    assert len(own["machine_sha256"]) == 64
+    assert {"planter", "casadi", "numpy", "python"} <= set(own)
+    assert "seed" not in files.provenance(machine.load("wang2017"))
+
+
+def test_provenance_tells_every_change_of_a_value() -> None:
+    own = files.provenance(machine.load("wang2017"))
+    changed = files.provenance(machine.load("wang2017", {"sun_kg": 0.40000000000000008}))
+    assert changed["machine_sha256"] != own["machine_sha256"]
+    assert changed["overridden"] == ["mass.sun_kg"]
+
+
+def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
+    found = machine.load("wang2017", {"sun_kg": 0.5})
+    text = "\n".join(files.comments(found, "exact", {"m31": 1.542, "k6": 0.1 + 0.2}, seed=3))
+    for part in ("wang2017", "model: exact", "m31 = 1.542", "k6 = 0.30000000000000004", "casadi", "mass.sun_kg", "3"):
+        assert part in text
+    assert files.provenance(found)["machine_sha256"] in text
