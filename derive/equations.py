@@ -11,6 +11,7 @@ from derive.quantity import Quantity
 
 Kind = Literal["force", "moment"]
 Legibility = Literal["printed", "partly legible", "lost"]
+Relation = Literal["=", "<", "<=", ">", ">="]
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Equation:
-    """``residual = 0``, under the number of its source, with what the source claims it to be.
+    """``residual = 0`` (or another relation to 0), under the number of its source, with what it is claimed to be.
 
     ``defines`` names the one symbol that a definition may be solved for; a balance may be solved for any.
     """
@@ -41,3 +42,4 @@ class Equation:
     claims: Balance | str
     legibility: Legibility = "printed"
     defines: Quantity | None = None
+    relation: Relation = "="

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from sympy import Expr
 
-from derive.equations import Balance, Equation, Legibility
+from derive.equations import Balance, Equation, Legibility, Relation
 from derive.quantity import Quantity
 
 
@@ -27,6 +27,13 @@ class Paper:
     ) -> None:
         """A formula printed as ``symbol = expr``."""
         self._add(Equation(number, symbol - expr, f"{self.name} ({number})", claims, legibility, defines=symbol))
+
+    def inequality(
+        self, number: str, left: Expr, relation: Relation, right: Expr, claims: str, legibility: Legibility = "printed"
+    ) -> None:
+        """A condition printed as ``left < right`` or the like."""
+        source = f"{self.name} ({number})"
+        self._add(Equation(number, left - right, source, claims, legibility, relation=relation))
 
     def symbol(self, name: str, unit: str, meaning: str) -> Quantity:
         """A symbol that only the paper uses."""
