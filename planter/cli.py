@@ -12,7 +12,7 @@ import typer
 from planter import __version__
 from planter import machine as machines
 from planter.console import Console
-from planter.errors import InputError
+from planter.errors import InputError, Interrupted
 
 if TYPE_CHECKING:
     from planter.device import Device
@@ -112,7 +112,7 @@ def simulate(
         device = device_of(machine, model, set_, speed_rpm)
         found = simulation.simulate(device, samples, at or ())
         if out is not None:
-            from planter.report import planting as report
+            from planter.report import results as report
 
             report.write_simulation(out, device, found)
         console.result(found.result, lambda: tables.simulation(console, found.result))
@@ -139,7 +139,7 @@ def sensitivity(
         device = device_of(machine, model, set_, speed_rpm)
         result = simulation.sensitivity(device, samples)
         if out is not None:
-            from planter.report import planting as report
+            from planter.report import results as report
 
             report.write_sensitivity(out, device, result)
         console.result(result, lambda: tables.sensitivity(console, result))
@@ -173,9 +173,18 @@ def optimise(
         from planter import optimisation, tables
 
         device = device_of(machine, model, set_, speed_rpm)
-        found = optimisation.optimise(device, method.value, samples, seed, starts, console.say)
+        try:
+            found = optimisation.optimise(
+                device, method.value, samples, seed, starts, lambda p: console.progress(str(p), p.done, p.total)
+            )
+        except Interrupted as stop:
+            if out is not None and stop.partial is not None:
+                from planter.report import results as report
+
+                report.write_partial(out, device, stop.partial)
+            raise
         if out is not None:
-            from planter.report import planting as report
+            from planter.report import results as report
 
             report.write_optimisation(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))

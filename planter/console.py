@@ -49,6 +49,13 @@ class Console:
         """Tell something beside the result, on standard error."""
         print(text, file=sys.stderr)
 
+    def progress(self, text: str, done: int, total: int) -> None:
+        """Tell how far a search is: one line that is written over on a terminal, else ten lines in all."""
+        if sys.stderr.isatty():
+            print(f"\r\x1b[2K{text}", end="\n" if done == total else "", file=sys.stderr, flush=True)
+        elif done * 10 // total > (done - 1) * 10 // total:
+            self.say(text)
+
     @contextmanager
     def outcome(self) -> Iterator[None]:
         """Turn errors into messages and exit codes."""

@@ -63,7 +63,7 @@ def optimisation(console: Console, result: Result) -> None:
     """Optimum, certificate, both designs in both models."""
     print(f"{result['machine']}, {result['model']} model, method {result['method']}\n")
     bounds = {b["name"]: b["side"] for b in result["certificate"]["active_bounds"]}
-    free = set(result["insensitive_parameters"])
+    free = {name for direction in result["insensitive"] if len(direction) == 1 for part in direction for name in part}
     rows = []
     for name, start in result["start_design"].items():
         note = "without effect" if name in free else f"at its {bounds[name]} bound" if name in bounds else ""

@@ -68,20 +68,20 @@ class Joints:
 
 def find(response: Response, at: Any) -> Joints:
     """All joints of a design."""
-    events, low, high, level = _brackets(response, at)
+    events, low, high, level, ends = _brackets(response, at)
     pick = np.arange(len(events))
 
     def above(phi: Array) -> tuple[Array, Array]:
         g, along = response.event_values(at, phi)
         return g[events, pick] - level, along[events, pick]
 
-    angles = np.mod(roots.newton(above, low, high, (low + high) / 2), 2 * np.pi) if len(events) else np.empty(0)
+    angles = np.mod(roots.newton(above, low, high, ends), 2 * np.pi) if len(events) else np.empty(0)
     order = np.argsort(angles, kind="stable")
     return Joints(response, at, angles[order], events[order])
 
 
-def _brackets(response: Response, at: Any) -> tuple[IntArray, Array, Array, Array]:
-    """Event, bracket and level of every joint: g passes the level once between two neighbours of a grid."""
+def _brackets(response: Response, at: Any) -> tuple[IntArray, Array, Array, Array, tuple[Array, Array]]:
+    """Event, bracket, level and g less level at the bracket's ends: g passes it once between neighbours of a grid."""
     grid = np.linspace(0, 2 * np.pi, GRID + 1)
     g, _ = response.event_values(at, grid)
     periods = np.array([event.period or np.inf for event in response.events])[:, None]
@@ -89,7 +89,8 @@ def _brackets(response: Response, at: Any) -> tuple[IntArray, Array, Array, Arra
     events, cells = np.nonzero(turns[:, 1:] != turns[:, :-1])
     passed = np.maximum(turns[events, cells], turns[events, cells + 1])
     level = np.where(passed == 0, 0.0, passed * np.where(np.isinf(periods), 0.0, periods)[events, 0])
-    return events, grid[cells], grid[cells + 1], level
+    ends = g[events, cells] - level, g[events, cells + 1] - level
+    return events, grid[cells], grid[cells + 1], level, ends
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ and twice F times that for the integral of F squared.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,9 @@ PIECE = np.pi / 8
 """Nodes in a piece, and the greatest length of a piece [rad]."""
 APART = 1e-8
 """Joints closer than this are one [rad]."""
+
+
+_legendre = cache(np.polynomial.legendre.leggauss)
 
 
 @dataclass(frozen=True)
@@ -56,8 +59,9 @@ class Panels:
         self.nodes, self.weights, self.panel = self._quadrature()
         ends = np.stack([self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE], axis=1).ravel()
         probes = np.concatenate([self.nodes, ends])
-        force, self._rate = response.support_rate(self.at, np.mod(probes, response.period))
-        self.force, self.end_rates = force[: len(self.nodes)], self._rate[len(self.nodes) :].reshape(-1, 2)
+        force, rate = response.support_rate(self.at, np.mod(probes, response.period))
+        self.force, self.node_rates = force[: len(self.nodes)], rate[: len(self.nodes)]
+        self.end_rates = rate[len(self.nodes) :].reshape(-1, 2)
         self.mean = float(self.weights @ self.force)
         self.variance = float(self.weights @ (self.force - self.mean) ** 2)
 
@@ -73,7 +77,7 @@ class Panels:
 
     def _quadrature(self) -> tuple[Array, Array, Array]:
         """Nodes, weights that sum to 1 and the panel of each node."""
-        x, w = np.polynomial.legendre.leggauss(NODES)
+        x, w = _legendre(NODES)
         starts, lengths, panel = [], [], []
         for j, (low, high) in enumerate(zip(self.breaks[:-1], self.breaks[1:], strict=True)):
             pieces = int(np.ceil((high - low) / PIECE))
@@ -87,8 +91,8 @@ class Panels:
 
     @cached_property
     def extremes(self) -> Extremes:
-        low, high, peaks = self._brackets()
-        angles = roots.newton(self._slope, low, high, (low + high) / 2)
+        low, high, ends = self._brackets()
+        angles, peaks = roots.newton(self._slope, low, high, ends), ends[0] > ends[1]
         before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
         kinks = np.flatnonzero((before > 0) != (after > 0))
         if self.order[0] < 0:
@@ -108,16 +112,16 @@ class Panels:
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.support_rates(self.at, np.mod(phi, self.response.period))
 
-    def _brackets(self) -> tuple[Array, Array, Array]:
-        """Neighbouring probes inside a panel between which dF/dphi changes sign; True for maxima."""
-        count, ends = len(self.nodes), np.arange(len(self.breaks) - 1)
+    def _brackets(self) -> tuple[Array, Array, tuple[Array, Array]]:
+        """Neighbouring probes inside a panel between which dF/dphi changes sign, and dF/dphi there."""
+        panels = np.arange(len(self.breaks) - 1)
         probes = np.concatenate([self.nodes, self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE])
-        panel = np.concatenate([self.panel, ends, ends])
-        rate = np.concatenate([self._rate[:count], self.end_rates[:, 0], self.end_rates[:, 1]])
-        order = np.argsort(probes, kind="stable")
-        probes, panel, rising = probes[order], panel[order], rate[order] > 0
-        found = np.flatnonzero((rising[1:] != rising[:-1]) & (panel[1:] == panel[:-1]))
-        return probes[found], probes[found + 1], rising[found]
+        rate = np.concatenate([self.node_rates, self.end_rates[:, 0], self.end_rates[:, 1]])
+        order = np.lexsort([probes, np.concatenate([self.panel, panels, panels])])
+        probes, rate = probes[order], rate[order]
+        inside = np.diff(np.concatenate([self.panel, panels, panels])[order]) == 0
+        found = np.flatnonzero(((rate[1:] > 0) != (rate[:-1] > 0)) & inside)
+        return probes[found], probes[found + 1], (rate[found], rate[found + 1])
 
     @cached_property
     def node_slopes(self) -> Array:

@@ -12,10 +12,13 @@ from planter.report import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
     from numpy.typing import NDArray
 
     from planter.kernels import Array
 
+NARROW = 0.1
+"""A front with less than this share of the designs' extent is drawn again, enlarged."""
 STEEP = 30.0
 """Ratio of worst to best objective from which the scale is logarithmic."""
 
@@ -72,32 +75,54 @@ def pareto(
 
     `weights` are those of the objective: the line of equal objective through the best mark is drawn.
     """
+    beaten = ~nondominated(points)
+    front = np.unique(points[~beaten], axis=0)
+    narrow = bool((np.ptp(front, axis=0) < NARROW * np.ptp(points, axis=0)).any()) and len(front) > 1
     figure = style.new_figure(4.2)
-    axes = figure.subplots()
-    front = nondominated(points)
-    axes.plot(*points[~front].T, "o", color=style.FAINT, markersize=2.5, label="designs")
-    ordered = points[front][np.argsort(points[front][:, 0])]
-    axes.plot(*ordered.T, "o-", color=style.BLUE, markersize=3.2, linewidth=0.9, label="front")
-    for index, (label, (x, y)) in enumerate(marks.items(), 1):
-        shade = style.PALETTE[index % len(style.PALETTE)]
-        axes.plot(x, y, "D", color=shade, markeredgecolor=style.PAPER, markersize=6, label=label, zorder=4)
-    axes.margins(0.08)
+    axes, *near = figure.subplots(1, 1 + narrow, squeeze=False)[0]
+    axes.plot(*points[beaten].T, "o", color=style.FAINT, markersize=2.5, label="designs")
+    _front(axes, front, marks)
+    handles, labels = axes.get_legend_handles_labels()
+    for enlarged in near:
+        _front(enlarged, front, marks, within=True)
+        enlarged.set_title("the front, enlarged")
+        axes.set_title("all designs")
     if weights and marks:
-        _level(axes, min(marks.values(), key=lambda mark: np.dot(weights, mark)), weights)
-    axes.set_xlabel("range of the support force / N")
+        best = min(marks.values(), key=lambda mark: np.dot(weights, mark))
+        levels = [_level(each, best, weights) for each in (axes, *near)]
+        handles, labels = [*handles, levels[0]], [*labels, str(levels[0].get_label())]
     axes.set_ylabel("variance of the support force / N²")
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 
-def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) -> None:
+def _front(axes: Axes, front: Array, marks: Mapping[str, tuple[float, float]], within: bool = False) -> None:
+    axes.plot(*front.T, "o-", color=style.BLUE, markersize=3.2, linewidth=0.9, label="front")
+    for index, (label, (x, y)) in enumerate(marks.items(), 1):
+        if within and not _close(np.array((x, y)), front):
+            continue
+        shade = style.PALETTE[index % len(style.PALETTE)]
+        axes.plot(x, y, "D", color=shade, markeredgecolor=style.PAPER, markersize=6, label=label, zorder=4)
+    axes.margins(0.08)
+    axes.locator_params(nbins=6)
+    axes.set_xlabel("range of the support force / N")
+
+
+def _close(mark: Array, front: Array) -> bool:
+    """Whether a mark lies within twice the front's extent around it."""
+    low, high = front.min(axis=0), front.max(axis=0)
+    return bool((np.abs(mark - (low + high) / 2) <= 2 * (high - low)).all())
+
+
+def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) -> Line2D:
     """The line on which the weighted sum is what it is at the mark."""
     limits = axes.get_xlim(), axes.get_ylim()
     slope = -weights[0] / weights[1]
     label = f"{weights[0]:g} range + {weights[1]:g} variance = {np.dot(weights, mark):.6g}"
-    axes.axline(mark, slope=slope, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)), label=label)
+    level = axes.axline(mark, slope=slope, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)), label=label)
     axes.set_xlim(limits[0])
     axes.set_ylim(limits[1])
+    return level
 
 
 def nondominated(points: Array) -> NDArray[np.bool_]:

@@ -183,14 +183,20 @@ def png(figure: Figure) -> bytes:
     return _rendered(figure, "png", {"Software": None})
 
 
-def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
+def arrange(figure: Figure) -> None:
+    """Lets the parts of a figure find their places, once and for all: drawing it again moves nothing."""
     with _settings():
         if figure.get_layout_engine() is not None:
             # Twice: equal scales change the limits, and with them the room that tick labels need.
             figure.draw_without_rendering()
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
-        buffer = io.BytesIO()
+
+
+def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
+    arrange(figure)
+    buffer = io.BytesIO()
+    with _settings():
         figure.savefig(buffer, format=kind, dpi=DOTS, metadata=metadata)
     return buffer.getvalue()
 

@@ -11,7 +11,7 @@ import pytest
 
 from planter import emitted
 from planter.machine import Machine, load
-from planter.report import figures, files, html, planting
+from planter.report import device_page, figures, files, html
 
 EVIL = "<script>alert('x')</script> & \"more\""
 SUMMARY: dict[str, Any] = {
@@ -44,9 +44,9 @@ def drawings() -> dict[str, str]:
     return {"convergence": figures.svg(history), "pareto": figures.svg(front)}
 
 
-def device_page(machine: Machine, drawings: dict[str, str], **changes: Any) -> str:
+def page_of(machine: Machine, drawings: dict[str, str], **changes: Any) -> str:
     summary = {**SUMMARY, "design": dict(machine.design), **changes}
-    return planting.device_page(
+    return device_page.device_page(
         machine, emitted.sidecar("planting_exact"), summary, drawings, files.provenance(machine, 5)
     )
 
@@ -61,7 +61,7 @@ def words(page: str) -> str:
 
 
 def test_page_is_well_formed_and_says_what_it_is(drawings: dict[str, str]) -> None:
-    root = tree(device_page(load("wang2017"), drawings))
+    root = tree(page_of(load("wang2017"), drawings))
     assert root.tag == "html"
     assert root.get("lang") == "en"
     assert [e.text for e in root.iter("h1")] == ["Optimisation of the planting device wang2017"]
@@ -83,7 +83,7 @@ def test_page_is_well_formed_and_says_what_it_is(drawings: dict[str, str]) -> No
 
 
 def test_ids_are_unique_and_every_reference_is_met(drawings: dict[str, str]) -> None:
-    page = device_page(load("wang2017"), {**drawings, "again": drawings["pareto"]})
+    page = page_of(load("wang2017"), {**drawings, "again": drawings["pareto"]})
     ids = [e.get("id") for e in tree(page).iter() if e.get("id")]
     assert len(ids) == len(set(ids)) > 100
     wanted = re.findall(r'href="#([^"]+)"', page) + re.findall(r"url\(#([^)]+)\)", page)
@@ -92,7 +92,7 @@ def test_ids_are_unique_and_every_reference_is_met(drawings: dict[str, str]) -> 
 
 
 def test_nothing_is_fetched_and_nothing_runs(drawings: dict[str, str]) -> None:
-    page = device_page(load("wang2017"), drawings)
+    page = page_of(load("wang2017"), drawings)
     assert re.findall(r"""(?:src|href)=["'](?!#)[^"']*|url\((?!#)[^)]*|@import""", page) == []
     elements = {e.tag.rpartition("}")[2] for e in tree(page).iter()}
     assert "svg" in elements
@@ -101,7 +101,7 @@ def test_nothing_is_fetched_and_nothing_runs(drawings: dict[str, str]) -> None:
 
 def test_texts_are_escaped_wherever_they_stand(drawings: dict[str, str]) -> None:
     machine = load("wang2017").model_copy(update={"name": EVIL, "description": EVIL})
-    page = device_page(machine, {EVIL: drawings["pareto"]}, model=EVIL, method=EVIL)
+    page = page_of(machine, {EVIL: drawings["pareto"]}, model=EVIL, method=EVIL)
     assert "<script" not in page
     assert words(page).count(EVIL) >= 5
 
@@ -126,7 +126,7 @@ def test_every_block_escapes(block: html.Block) -> None:
 
 def test_every_input_is_there_with_its_origin(drawings: dict[str, str]) -> None:
     machine = load("wang2017", {"sun_kg": 0.45})
-    rows = [[" ".join(cell.itertext()) for cell in row] for row in tree(device_page(machine, drawings)).iter("tr")]
+    rows = [[" ".join(cell.itertext()) for cell in row] for row in tree(page_of(machine, drawings)).iter("tr")]
     by_key = {row[0]: row for row in rows}
     for path, value in machine.numbers().items():
         section, _, key = path.partition(".")
@@ -142,13 +142,13 @@ def test_every_input_is_there_with_its_origin(drawings: dict[str, str]) -> None:
 def test_design_has_bounds_and_both_designs_where_they_differ(drawings: dict[str, str]) -> None:
     machine = load("wang2017")
     found = dict(machine.design) | {"k6": 0.0375}
-    same, other = (words(device_page(machine, drawings, design=design)) for design in (dict(machine.design), found))
+    same, other = (words(page_of(machine, drawings, design=design)) for design in (dict(machine.design), found))
     assert "k6 0.031 0.03 0.04 paper" in same
     assert "k6 0.031 0.0375 0.03 0.04 paper" in other
 
 
 def test_results_certificate_and_warnings_are_shown(drawings: dict[str, str]) -> None:
-    text = words(device_page(load("wang2017"), drawings))
+    text = words(page_of(load("wang2017"), drawings))
     for part in (
         "At 33.25 deg: the teeth would <have> to pull (tooth_contact_P)",
         "weight / N 97.85475",
@@ -171,11 +171,11 @@ def test_results_certificate_and_warnings_are_shown(drawings: dict[str, str]) ->
 def test_a_simulation_has_no_certificate() -> None:
     machine = load("wang2017")
     summary = {key: value for key, value in SUMMARY.items() if key not in ("certificate", "cross", "warnings")}
-    text = words(planting.device_page(machine, emitted.sidecar("planting_exact"), summary, {}))
+    text = words(device_page.device_page(machine, emitted.sidecar("planting_exact"), summary, {}))
     assert text.count("Simulation of the planting device wang2017") == 2
     assert "Certificate" not in text
     assert "Warnings" not in text
 
 
 def test_the_second_machine_has_its_page(drawings: dict[str, str]) -> None:
-    assert "forward_speed_m_s \N{MINUS SIGN}0.5 m/s" in words(device_page(load("compact"), drawings))
+    assert "forward_speed_m_s \N{MINUS SIGN}0.5 m/s" in words(page_of(load("compact"), drawings))

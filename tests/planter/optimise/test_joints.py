@@ -1,0 +1,71 @@
+"""Joints of the force curve: where they are, how they move."""
+
+import numpy as np
+import pytest
+
+from planter import optimise
+from planter.optimise import joints, roots
+from planter.errors import ComputationError
+from tests.planter.optimise import toys
+from tests.planter.optimise.toys import difference
+
+
+def test_joints_of_the_machine_lie_where_closed_forms_put_them():
+    machine = toys.device()
+    alpha3, m31 = machine.design[2], machine.design[6]
+    found = optimise.joints_of(machine, machine.design)
+    angles = {(place.name, place.side): place.angle for place in found}
+    assert angles["gear 3, t = 0", 1] == pytest.approx(2 * np.pi - alpha3, abs=1e-13)
+    assert angles["gear 3, t = pi/m", 1] == pytest.approx(np.pi / m31 - alpha3, abs=1e-13)
+    assert angles["gear 3, t = pi/m", 2] == pytest.approx(np.pi / m31 - alpha3 + np.pi, abs=1e-13)
+    assert [p.angle for p in found] == sorted(p.angle for p in found)
+
+
+def test_joints_are_joints():
+    """Each of the machine's joints of order 1 that the force feels is a jump of its slope."""
+    response = toys.planting()
+    at = response.prologue(response.design)
+    found = joints.find(response, at)
+    for angle, name in zip(found.angles, found.names, strict=True):
+        if name.startswith("gear 3") or name == "gear 6, t = pi/m":
+            before, after = response.support_rate(at, np.array([angle - 1e-9, angle + 1e-9]))[1]
+            beside = response.support_rate(at, np.array([angle - 2e-4, angle - 1e-4, angle + 1e-4, angle + 2e-4]))[1]
+            assert abs(after - before) > 100 * max(abs(np.diff(beside)[[0, 2]]))
+
+
+@pytest.mark.parametrize("response", [toys.planting(), toys.bent()], ids=["machine", "toy"])
+def test_velocity_and_acceleration_agree_with_differences(response):
+    width = response.upper - response.lower
+    x = response.lower + 0.4 * width
+
+    def at(y):
+        return joints.find(response, response.prologue(y))
+
+    found = at(x)
+    slopes = difference(lambda y: at(y).angles, x, 1e-4 * width)
+    assert found.velocity * width == pytest.approx(slopes * width, abs=2e-7)
+    bends = difference(lambda y: at(y).velocity, x, 1e-4 * width)
+    every = found.acceleration(np.arange(len(found.angles)))
+    assert every * width * width[:, None] == pytest.approx(bends * width * width[:, None], abs=2e-7)
+
+
+def test_a_response_without_events_has_no_joints():
+    toy = toys.third_harmonic()
+    assert len(joints.find(toy, toy.prologue(toy.design)).angles) == 0
+
+
+def test_newton_finds_roots_that_plain_newton_misses():
+    def arctan(x):
+        return np.arctan(x - 0.3), 1 / (1 + (x - 0.3) ** 2)
+
+    low, high = np.array([-200.0, -1.0]), np.array([3.0, 400.0])
+    ends = arctan(low)[0], arctan(high)[0]
+    assert roots.newton(arctan, low, high, ends) == pytest.approx([0.3, 0.3], abs=1e-15)
+
+
+def test_newton_says_where_it_failed():
+    def jagged(x):
+        return np.where(x < 0.25, -1.0, 1.0) * np.nan, np.zeros_like(x)
+
+    with pytest.raises(ComputationError, match="not found"):
+        roots.newton(jagged, np.array([0.0]), np.array([1.0]), (np.array([-1.0]), np.array([1.0])))

@@ -1,0 +1,98 @@
+"""True extremes and integrals: independent of any grid, with exact derivatives."""
+
+import numpy as np
+import pytest
+
+from planter.optimise.conditions import Values
+from planter.optimise.refined import Panels, Refined
+from planter.optimise.response import Planting
+from tests.planter.optimise import toys
+from tests.planter.optimise.toys import difference
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_extremes_and_integrals_agree_with_a_fine_grid(model):
+    response = toys.planting(model)
+    phi = np.pi * np.arange(20000) / 20000
+    force = response.support(response.prologue(response.design), phi)
+    look = Refined(response).look(response.design)
+    rough = np.abs(np.diff(force, 2)).max() / 4
+    assert 0 <= look.high - force.max() < rough
+    assert 0 <= force.min() - look.low < rough
+    assert look.mean == pytest.approx(force.mean(), rel=1e-9)
+    assert look.variance == pytest.approx(force.var(), rel=1e-8)
+
+
+def test_quadrature_has_converged(monkeypatch):
+    response = toys.planting()
+    found = Panels(response, response.design)
+    monkeypatch.setattr("planter.optimise.refined.NODES", 24)
+    finer = Panels(response, response.design)
+    assert found.variance == pytest.approx(finer.variance, rel=1e-12)
+    assert found.mean == pytest.approx(finer.mean, rel=1e-14)
+
+
+def test_closed_forms():
+    """cos phi - cos(3 phi) / 6 has its peaks, sqrt 3 / 2, at +-30 deg and a dip, 5/6, between; variance (1 + 1/36) / 2."""
+    panels = Panels(toys.third_harmonic(), np.array([-1 / 6]))
+    found = panels.extremes
+    assert np.degrees(found.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
+    assert found.force == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
+    assert found.peaks.tolist() == [False, True, False, True, False, True]
+    assert panels.variance == pytest.approx(37 / 72, rel=1e-14)
+
+
+def test_a_corner_is_a_peak_where_the_slope_changes_sign():
+    toy = toys.corner(height=-4.0)
+    found = Panels(toy, np.array([0.2])).extremes
+    top = found.force.argmax()
+    assert (found.angles[top], found.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
+    assert found.force[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
+
+
+@pytest.mark.parametrize("response", [toys.planting(), toys.bent(), toys.corner(-4.0)], ids=["machine", "bent", "corner"])
+@pytest.mark.parametrize("share", [0.3, 0.62])
+def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response, share):
+    width = response.upper - response.lower
+    x = response.lower + share * width
+    rows = Refined(response).local(x)
+    first = rows.values(x)
+    rng = np.random.default_rng(5)
+    weights = Values(0.7, rng.normal(size=len(first.upper)), rng.normal(size=len(first.lower)), np.empty(0))
+
+    def value(y):
+        values = rows.values(y)
+        return weights.variance * values.variance + weights.upper @ values.upper + weights.lower @ values.lower
+
+    def weighted(y):
+        slopes = rows.slopes(y)
+        return weights.variance * slopes.variance + weights.upper @ slopes.upper + weights.lower @ slopes.lower
+
+    step = 2e-5 * width
+    scale = np.abs(weighted(x) * width).max()
+    assert weighted(x) * width == pytest.approx(difference(value, x, step) * width, abs=1e-7 * scale)
+    bends = difference(weighted, x, step) * width * width[:, None]
+    found = rows.curvature(x, weights) * width * width[:, None]
+    assert found == pytest.approx(bends, abs=2e-6 * np.abs(bends).max())
+
+
+def test_the_jump_terms_at_joints_are_needed():
+    """Without them the curvature of the variance of a moving corner would be wrong: the test above can fail."""
+    panels = Panels(toys.corner(-4.0), np.array([0.2]))
+    assert abs(panels._at_joints()).max() > 0.1 * abs(panels.variance_hessian()).max()
+
+
+def test_windows_cover_the_turn_wherever_the_design_goes():
+    response = toys.bent()
+    rows = Refined(response).local(np.array([0.1, 0.1]))
+    for x in np.random.default_rng(0).random((6, 2)):
+        values, look = rows.values(x), Refined(response).look(x)
+        assert values.upper.max() == pytest.approx(look.high, abs=1e-12)
+        assert values.lower.min() == pytest.approx(look.low, abs=1e-12)
+
+
+def test_all_joints_are_panel_ends():
+    response = toys.planting()
+    assert isinstance(response, Planting)
+    panels = Panels(response, response.design)
+    assert np.isin(np.round(panels.folded, 9), np.round(np.mod(panels.breaks, np.pi), 9)).all()

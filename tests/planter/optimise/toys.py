@@ -1,0 +1,78 @@
+"""Toy responses with known optima, and the built-in machine with a short genetic search."""
+
+from functools import cache
+
+import casadi as ca
+import numpy as np
+
+from planter.device import Device, Model
+from planter.kernels import Array
+from planter.machine import load
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem, Sampling
+from planter.optimise.response import Event, Planting
+from tests.planter.optimise.toy import Toy
+
+RANGE, VARIANCE, PAPER = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper"), Objective(0.6, 0.4, "paper")
+CORNER = Event("corner", 1, 2 * np.pi)
+
+
+def third_harmonic() -> Toy:
+    """cos phi + x cos 3 phi: least range sqrt 3 at x = -1/6, with peaks tied at +-30 deg and at 180 +- 30 deg."""
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 1)
+    return Toy(phi, x, ca.cos(phi) + x * ca.cos(3 * phi), lower=[-0.5], upper=[0.4])
+
+
+def linear(seed: int, size: int = 3) -> tuple[Toy, Array, Array]:
+    """A force that is linear in x, a0(phi) + a(phi) x, with random harmonics; and these, (7,) and (7, p)."""
+    rng = np.random.default_rng(seed)
+    constant, slopes = rng.normal(size=7), rng.normal(size=(7, size))
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", size)
+    waves = ca.vertcat(*(f(k * phi) for k in (1, 2, 3) for f in (ca.cos, ca.sin)), ca.cos(4 * phi))
+    return Toy(phi, x, ca.dot(waves, constant + slopes @ x), lower=-np.ones(size), upper=np.ones(size)), constant, slopes
+
+
+def waves(phi: Array) -> Array:
+    """The harmonics of `linear` at angles, (n, 7)."""
+    return np.stack([f(k * phi) for k in (1, 2, 3) for f in (np.cos, np.sin)] + [np.cos(4 * phi)], axis=1)
+
+
+def corner(height: float = 1.0, lower: float = -0.6, upper: float = 0.7) -> Toy:
+    """A hill, 3 cos phi, with a corner, height |sin((phi - x) / 2)|, that moves with x."""
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 1)
+    turned = (phi - x) / 2
+    wrapped = turned - np.pi * ca.floor(turned / np.pi)
+    force = 3 * ca.cos(phi) + height * ca.sin(wrapped)
+    return Toy(phi, x, force, {CORNER: phi - x}, [lower], [upper])
+
+
+def bent() -> Toy:
+    """Two parameters, a corner whose place depends on both, not linearly, and a side peak that can tie with it."""
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
+    place = 1.0 + 0.3 * x[0] + 0.2 * x[0] * x[1] + 0.1 * x[1] ** 2
+    turned = (phi - place) / 2
+    wrapped = turned - np.pi * ca.floor(turned / np.pi)
+    force = ca.cos(2 * phi + x[1]) * (1 + 0.4 * x[0] ** 2) - (1.6 + x[1] * x[0]) * ca.sin(wrapped) + 0.3 * ca.sin(phi - x[0])
+    return Toy(phi, x, force, {CORNER: phi - place})
+
+
+@cache
+def device(model: Model = "exact") -> Device:
+    short = {"genetic_algorithm.generations": 6, "genetic_algorithm.individuals": 10}
+    return Device(load("wang2017", short), model)
+
+
+@cache
+def planting(model: Model = "exact") -> Planting:
+    return Planting(device(model))
+
+
+def problem(sampling: Sampling = 360, objective: Objective = PAPER, model: Model = "exact") -> Problem:
+    return Problem(planting(model), objective, sampling)
+
+
+def difference(function, x: Array, step: Array | float) -> Array:  # type: ignore[no-untyped-def]
+    """Central differences of a function of x (p,): the last axis is the coordinate."""
+    steps = np.eye(len(x)) * step
+    h = np.diag(steps)
+    return np.stack([(function(x + s) - function(x - s)) / (2 * k) for s, k in zip(steps, h, strict=True)], axis=-1)

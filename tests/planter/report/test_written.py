@@ -1,0 +1,81 @@
+"""The folder that a run leaves: complete, the same bytes each time, and the numbers of the run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.device import Device
+from planter.errors import InputError
+from planter.machine import load
+from planter.optimisation import optimise
+from planter.report import files
+from planter.report import planting as report
+from planter.simulate import sensitivity, simulate
+
+MOTION = {"tip_path", "pitch_curves", "rotation"}
+FORCES = {"support_force", "joint_forces"}
+
+
+def names(drawn: set[str], *others: str) -> set[str]:
+    return {f"{name}.{kind}" for name in drawn for kind in ("svg", "png")} | set(others)
+
+
+def written(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp_path: Path) -> None:
+    device = Device(load("wang2017", {"forward_speed_m_s": -0.667}), "printed")
+    found = simulate(device, 24, [0.0, 100.0])
+    for folder in ("one", "two"):
+        report.write_simulation(tmp_path / folder, device, found)
+    first = written(tmp_path / "one")
+    assert set(first) == names(MOTION | FORCES, "summary.json", "cycle.csv", "report.html")
+    assert first == written(tmp_path / "two")
+    summary = json.loads(first["summary.json"])
+    assert {key: summary[key] for key in found.result} == json.loads(json.dumps(found.result))
+    assert summary["provenance"] == files.provenance(device.machine)
+    comments, columns = files.read_cycle_csv(tmp_path / "one" / "cycle.csv")
+    assert "model: printed" in comments
+    assert {k: v.tobytes() for k, v in columns.items()} == {
+        k: np.asarray(v, dtype=float).tobytes() for k, v in found.cycle.columns().items()
+    }
+
+
+def test_an_optimisation_leaves_the_optimum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report, "CLOUD", 10)
+    monkeypatch.setattr(report, "SHARES", 2)
+    device = Device(load("wang2017"))
+    found = optimise(device, "ipopt", "60", starts=1)
+    report.write_optimisation(tmp_path, device, found)
+    drawn = MOTION | FORCES | {"convergence", "pareto"}
+    assert set(written(tmp_path)) == names(drawn, "summary.json", "cycle.csv", "report.html")
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
+    assert len(columns["support_N"]) == 60
+    assert np.ptp(columns["support_N"]) == pytest.approx(summary["range_N"], abs=1e-9)
+    assert summary["range_N"] < summary["start_range_N"]
+    assert summary["provenance"]["seed"] == 0
+
+
+def test_a_sensitivity_leaves_its_summary_and_a_page(tmp_path: Path) -> None:
+    device = Device(load("wang2017"))
+    result = sensitivity(device, 24)
+    report.write_sensitivity(tmp_path, device, result)
+    assert set(written(tmp_path)) == {"summary.json", "report.html"}
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Sensitivity of the planting device wang2017" in page
+    assert "direction 1" in page
+
+
+def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
+    occupied = tmp_path / "occupied"
+    occupied.write_text("a file")
+    device = Device(load("wang2017"))
+    with pytest.raises(InputError, match="occupied"):
+        report.write_sensitivity(occupied, device, {"objective": 1.0})
+    assert occupied.read_text() == "a file"
