@@ -138,11 +138,12 @@ class Motion:
         moving = sorted(expr.free_symbols & self.rates.keys(), key=str)
         return sp.Add(*(expr.diff(q) * self.rates[q] for q in moving))
 
-    def spin(self, frame: Frame) -> Vec:
-        """Absolute angular velocity of a frame, in its own components."""
-        if frame.parent is None:
+    def spin(self, frame: Frame, seen_from: Frame | None = None) -> Vec:
+        """Angular velocity of a frame, absolute or relative to one of its ancestors, in its own components."""
+        if frame.parent is None or frame == seen_from:
             return zero(frame)
-        return self.spin(frame.parent).resolved(frame) + self.rate(frame.angle) * unit(frame, frame.axis)
+        own = self.rate(frame.angle) * unit(frame, frame.axis)
+        return self.spin(frame.parent, seen_from).resolved(frame) + own
 
     def derivative(self, vector: Vec) -> Vec:
         """Absolute time derivative of a vector, in its own frame (transport theorem)."""
@@ -157,13 +158,26 @@ class Motion:
         """Absolute acceleration of a point in components of ``frame``."""
         if point in self.accelerations:
             return self.accelerations[point].resolved(frame)
-        if point.base is None or point.offset is None:
+        base, offset = self.places.get(point, (point.base, point.offset))
+        if base is None or offset is None:
             return zero(frame)
-        offset = point.offset.resolved(frame)
-        return self.acceleration(point.base, frame) + self.derivative(self.derivative(offset))
+        return self.acceleration(base, frame) + self.derivative(self.derivative(offset.resolved(frame)))
+
+    def drift(self, base: Point, point: Point, frame: Frame) -> Vec:
+        """Rate of the vector from ``base`` to ``point`` as seen from ``frame``, by names where there are any.
+
+        The offsets on the way must stand in ``frame`` or in frames that descend from it.
+        """
+        if point == base or point.base is None or point.offset is None:
+            return zero(frame)
+        own = point.offset.frame
+        stretch = Vec(own, tuple(self.rate(c) for c in point.offset.components)).resolved(frame)
+        turning = self.spin(own, seen_from=frame).resolved(frame)
+        swept = stretch + turning.cross(self.arm(point.base, point, frame))
+        return self.drift(base, point.base, frame) + swept
 
     def arm(self, start: Point, end: Point, frame: Frame) -> Vec:
-        """Vector from ``start`` to ``end``, by names where there are any. Not for differentiation."""
+        """Vector from ``start`` to ``end``, by names where there are any."""
         return _difference(self._named_chain(start), self._named_chain(end), frame)
 
     def _named_chain(self, point: Point) -> dict[Point, Vec | None]:
@@ -177,11 +191,10 @@ def displacement(start: Point, end: Point, frame: Frame) -> Vec:
 
 
 def _difference(start: dict[Point, Vec | None], end: dict[Point, Vec | None], frame: Frame) -> Vec:
-    total = zero(frame)
-    for point, offset in end.items():
-        if point not in start and offset:
-            total = total + offset.resolved(frame)
-    for point, offset in start.items():
-        if point not in end and offset:
-            total = total - offset.resolved(frame)
-    return total
+    by_frame: dict[Frame, Vec] = {}
+    for sign, there, back in ((S.One, end, start), (S.NegativeOne, start, end)):
+        for point, offset in there.items():
+            if point not in back and offset:
+                so_far = by_frame.get(offset.frame, zero(offset.frame))
+                by_frame[offset.frame] = so_far + sign * offset
+    return reduce(lambda total, part: total + part.resolved(frame), by_frame.values(), zero(frame))

@@ -5,7 +5,7 @@ Source: derived (Newton-Euler).
 Assumes: rigid bodies, no clearance, no backlash; constant carrier speed; balanced carrier; no friction but at
 the teeth and at the cam; tooth force at the pitch point; point follower: the roller has no radius; return
 spring and coupling of the nozzle halves without mass; no soil forces, no air drag.
-Operations: prologue 21, lane 767, events 710, frame 97.
+Operations: prologue 27, lane 761, events 704, frame 97.
 
 `stage1` and `stage2` are contact functions of pitch curves, (t, parameters, hoisted) ->
 (r, dr, ddr, ratio, dratio, turned). Inputs:
@@ -89,9 +89,9 @@ from casadi import (
 
 
 def prologue(stage1: Function, stage2: Function) -> Function:
-    """hoisted, 22 entries:
+    """hoisted, 24 entries:
 
-    hoisted (22)
+    hoisted (24)
         T1_0 [rad] T1 at phi = 0
         c1
         T2_0 [rad] T2 at phi = 0
@@ -101,19 +101,21 @@ def prologue(stage1: Function, stage2: Function) -> Function:
         c16
         c17
         c21
-        c48
-        c51
+        c46
+        c49
         y_E [m] roller centre, y'
-        y_C1 [m] centroid of the rocker, y'
-        y_C2 [m] centroid of the nozzle half, y'
-        c93
-        c99
-        c115
-        c125
-        c126
-        c127
+        c63
+        c64
+        c71
+        c72
+        c98
+        c104
+        c120
         c130
+        c131
         c132
+        c135
+        c137
     """
     mounting = SX.sym("mounting", 4)
     parameters1 = SX.sym("parameters1", stage1.size1_in("parameters"))
@@ -148,25 +150,29 @@ def prologue(stage1: Function, stage2: Function) -> Function:
     c16 = -delta_r0 + delta_r1
     c17 = 1 / c16
     c21 = 1 / c16**4
-    c48 = sin(psi0)
-    c51 = cos(psi0)
+    c46 = sin(psi0)
+    c49 = cos(psi0)
     # derived: roller centre, y'
     y_E = R_b
     # derived: centroid of the rocker, y'
     y_C1 = c_C1y + y_A
     # derived: centroid of the nozzle half, y'
     y_C2 = c_C2y + y_A
-    c93 = sin(mu1)
-    c99 = cos(mu1)
-    c115 = tan(mu2)
-    c125 = rho_CA**2
-    c126 = sin(beta_CA)
-    c127 = cos(beta_CA)
-    c130 = rho_CA * c126
-    c132 = rho_CA * c127
+    c63 = y_A - y_C1
+    c64 = -c63
+    c71 = y_A - y_C2
+    c72 = -c71
+    c98 = sin(mu1)
+    c104 = cos(mu1)
+    c120 = tan(mu2)
+    c130 = rho_CA**2
+    c131 = sin(beta_CA)
+    c132 = cos(beta_CA)
+    c135 = rho_CA * c131
+    c137 = rho_CA * c132
     hoisted = vertcat(
-        T1_0, c1, T2_0, c3, c4, c8, c16, c17, c21, c48, c51, y_E, y_C1, y_C2, c93, c99, c115, c125, c126, c127,
-        c130, c132
+        T1_0, c1, T2_0, c3, c4, c8, c16, c17, c21, c46, c49, y_E, c63, c64, c71, c72, c98, c104, c120, c130, c131,
+        c132, c135, c137
     )
     inputs = [mounting, parameters1, hoisted1, parameters2, hoisted2, machine]
     return Function("prologue", inputs, [hoisted], ["mounting", "parameters1", "hoisted1", "parameters2", "hoisted2", "machine"], ["hoisted"])
@@ -218,7 +224,7 @@ def lane(stage1: Function, stage2: Function) -> Function:
     parameters2 = SX.sym("parameters2", stage2.size1_in("parameters"))
     hoisted2 = SX.sym("hoisted2", stage2.size1_in("hoisted"))
     machine = SX.sym("machine", 49)
-    hoisted = SX.sym("hoisted", 22)
+    hoisted = SX.sym("hoisted", 24)
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -247,10 +253,8 @@ def lane(stage1: Function, stage2: Function) -> Function:
     y_A = machine[27]  # [m] hinge A, y'
     z_A = machine[28]  # [m] hinge A, z'
     c_C1x = machine[29]  # [m] centroid of the rocker from the hinge, closed, x'
-    c_C1y = machine[30]  # [m] centroid of the rocker from the hinge, closed, y'
     c_C1z = machine[31]  # [m] centroid of the rocker from the hinge, closed, z'
     c_C2x = machine[32]  # [m] centroid of the nozzle half from the hinge, closed, x'
-    c_C2y = machine[33]  # [m] centroid of the nozzle half from the hinge, closed, y'
     c_C2z = machine[34]  # [m] centroid of the nozzle half from the hinge, closed, z'
     c_Fx = machine[35]  # [m] spring hook from the hinge, closed, x'
     c_Fz = machine[37]  # [m] spring hook from the hinge, closed, z'
@@ -271,19 +275,21 @@ def lane(stage1: Function, stage2: Function) -> Function:
     c16 = hoisted[6]
     c17 = hoisted[7]
     c21 = hoisted[8]
-    c48 = hoisted[9]
-    c51 = hoisted[10]
+    c46 = hoisted[9]
+    c49 = hoisted[10]
     y_E = hoisted[11]  # [m] roller centre, y'
-    y_C1 = hoisted[12]  # [m] centroid of the rocker, y'
-    y_C2 = hoisted[13]  # [m] centroid of the nozzle half, y'
-    c93 = hoisted[14]
-    c99 = hoisted[15]
-    c115 = hoisted[16]
-    c125 = hoisted[17]
-    c126 = hoisted[18]
-    c127 = hoisted[19]
-    c130 = hoisted[20]
+    c63 = hoisted[12]
+    c64 = hoisted[13]
+    c71 = hoisted[14]
+    c72 = hoisted[15]
+    c98 = hoisted[16]
+    c104 = hoisted[17]
+    c120 = hoisted[18]
+    c130 = hoisted[19]
+    c131 = hoisted[20]
     c132 = hoisted[21]
+    c135 = hoisted[22]
+    c137 = hoisted[23]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -371,207 +377,209 @@ def lane(stage1: Function, stage2: Function) -> Function:
     y_A1 = c42
     c43 = gamma + phi
     c44 = sin(c43)
-    c45 = a2 * c44
     # derived: B1, x
-    x_B1 = -c40 - c45
-    c46 = cos(c43)
-    c47 = a2 * c46
+    x_B1 = -a2 * c44 - c40
+    c45 = cos(c43)
     # derived: B1, y
-    y_B1 = c42 + c47
-    c49 = sin(theta1)
-    c50 = L_AE * c49
-    c52 = cos(theta1)
-    c53 = L_AE * c52
-    c54 = c48 * c50 - c51 * c53
+    y_B1 = a2 * c45 + c42
+    c47 = sin(theta1)
+    c48 = L_AE * c47
+    c50 = cos(theta1)
+    c51 = L_AE * c50
+    c52 = c46 * c48 - c49 * c51
     # derived: roller centre, x'
-    x_E = x_A + c54
-    c55 = c48 * c53 + c50 * c51
+    x_E = x_A + c52
+    c53 = c46 * c51 + c48 * c49
     # derived: roller centre, z'
-    z_E = z_A + c55
+    z_E = z_A + c53
     # derived: spring hook, x'
-    x_F = c_Fx * c52 + c_Fz * c49 + x_A
-    c56 = c_C1x * c52 + c_C1z * c49
+    x_F = c_Fx * c50 + c_Fz * c47 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = x_A + c56
-    c57 = c_C1x * c49
+    x_C1 = c_C1x * c50 + c_C1z * c47 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = c_C1z * c52 + z_A - c57
-    c58 = c_C2x * c52 + c_C2z * c49
+    z_C1 = -c_C1x * c47 + c_C1z * c50 + z_A
     # derived: centroid of the nozzle half, x'
-    x_C2 = x_A + c58
-    c59 = c_C2x * c49
+    x_C2 = c_C2x * c50 + c_C2z * c47 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = c_C2z * c52 + z_A - c59
+    z_C2 = -c_C2x * c47 + c_C2z * c50 + z_A
     # derived: acceleration of A1, x
-    ax_A1 = c1 * c40
+    ax_A1 = -x_A1 * c1
     # derived: acceleration of A1, y
-    ay_A1 = -c1 * c42
+    ay_A1 = -y_A1 * c1
     # derived: acceleration of B1, x
-    ax_B1 = ax_A1 + c1 * c45
+    ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
-    ay_B1 = ay_A1 - c1 * c47
-    c60 = sin(alpha)
-    c61 = Omega**2
-    c62 = cos(alpha)
+    ay_B1 = -y_B1 * c1
+    c54 = sin(alpha)
+    c55 = Omega**2
+    c56 = cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c62 - ay_B1 * c60 - x_A * c61
+    ax_A = -Omega_dot * y_A + ax_B1 * c56 - ay_B1 * c54 - x_A * c55
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c60 + ay_B1 * c62 - y_A * c61
+    ay_A = Omega_dot * x_A + ax_B1 * c54 + ay_B1 * c56 - y_A * c55
     # derived: tip, x
-    x_tip = L_tip * c62 + x_B1 + phi * v_f / omega
-    c63 = -y_B1
+    x_tip = L_tip * c56 + x_B1 + phi * v_f / omega
+    c57 = -y_B1
     # derived: tip, y
-    y_tip = -L_tip * c60 - c63
+    y_tip = -L_tip * c54 - c57
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
-    c64 = -c_C1z * c52 + c57
-    c65 = -c64
-    c66 = ay_A + g * c62
-    c67 = m_C1 * (-Omega * theta1_dot * c65 - Omega * (-Omega * c_C1y + theta1_dot * c65) - Omega_dot * c56 - c66)
-    c68 = -c_C2z * c52 + c59
-    c69 = -c68
-    c70 = m_C2 * (-Omega * theta1_dot * c69 - Omega * (-Omega * c_C2y + theta1_dot * c69) - Omega_dot * c58 - c66)
-    c71 = -c67 - c70
+    S = S0 + 2 * k_s * (c_Fx * c47 - c_Fz * c50 + c_Fz)
+    c58 = x_A - x_C1
+    c59 = -c58
+    c60 = theta1_dot * z_A
+    c61 = -theta1_dot * z_C1 + c60
+    c62 = -c61
+    c65 = ay_A + g * c56
+    c66 = m_C1 * (-Omega * c62 - Omega * (-Omega * c64 - c61) - Omega_dot * c59 - c65)
+    c67 = x_A - x_C2
+    c68 = -c67
+    c69 = -theta1_dot * z_C2 + c60
+    c70 = -c69
+    c73 = m_C2 * (-Omega * c70 - Omega * (-Omega * c72 - c69) - Omega_dot * c68 - c65)
+    c74 = -c66 - c73
     # derived: inner half: force along y of planet
-    F_Ay = c71
-    c72 = theta1_dot**2
-    c73 = -c56
-    c74 = -ax_A + g * c60
-    c75 = m_C1 * (Omega_dot * c_C1y - theta1_ddot * c65 + c56 * c61 - c72 * c73 + c74)
-    c76 = -c58
-    c77 = m_C2 * (Omega_dot * c_C2y - theta1_ddot * c69 + c58 * c61 - c72 * c76 + c74)
-    c78 = c75 + c77
-    # derived: outer half: force along x of planet
-    F_Aox = -c78
-    # derived: outer half: force along y of planet
-    F_Aoy = c71
-    c79 = c49 * c61
-    c80 = c52 * c79
-    c81 = I_C1x * c52
+    F_Ay = c74
+    c75 = z_A - z_C1
+    c76 = -c75
+    c77 = theta1_dot * x_A
+    c78 = ax_A - g * c54
+    c79 = (
+        m_C1 * (-Omega_dot * c63 - theta1_ddot * c76 - theta1_dot * (-theta1_dot * x_C1 + c77) + c55 * c59 - c78)
+    )
+    c80 = z_A - z_C2
+    c81 = -c80
     c82 = (
-        I_C1y * theta1_ddot + I_C1z * c80 - I_C2x * c80 + I_C2y * theta1_ddot + I_C2z * c80 + S * (-x_A + x_F) -
-        c79 * c81
+        m_C2 * (-Omega_dot * c71 - theta1_ddot * c81 - theta1_dot * (-theta1_dot * x_C2 + c77) + c55 * c68 - c78)
+    )
+    c83 = c79 + c82
+    # derived: outer half: force along x of planet
+    F_Aox = -c83
+    # derived: outer half: force along y of planet
+    F_Aoy = c74
+    c84 = theta1_dot * c62
+    c85 = theta1_dot * c70
+    c86 = c47 * c55
+    c87 = c50 * c86
+    c88 = I_C1x * c50
+    c89 = (
+        I_C1y * theta1_ddot + I_C1z * c87 - I_C2x * c87 + I_C2y * theta1_ddot + I_C2z * c87 + S * (-x_A + x_F) -
+        c86 * c88
     )
     # derived: outer half: moment along y of planet about A outer
     M_K = (
-        m_C1 * c56 * (-theta1_ddot * c56 - c65 * c72) + m_C2 * c58 * (-theta1_ddot * c58 - c69 * c72) - c64 * c75
-        - c68 * c77 - c82
+        m_C1 * c59 * (-theta1_ddot * c59 - c84) + m_C2 * c68 * (-theta1_ddot * c68 - c85) - c75 * c79 - c80 * c82
+        - c89
     )
-    c83 = Omega_dot * c49
-    c84 = Omega * theta1_dot
-    c85 = c52 * c84
-    c86 = I_C1x * c83 + I_C1y * c85 - I_C1z * c85 + c81 * c84
-    c87 = I_C2x * c83 + I_C2x * c85 + I_C2y * c85 - I_C2z * c85
-    c88 = Omega_dot * c52
-    c89 = c49 * c84
-    c90 = (
-        c52 * (I_C1x * c89 - I_C1y * c89 + I_C1z * c88 - I_C1z * c89) + c52 * (I_C2x * c89 - I_C2y * c89 + I_C2z *
-        c88 - I_C2z * c89)
+    c90 = Omega_dot * c47
+    c91 = Omega * theta1_dot
+    c92 = c50 * c91
+    c93 = I_C1x * c90 + I_C1y * c92 - I_C1z * c92 + c88 * c91
+    c94 = I_C2x * c90 + I_C2x * c92 + I_C2y * c92 - I_C2z * c92
+    c95 = Omega_dot * c50
+    c96 = c47 * c91
+    c97 = (
+        c50 * (I_C1x * c96 - I_C1y * c96 + I_C1z * c95 - I_C1z * c96) + c50 * (I_C2x * c96 - I_C2y * c96 + I_C2z *
+        c95 - I_C2z * c96) - c59 * c66 + c64 * c79 - c68 * c73 + c72 * c82
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c_C1y * c75 + c_C2y * c77 + c49 * c86 + c49 * c87 - c56 * c67 - c58 * c70 + c90
-    c91 = -x_A + x_C1
-    c92 = -x_A + x_C2
-    c95 = -Omega * R_b + R_b * omega + theta1_dot * c55
-    c94 = -c54
-    c96 = 1 / sqrt(c72 * c94**2 + c95**2)
-    c97 = theta1_dot * c94
-    c98 = c96 * c97
-    c100 = -c93 * c98 + c95 * c96 * c99
-    c101 = -c93 * c95 * c96 - c98 * c99
+    M_Aoz = c47 * c93 + c47 * c94 + c97
+    c100 = -Omega * R_b + R_b * omega + theta1_dot * c53
+    c99 = -c52
+    c101 = 1 / sqrt(theta1_dot**2 * c99**2 + c100**2)
+    c102 = theta1_dot * c99
+    c103 = c101 * c102
+    c105 = c100 * c101 * c104 - c103 * c98
+    c106 = -c100 * c101 * c98 - c103 * c104
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c91 * (-theta1_ddot * c73 - c64 * c72) + m_C2 * c92 * (-theta1_ddot * c76 - c68 * c72) -
-        c75 * (-z_A + z_C1) - c77 * (-z_A + z_C2) + c82) / (-c100 * (-x_A + x_E) + c101 * (-z_A + z_E))
+        (-M_K + m_C1 * c59 * (-theta1_ddot * c58 + c84) + m_C2 * c68 * (-theta1_ddot * c67 + c85) - c76 * c79 -
+        c81 * c82 + c89) / (-c105 * (-x_A + x_E) + c106 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c101
+    F_Ex = F_E * c106
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c100
+    F_Ez = F_E * c105
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c95 - F_Ez * c97
+    F_E_loss = -F_Ex * c100 - F_Ez * c102
     # derived: inner half: force along x of planet
-    F_Ax = -F_Ex - c78
+    F_Ax = -F_Ex - c83
     # derived: inner half: moment along z of planet about A
-    M_Az = (
-        F_Ex * (-y_A + y_E) + c49 * c86 + c49 * c87 - c67 * c91 - c70 * c92 + c75 * (-y_A + y_C1) + c77 * (-y_A +
-        y_C2) + c90
-    )
-    c102 = x_A * c62 + y_A * c60
-    c103 = F_Aox * c60 - F_Aoy * c62
-    c104 = F_Ax * c60 - F_Ay * c62
-    c105 = F_Aox * c62 + F_Aoy * c60
-    c106 = -x_A * c60 + y_A * c62
-    c107 = F_Ax * c62 + F_Ay * c60
-    c108 = c_CBx * c60 - c_CBy * c62
-    c109 = c_CBx * c62 + c_CBy * c60
-    c110 = m3 * (-Omega_dot * c108 - ax_B1 + c109 * c61)
-    c111 = m3 * (-Omega_dot * c109 - ay_B1 - g - c108 * c61)
+    M_Az = F_Ex * (-y_A + y_E) + c47 * c93 + c47 * c94 + c97
+    c107 = x_A * c56 + y_A * c54
+    c108 = F_Aox * c54 - F_Aoy * c56
+    c109 = F_Ax * c54 - F_Ay * c56
+    c110 = F_Aox * c56 + F_Aoy * c54
+    c111 = -x_A * c54 + y_A * c56
+    c112 = F_Ax * c56 + F_Ay * c54
+    c113 = c_CBx * c54 - c_CBy * c56
+    c114 = c_CBx * c56 + c_CBy * c54
+    c115 = m3 * (-Omega_dot * c113 - ax_B1 + c114 * c55)
+    c116 = m3 * (-Omega_dot * c114 - ay_B1 - g - c113 * c55)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c102 * c103 - c102 * c104 - c105 * c106 -
-        c106 * c107 - c108 * c110 - c109 * c111
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c107 * c108 - c107 * c109 - c110 * c111 -
+        c111 * c112 - c113 * c115 - c114 * c116
     )
-    c112 = 1 / r7
-    c113 = alpha_n + xi2
-    c114 = sin(c113)
-    c116 = cos(c113)
-    c117 = c114 - c115 * c116
-    c118 = M_Q >= 0
-    c119 = alpha_n - xi2
-    c120 = sin(c119)
-    c121 = cos(c119)
-    c122 = -c115 * c121 + c120
+    c117 = 1 / r7
+    c118 = alpha_n + xi2
+    c119 = sin(c118)
+    c121 = cos(c118)
+    c122 = c119 - c120 * c121
+    c123 = M_Q >= 0
+    c124 = alpha_n - xi2
+    c125 = sin(c124)
+    c126 = cos(c124)
+    c127 = -c120 * c126 + c125
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * if_else(c118, c112 / c117, c112 / c122)
-    c123 = F_NQ * if_else(c118, c117, c122)
-    c124 = F_NQ * if_else(c118, c114 * c115 + c116, -c115 * c120 - c121)
+    F_NQ = M_Q * if_else(c123, c117 / c122, c117 / c127)
+    c128 = F_NQ * if_else(c123, c122, c127)
+    c129 = F_NQ * if_else(c123, c119 * c120 + c121, -c120 * c125 - c126)
     # derived: tooth force of planet on middle body
-    F_Qx = -c123 * c46 - c124 * c44
+    F_Qx = -c128 * c45 - c129 * c44
     # derived: tooth force of planet on middle body
-    F_Qy = -c123 * c44 + c124 * c46
-    c128 = phi + phi52
-    c129 = cos(c128)
-    c131 = sin(c128)
-    c133 = c129 * c130 + c131 * c132
-    c134 = -c133
-    c135 = -c129 * c132 + c130 * c131
-    c136 = omega * c135 + phi52_dot * c135
-    c137 = m2 * (-ax_A1 - omega * c136 - phi52_ddot * c134 - phi52_dot * c136)
-    c138 = -c135
-    c139 = omega * c134 + phi52_dot * c134
-    c140 = m2 * (-ay_A1 - g - omega * c139 - phi52_ddot * c138 - phi52_dot * c139)
+    F_Qy = -c128 * c44 + c129 * c45
+    c133 = phi + phi52
+    c134 = cos(c133)
+    c136 = sin(c133)
+    c138 = c134 * c135 + c136 * c137
+    c139 = -c138
+    c140 = -c134 * c137 + c135 * c136
+    c141 = omega * c140 + phi52_dot * c140
+    c142 = m2 * (-ax_A1 - omega * c141 - phi52_ddot * c139 - phi52_dot * c141)
+    c143 = -c140
+    c144 = omega * c139 + phi52_dot * c139
+    c145 = m2 * (-ay_A1 - g - omega * c144 - phi52_ddot * c143 - phi52_dot * c144)
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c63) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c125 * c126**2 + c125 *
-        c127**2)) + c133 * c137 - c138 * c140
+        F_Qx * (-y_A1 - c57) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c130 * c131**2 + c130 *
+        c132**2)) + c138 * c142 - c143 * c145
     )
-    c141 = 1 / r5
-    c142 = alpha_n + xi1
-    c143 = sin(c142)
-    c144 = cos(c142)
-    c145 = -c115 * c144 + c143
-    c146 = M_P >= 0
-    c147 = alpha_n - xi1
+    c146 = 1 / r5
+    c147 = alpha_n + xi1
     c148 = sin(c147)
     c149 = cos(c147)
-    c150 = -c115 * c149 + c148
+    c150 = -c120 * c149 + c148
+    c151 = M_P >= 0
+    c152 = alpha_n - xi1
+    c153 = sin(c152)
+    c154 = cos(c152)
+    c155 = -c120 * c154 + c153
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * if_else(c146, c141 / c145, c141 / c150)
-    c151 = F_NP * if_else(c146, c145, c150)
-    c152 = F_NP * if_else(c146, c115 * c143 + c144, -c115 * c148 - c149)
+    F_NP = M_P * if_else(c151, c146 / c150, c146 / c155)
+    c156 = F_NP * if_else(c151, c150, c155)
+    c157 = F_NP * if_else(c151, c120 * c148 + c149, -c120 * c153 - c154)
     # derived: tooth force of middle body on sun
-    F_Px = -c151 * c41 - c152 * c39
+    F_Px = -c156 * c41 - c157 * c39
     # derived: tooth force of middle body on sun
-    F_Py = -c151 * c39 + c152 * c41
+    F_Py = -c156 * c39 + c157 * c41
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c137
+    F_A1x = F_Px - F_Qx - c142
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c140
+    F_A1y = F_Py - F_Qy - c145
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c105 + c107 - c110
+    F_B1x = F_Qx + c110 + c112 - c115
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c103 - c104 - c111
+    F_B1y = F_Qy - c108 - c109 - c116
     side = vertcat(
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, F_Aox,
@@ -603,7 +611,7 @@ def events(stage1: Function, stage2: Function) -> Function:
     parameters2 = SX.sym("parameters2", stage2.size1_in("parameters"))
     hoisted2 = SX.sym("hoisted2", stage2.size1_in("hoisted"))
     machine = SX.sym("machine", 49)
-    hoisted = SX.sym("hoisted", 22)
+    hoisted = SX.sym("hoisted", 24)
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -633,10 +641,8 @@ def events(stage1: Function, stage2: Function) -> Function:
     y_A = machine[27]  # [m] hinge A, y'
     z_A = machine[28]  # [m] hinge A, z'
     c_C1x = machine[29]  # [m] centroid of the rocker from the hinge, closed, x'
-    c_C1y = machine[30]  # [m] centroid of the rocker from the hinge, closed, y'
     c_C1z = machine[31]  # [m] centroid of the rocker from the hinge, closed, z'
     c_C2x = machine[32]  # [m] centroid of the nozzle half from the hinge, closed, x'
-    c_C2y = machine[33]  # [m] centroid of the nozzle half from the hinge, closed, y'
     c_C2z = machine[34]  # [m] centroid of the nozzle half from the hinge, closed, z'
     c_Fx = machine[35]  # [m] spring hook from the hinge, closed, x'
     c_Fz = machine[37]  # [m] spring hook from the hinge, closed, z'
@@ -658,19 +664,21 @@ def events(stage1: Function, stage2: Function) -> Function:
     c16 = hoisted[6]
     c17 = hoisted[7]
     c21 = hoisted[8]
-    c48 = hoisted[9]
-    c51 = hoisted[10]
+    c46 = hoisted[9]
+    c49 = hoisted[10]
     y_E = hoisted[11]  # [m] roller centre, y'
-    y_C1 = hoisted[12]  # [m] centroid of the rocker, y'
-    y_C2 = hoisted[13]  # [m] centroid of the nozzle half, y'
-    c93 = hoisted[14]
-    c99 = hoisted[15]
-    c115 = hoisted[16]
-    c125 = hoisted[17]
-    c126 = hoisted[18]
-    c127 = hoisted[19]
-    c130 = hoisted[20]
+    c63 = hoisted[12]
+    c64 = hoisted[13]
+    c71 = hoisted[14]
+    c72 = hoisted[15]
+    c98 = hoisted[16]
+    c104 = hoisted[17]
+    c120 = hoisted[18]
+    c130 = hoisted[19]
+    c131 = hoisted[20]
     c132 = hoisted[21]
+    c135 = hoisted[22]
+    c137 = hoisted[23]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -754,172 +762,174 @@ def events(stage1: Function, stage2: Function) -> Function:
     y_A1 = c42
     c43 = gamma + phi
     c44 = sin(c43)
-    c45 = a2 * c44
     # derived: B1, x
-    x_B1 = -c40 - c45
-    c46 = cos(c43)
-    c47 = a2 * c46
+    x_B1 = -a2 * c44 - c40
+    c45 = cos(c43)
     # derived: B1, y
-    y_B1 = c42 + c47
-    c49 = sin(theta1)
-    c50 = L_AE * c49
-    c52 = cos(theta1)
-    c53 = L_AE * c52
-    c54 = c48 * c50 - c51 * c53
+    y_B1 = a2 * c45 + c42
+    c47 = sin(theta1)
+    c48 = L_AE * c47
+    c50 = cos(theta1)
+    c51 = L_AE * c50
+    c52 = c46 * c48 - c49 * c51
     # derived: roller centre, x'
-    x_E = x_A + c54
-    c55 = c48 * c53 + c50 * c51
+    x_E = x_A + c52
+    c53 = c46 * c51 + c48 * c49
     # derived: roller centre, z'
-    z_E = z_A + c55
+    z_E = z_A + c53
     # derived: spring hook, x'
-    x_F = c_Fx * c52 + c_Fz * c49 + x_A
-    c56 = c_C1x * c52 + c_C1z * c49
+    x_F = c_Fx * c50 + c_Fz * c47 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = x_A + c56
-    c57 = c_C1x * c49
+    x_C1 = c_C1x * c50 + c_C1z * c47 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = c_C1z * c52 + z_A - c57
-    c58 = c_C2x * c52 + c_C2z * c49
+    z_C1 = -c_C1x * c47 + c_C1z * c50 + z_A
     # derived: centroid of the nozzle half, x'
-    x_C2 = x_A + c58
-    c59 = c_C2x * c49
+    x_C2 = c_C2x * c50 + c_C2z * c47 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = c_C2z * c52 + z_A - c59
+    z_C2 = -c_C2x * c47 + c_C2z * c50 + z_A
     # derived: acceleration of A1, x
-    ax_A1 = c1 * c40
+    ax_A1 = -x_A1 * c1
     # derived: acceleration of A1, y
-    ay_A1 = -c1 * c42
+    ay_A1 = -y_A1 * c1
     # derived: acceleration of B1, x
-    ax_B1 = ax_A1 + c1 * c45
+    ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
-    ay_B1 = ay_A1 - c1 * c47
-    c60 = sin(alpha)
-    c61 = Omega**2
-    c62 = cos(alpha)
+    ay_B1 = -y_B1 * c1
+    c54 = sin(alpha)
+    c55 = Omega**2
+    c56 = cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c62 - ay_B1 * c60 - x_A * c61
+    ax_A = -Omega_dot * y_A + ax_B1 * c56 - ay_B1 * c54 - x_A * c55
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c60 + ay_B1 * c62 - y_A * c61
-    c63 = -y_B1
+    ay_A = Omega_dot * x_A + ax_B1 * c54 + ay_B1 * c56 - y_A * c55
+    c57 = -y_B1
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
-    c64 = -c_C1z * c52 + c57
-    c65 = -c64
-    c66 = ay_A + g * c62
-    c67 = m_C1 * (-Omega * theta1_dot * c65 - Omega * (-Omega * c_C1y + theta1_dot * c65) - Omega_dot * c56 - c66)
-    c68 = -c_C2z * c52 + c59
-    c69 = -c68
-    c70 = m_C2 * (-Omega * theta1_dot * c69 - Omega * (-Omega * c_C2y + theta1_dot * c69) - Omega_dot * c58 - c66)
-    c71 = -c67 - c70
+    S = S0 + 2 * k_s * (c_Fx * c47 - c_Fz * c50 + c_Fz)
+    c58 = x_A - x_C1
+    c59 = -c58
+    c60 = theta1_dot * z_A
+    c61 = -theta1_dot * z_C1 + c60
+    c62 = -c61
+    c65 = ay_A + g * c56
+    c66 = m_C1 * (-Omega * c62 - Omega * (-Omega * c64 - c61) - Omega_dot * c59 - c65)
+    c67 = x_A - x_C2
+    c68 = -c67
+    c69 = -theta1_dot * z_C2 + c60
+    c70 = -c69
+    c73 = m_C2 * (-Omega * c70 - Omega * (-Omega * c72 - c69) - Omega_dot * c68 - c65)
+    c74 = -c66 - c73
     # derived: inner half: force along y of planet
-    F_Ay = c71
-    c72 = theta1_dot**2
-    c73 = -c56
-    c74 = -ax_A + g * c60
-    c75 = m_C1 * (Omega_dot * c_C1y - theta1_ddot * c65 + c56 * c61 - c72 * c73 + c74)
-    c76 = -c58
-    c77 = m_C2 * (Omega_dot * c_C2y - theta1_ddot * c69 + c58 * c61 - c72 * c76 + c74)
-    c78 = c75 + c77
-    # derived: outer half: force along x of planet
-    F_Aox = -c78
-    # derived: outer half: force along y of planet
-    F_Aoy = c71
-    c79 = c49 * c61
-    c80 = c52 * c79
-    c81 = I_C1x * c52
+    F_Ay = c74
+    c75 = z_A - z_C1
+    c76 = -c75
+    c77 = theta1_dot * x_A
+    c78 = ax_A - g * c54
+    c79 = (
+        m_C1 * (-Omega_dot * c63 - theta1_ddot * c76 - theta1_dot * (-theta1_dot * x_C1 + c77) + c55 * c59 - c78)
+    )
+    c80 = z_A - z_C2
+    c81 = -c80
     c82 = (
-        I_C1y * theta1_ddot + I_C1z * c80 - I_C2x * c80 + I_C2y * theta1_ddot + I_C2z * c80 + S * (-x_A + x_F) -
-        c79 * c81
+        m_C2 * (-Omega_dot * c71 - theta1_ddot * c81 - theta1_dot * (-theta1_dot * x_C2 + c77) + c55 * c68 - c78)
+    )
+    c83 = c79 + c82
+    # derived: outer half: force along x of planet
+    F_Aox = -c83
+    # derived: outer half: force along y of planet
+    F_Aoy = c74
+    c84 = theta1_dot * c62
+    c85 = theta1_dot * c70
+    c86 = c47 * c55
+    c87 = c50 * c86
+    c88 = I_C1x * c50
+    c89 = (
+        I_C1y * theta1_ddot + I_C1z * c87 - I_C2x * c87 + I_C2y * theta1_ddot + I_C2z * c87 + S * (-x_A + x_F) -
+        c86 * c88
     )
     # derived: outer half: moment along y of planet about A outer
     M_K = (
-        m_C1 * c56 * (-theta1_ddot * c56 - c65 * c72) + m_C2 * c58 * (-theta1_ddot * c58 - c69 * c72) - c64 * c75
-        - c68 * c77 - c82
+        m_C1 * c59 * (-theta1_ddot * c59 - c84) + m_C2 * c68 * (-theta1_ddot * c68 - c85) - c75 * c79 - c80 * c82
+        - c89
     )
-    c83 = Omega_dot * c49
-    c84 = Omega * theta1_dot
-    c85 = c52 * c84
-    c86 = I_C1x * c83 + I_C1y * c85 - I_C1z * c85 + c81 * c84
-    c87 = I_C2x * c83 + I_C2x * c85 + I_C2y * c85 - I_C2z * c85
-    c88 = Omega_dot * c52
-    c89 = c49 * c84
-    c90 = (
-        c52 * (I_C1x * c89 - I_C1y * c89 + I_C1z * c88 - I_C1z * c89) + c52 * (I_C2x * c89 - I_C2y * c89 + I_C2z *
-        c88 - I_C2z * c89)
+    c90 = Omega_dot * c47
+    c91 = Omega * theta1_dot
+    c92 = c50 * c91
+    c93 = I_C1x * c90 + I_C1y * c92 - I_C1z * c92 + c88 * c91
+    c94 = I_C2x * c90 + I_C2x * c92 + I_C2y * c92 - I_C2z * c92
+    c95 = Omega_dot * c50
+    c96 = c47 * c91
+    c97 = (
+        c50 * (I_C1x * c96 - I_C1y * c96 + I_C1z * c95 - I_C1z * c96) + c50 * (I_C2x * c96 - I_C2y * c96 + I_C2z *
+        c95 - I_C2z * c96) - c59 * c66 + c64 * c79 - c68 * c73 + c72 * c82
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c_C1y * c75 + c_C2y * c77 + c49 * c86 + c49 * c87 - c56 * c67 - c58 * c70 + c90
-    c91 = -x_A + x_C1
-    c92 = -x_A + x_C2
-    c95 = -Omega * R_b + R_b * omega + theta1_dot * c55
-    c94 = -c54
-    c96 = 1 / sqrt(c72 * c94**2 + c95**2)
-    c97 = theta1_dot * c94
-    c98 = c96 * c97
-    c100 = -c93 * c98 + c95 * c96 * c99
-    c101 = -c93 * c95 * c96 - c98 * c99
+    M_Aoz = c47 * c93 + c47 * c94 + c97
+    c100 = -Omega * R_b + R_b * omega + theta1_dot * c53
+    c99 = -c52
+    c101 = 1 / sqrt(theta1_dot**2 * c99**2 + c100**2)
+    c102 = theta1_dot * c99
+    c103 = c101 * c102
+    c105 = c100 * c101 * c104 - c103 * c98
+    c106 = -c100 * c101 * c98 - c103 * c104
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c91 * (-theta1_ddot * c73 - c64 * c72) + m_C2 * c92 * (-theta1_ddot * c76 - c68 * c72) -
-        c75 * (-z_A + z_C1) - c77 * (-z_A + z_C2) + c82) / (-c100 * (-x_A + x_E) + c101 * (-z_A + z_E))
+        (-M_K + m_C1 * c59 * (-theta1_ddot * c58 + c84) + m_C2 * c68 * (-theta1_ddot * c67 + c85) - c76 * c79 -
+        c81 * c82 + c89) / (-c105 * (-x_A + x_E) + c106 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c101
+    F_Ex = F_E * c106
     # derived: inner half: force along x of planet
-    F_Ax = -F_Ex - c78
+    F_Ax = -F_Ex - c83
     # derived: inner half: moment along z of planet about A
-    M_Az = (
-        F_Ex * (-y_A + y_E) + c49 * c86 + c49 * c87 - c67 * c91 - c70 * c92 + c75 * (-y_A + y_C1) + c77 * (-y_A +
-        y_C2) + c90
-    )
-    c102 = x_A * c62 + y_A * c60
-    c103 = F_Aox * c60 - F_Aoy * c62
-    c104 = F_Ax * c60 - F_Ay * c62
-    c105 = F_Aox * c62 + F_Aoy * c60
-    c106 = -x_A * c60 + y_A * c62
-    c107 = F_Ax * c62 + F_Ay * c60
-    c108 = c_CBx * c60 - c_CBy * c62
-    c109 = c_CBx * c62 + c_CBy * c60
-    c110 = m3 * (-Omega_dot * c108 - ax_B1 + c109 * c61)
-    c111 = m3 * (-Omega_dot * c109 - ay_B1 - g - c108 * c61)
+    M_Az = F_Ex * (-y_A + y_E) + c47 * c93 + c47 * c94 + c97
+    c107 = x_A * c56 + y_A * c54
+    c108 = F_Aox * c54 - F_Aoy * c56
+    c109 = F_Ax * c54 - F_Ay * c56
+    c110 = F_Aox * c56 + F_Aoy * c54
+    c111 = -x_A * c54 + y_A * c56
+    c112 = F_Ax * c56 + F_Ay * c54
+    c113 = c_CBx * c54 - c_CBy * c56
+    c114 = c_CBx * c56 + c_CBy * c54
+    c115 = m3 * (-Omega_dot * c113 - ax_B1 + c114 * c55)
+    c116 = m3 * (-Omega_dot * c114 - ay_B1 - g - c113 * c55)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c102 * c103 - c102 * c104 - c105 * c106 -
-        c106 * c107 - c108 * c110 - c109 * c111
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c107 * c108 - c107 * c109 - c110 * c111 -
+        c111 * c112 - c113 * c115 - c114 * c116
     )
-    c112 = 1 / r7
-    c113 = alpha_n + xi2
-    c114 = sin(c113)
-    c116 = cos(c113)
-    c117 = c114 - c115 * c116
-    c118 = M_Q >= 0
-    c119 = alpha_n - xi2
-    c120 = sin(c119)
-    c121 = cos(c119)
-    c122 = -c115 * c121 + c120
+    c117 = 1 / r7
+    c118 = alpha_n + xi2
+    c119 = sin(c118)
+    c121 = cos(c118)
+    c122 = c119 - c120 * c121
+    c123 = M_Q >= 0
+    c124 = alpha_n - xi2
+    c125 = sin(c124)
+    c126 = cos(c124)
+    c127 = -c120 * c126 + c125
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * if_else(c118, c112 / c117, c112 / c122)
-    c123 = F_NQ * if_else(c118, c117, c122)
-    c124 = F_NQ * if_else(c118, c114 * c115 + c116, -c115 * c120 - c121)
+    F_NQ = M_Q * if_else(c123, c117 / c122, c117 / c127)
+    c128 = F_NQ * if_else(c123, c122, c127)
+    c129 = F_NQ * if_else(c123, c119 * c120 + c121, -c120 * c125 - c126)
     # derived: tooth force of planet on middle body
-    F_Qx = -c123 * c46 - c124 * c44
+    F_Qx = -c128 * c45 - c129 * c44
     # derived: tooth force of planet on middle body
-    F_Qy = -c123 * c44 + c124 * c46
-    c128 = phi + phi52
-    c129 = cos(c128)
-    c131 = sin(c128)
-    c133 = c129 * c130 + c131 * c132
-    c134 = -c133
-    c135 = -c129 * c132 + c130 * c131
-    c136 = omega * c135 + phi52_dot * c135
-    c137 = m2 * (-ax_A1 - omega * c136 - phi52_ddot * c134 - phi52_dot * c136)
-    c138 = -c135
-    c139 = omega * c134 + phi52_dot * c134
-    c140 = m2 * (-ay_A1 - g - omega * c139 - phi52_ddot * c138 - phi52_dot * c139)
+    F_Qy = -c128 * c44 + c129 * c45
+    c133 = phi + phi52
+    c134 = cos(c133)
+    c136 = sin(c133)
+    c138 = c134 * c135 + c136 * c137
+    c139 = -c138
+    c140 = -c134 * c137 + c135 * c136
+    c141 = omega * c140 + phi52_dot * c140
+    c142 = m2 * (-ax_A1 - omega * c141 - phi52_ddot * c139 - phi52_dot * c141)
+    c143 = -c140
+    c144 = omega * c139 + phi52_dot * c139
+    c145 = m2 * (-ay_A1 - g - omega * c144 - phi52_ddot * c143 - phi52_dot * c144)
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c63) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c125 * c126**2 + c125 *
-        c127**2)) + c133 * c137 - c138 * c140
+        F_Qx * (-y_A1 - c57) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c130 * c131**2 + c130 *
+        c132**2)) + c138 * c142 - c143 * c145
     )
     # joint: gear 3, t = 0
     g0 = t1

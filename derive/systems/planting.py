@@ -108,10 +108,27 @@ class Kinematics:
         self.motion.accelerations[point] = Vec(frame, (*symbols, S.Zero))
 
     def name_place(self, point: Point, base: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
+        """Name a point's coordinates from ``base`` along ``frame``."""
         place = displacement(base, point, frame)
         for symbol, component in zip(symbols, place.components, strict=False):
             self.let(symbol, component)
-        self.motion.places[point] = base, Vec(frame, (*symbols, *place.components[len(symbols) :]))
+        named = Vec(frame, (*symbols, *place.components[len(symbols) :]))
+        self.motion.places[point] = base, named
+        drift = [sp.expand(c) for c in self.motion.drift(base, point, frame).components]
+        self.motion.rates |= dict(zip(symbols, drift, strict=False))
+
+    def hang(self, point: Point, hinge: Point) -> None:
+        """Count a named place from the hinge that the point swings about, so that its motion is told from there."""
+        base, named = self.motion.places[point]
+        self.motion.places[point] = hinge, named - self.motion.arm(base, hinge, named.frame)
+
+    def mirror_place(self, image: Point, point: Point, plane: Expr) -> None:
+        """Name the place of a mirror image by that of its original, which it must be, in ``z = plane``."""
+        place, meant = self.motion.arm(B1, point, PLANET), displacement(B1, point, PLANET)
+        difference = displacement(B1, image, PLANET) - Vec(PLANET, (meant[0], meant[1], 2 * plane - meant[2]))
+        if any(sp.simplify(c) != 0 for c in difference.components):
+            raise ValueError(f"{image.name} is not the mirror image of {point.name}")
+        self.motion.places[image] = B1, Vec(PLANET, (place[0], place[1], 2 * plane - place[2]))
 
 
 @dataclass(frozen=True)
@@ -202,6 +219,10 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     inner_half = half("inner half", hinge, 1, hinge_axis)
     outer_half = half("outer half", opposite, -1, hinge_axis)
     k = kinematics(inner_half)
+    for image, original in ((outer_half.C1, inner_half.C1), (outer_half.C2, inner_half.C2)):
+        k.mirror_place(image, original, q.z_mirror)
+        k.hang(image, opposite)
+        k.hang(original, hinge)
     middle_part = Part(q.m2, CA, about_pin(q.J_56, q.m2, FROM_A1))
     planet_part = Part(q.m3, CB, about_pin(q.J_7, q.m3, FROM_B1))
 

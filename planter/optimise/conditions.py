@@ -25,12 +25,12 @@ class Look:
 
 @dataclass(frozen=True)
 class Values:
-    """Variance, and the force in the rows that bound the maximum (a,), the minimum (b,); `pins` (k,) must be 0."""
+    """Variance, the force in the rows that bound the maximum (a,) and the minimum (b,), and what is held in bounds (k,)."""
 
     variance: float
     upper: Array
     lower: Array
-    pins: Array
+    holds: Array
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,17 @@ class Slopes:
     variance: Array
     upper: Array
     lower: Array
-    pins: Array
+    holds: Array
 
 
 class Local(Protocol):
-    """The force over a turn near a design, as functions that are smooth there: a fixed set of rows."""
+    """The force over a turn near a design, as functions that are smooth there: a fixed set of rows.
+
+    `bounds` (2, k) are those of the values' `holds`.
+    """
+
+    @property
+    def bounds(self) -> Array: ...
 
     def look(self, x: Array) -> Look: ...
 

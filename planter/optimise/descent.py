@@ -88,22 +88,6 @@ def _grown(problem: Problem, local: Local, found: Minimum, ends: Array) -> Local
     return local.grown(upper, lower)
 
 
-def _on_kinks(problem: Problem, turn: Samples, found: Minimum, most_iterations: int) -> Minimum:
-    """Solved on the kinks beside which a descent stalled, one more at a time."""
-    best = found
-    for count in range(1, len(turn.near(problem.design(found.u), BESIDE)) + 1):
-        x = problem.design(best.u)
-        pins = tuple(pin for pin, _ in turn.near(x, BESIDE)[:count])
-        local = turn.local(x).pinned(pins)
-        tried = _complete(problem, best.u, local, most_iterations)
-        tried = Minimum(tried.u, tried.evaluation, tried.residual, found.iterations + tried.iterations)
-        if tried.stationary:
-            return tried
-        if tried.evaluation.objective < best.evaluation.objective:
-            best = tried
-    return best
-
-
 def _minimum(problem: Problem, u: Array, iterations: int) -> Minimum:
     """A point, with coordinates beside their bounds set onto them: an interior-point method never quite reaches those."""
     points = {p.tobytes(): p for p in (np.where(u < s, 0.0, np.where(u > 1 - s, 1.0, u)) for s in SNAPS)}

@@ -3,7 +3,7 @@
 Over z = (u of the free parameters, t_max, t_min), with the force measured from a reference level in units of the range:
 
     minimise  weight_range (t_max - t_min) + spread(variance(u))
-    subject to  upper rows(u) <= t_max,  lower rows(u) >= t_min,  pins(u) = 0,  u in [0, 1].
+    subject to  upper rows(u) <= t_max,  lower rows(u) >= t_min,  holds(u) in their bounds,  u in [0, 1].
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class Epigraph:
         self.free, self.n = problem.free, len(problem.free)
         self.unit, self.level = problem.reference.range_N or 1.0, problem.reference.mean_N
         first = local.values(problem.design(u))
-        self.a, self.b, self.k = len(first.upper), len(first.lower), len(first.pins)
+        self.a, self.b, self.k = len(first.upper), len(first.lower), len(first.holds)
         self.lower = np.append(np.zeros(self.n), [-np.inf, -np.inf])
         self.upper = np.append(np.ones(self.n), [np.inf, np.inf])
-        self.g_lower = np.append(np.full(self.a + self.b, -np.inf), np.zeros(self.k))
-        self.g_upper = np.zeros(self.a + self.b + self.k)
+        self.g_lower = np.append(np.full(self.a + self.b, -np.inf), local.bounds[0])
+        self.g_upper = np.append(np.zeros(self.a + self.b), local.bounds[1])
         ends = (np.array([first.upper.max(), first.lower.min()]) - self.level) / self.unit
         self.start = np.append(u[self.free], ends)
 
@@ -56,7 +56,7 @@ class Epigraph:
         found = self._values(z)
         upper = (found.upper - self.level) / self.unit - z[-2]
         lower = z[-1] - (found.lower - self.level) / self.unit
-        return np.concatenate([upper, lower, found.pins])
+        return np.concatenate([upper, lower, found.holds])
 
     def jacobian(self, z: Array) -> Array:
         slopes = self.local.slopes(self.design(z))
@@ -64,16 +64,16 @@ class Epigraph:
         parts = np.split(rows, [self.a, self.a + self.b])
         parts[0][:, :-2], parts[0][:, -2] = self._scaled(slopes.upper) / self.unit, -1
         parts[1][:, :-2], parts[1][:, -1] = -self._scaled(slopes.lower) / self.unit, 1
-        parts[2][:, :-2] = self._scaled(slopes.pins)
+        parts[2][:, :-2] = self._scaled(slopes.holds)
         return rows
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         self.problem.counts.hessian += 1
         x = self.design(z)
         _, first, second = self.problem.objective.spread(self._values(z).variance)
-        upper, lower, pins = np.split(multipliers, [self.a, self.a + self.b])
+        upper, lower, holds = np.split(multipliers, [self.a, self.a + self.b])
         share = weight / self.problem.scale
-        weights = Values(share * first, upper / self.unit, -lower / self.unit, pins)
+        weights = Values(share * first, upper / self.unit, -lower / self.unit, holds)
         bent = self.local.curvature(x, weights)
         along = self.local.slopes(x).variance
         bent = (bent + share * second * np.outer(along, along)) * np.outer(self.problem.width, self.problem.width)

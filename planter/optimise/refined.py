@@ -95,8 +95,6 @@ class Panels:
         angles, peaks = roots.newton(self._slope, low, high, ends), ends[0] > ends[1]
         before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
         kinks = np.flatnonzero((before > 0) != (after > 0))
-        if self.order[0] < 0:
-            kinks = kinks[:0]
         place = np.mod(np.concatenate([angles, self.breaks[kinks]]), self.response.period)
         kind = np.concatenate([peaks, before[kinks] > 0])
         joint = np.concatenate([np.full(len(angles), -1), self.order[kinks]])
@@ -190,6 +188,7 @@ class RefinedRows:
 
     def __init__(self, response: Response, valleys: Array, peaks: Array) -> None:
         self.response, self.valleys, self.peaks = response, valleys, peaks
+        self.bounds = np.empty((2, 0))
         self._state = Latest(lambda x: _State(self, x))
 
     def look(self, x: Array) -> Look:

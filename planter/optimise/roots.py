@@ -36,7 +36,7 @@ def newton(function: Callable[[Array], tuple[Array, Array]], low: Array, high: A
         following = np.where((value == 0) | ~open_, at, following)
         moved = np.abs(following - at)
         at, halved = following, ~inside & (moved > 4 * np.finfo(float).eps * size)
-        open_ &= halved | (moved > np.where(moved >= last, FLAT, SMALL) * size)
+        open_ &= halved | ~(moved <= np.where(moved >= last, FLAT, SMALL) * size)
         last = moved
         if not open_.any():
             return at

@@ -1,9 +1,12 @@
 """The turn as N samples at phi = 2 pi i / N.
 
-F_i(x) is smooth but where a joint passes sample i: there its gradient jumps by a multiple of the joint's velocity (order 1;
-at joints of order 2 only its second derivative jumps, which Newton's method bears). `Conditions` carry both one-sided
-gradients of a sample that sits on a joint, so that the certificate is Clarke's. To solve on such a kink, a sample is
-pinned: it is taken at the joint, F(psi(x), x), which is smooth, and psi(x) = phi_i becomes an equality.
+F_i(x) is smooth but where a joint passes sample i. There, for a joint of order 1, its gradient jumps by a multiple of the
+gradient of psi, the joint's angle, and the objective has a kink; at joints of order 2 only the second derivative jumps,
+which a Newton method bears. Derivatives here are those of the side that the design is on, and exact. Two kinds of `Hold`
+keep a solver on one side, or on the kink itself:
+
+* a wall keeps a joint between two samples: within its walls every F_i is smooth;
+* a pin keeps a joint on a sample, which is then taken at the joint, F(psi(x), x): smooth again, with psi(x) = phi_i.
 """
 
 from __future__ import annotations
@@ -16,8 +19,9 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.optimise import joints, moving
+from planter.optimise.arrays import Integers
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
-from planter.optimise.joints import ASIDE, IntArray, Joints
+from planter.optimise.joints import ASIDE, Joints
 from planter.optimise.latest import Latest
 from planter.optimise.response import Response
 
@@ -27,19 +31,26 @@ SHARE = 0.25
 """Samples within this share of the range from an extreme are in the first working set."""
 
 
-@dataclass(frozen=True)
-class Pin:
-    """A sample that a joint of an event is held on."""
-
-    sample: int
-    event: int
-
-
 def angles(samples: int, period: float) -> Array:
     """The samples' angles that differ modulo the period [rad], (n,): half of them where N is even and the period pi."""
     turns = round(2 * np.pi / period)
     count = samples // turns if samples % turns == 0 else samples
-    return 2 * np.pi * np.arange(count) / samples
+    found: Array = 2 * np.pi * np.arange(count) / samples
+    return found
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Keeps the joint psi of an event with low <= psi(x) - phi_sample <= high [rad]: a pin if both are 0, else a wall."""
+
+    sample: int
+    event: int
+    low: float = 0.0
+    high: float = 0.0
+
+    @property
+    def pin(self) -> bool:
+        return self.low == self.high == 0.0
 
 
 class Samples:
@@ -48,36 +59,39 @@ class Samples:
     def __init__(self, response: Response, samples: int) -> None:
         self.response = response
         self.angles = angles(samples, response.period)
+        self.places = np.sort(np.mod(self.angles, response.period))
 
     def look(self, x: Array) -> Look:
         return Look.at(self.response.support(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
-        """All samples near an extreme; nothing pinned."""
+        """All samples near an extreme as rows; nothing held."""
         force = self.response.support(self.response.prologue(x), self.angles)
         margin = SHARE * np.ptp(force)
-        return SampledRows(self.response, self.angles, np.flatnonzero(force >= force.max() - margin),
-                           np.flatnonzero(force <= force.min() + margin))  # fmt: skip
+        upper, lower = np.flatnonzero(force >= force.max() - margin), np.flatnonzero(force <= force.min() + margin)
+        return SampledRows(self.response, self.angles, upper, lower)
 
-    def near(self, x: Array, width: float) -> list[tuple[Pin, float]]:
-        """Joints of order 1 within `width` [rad] of a sample, nearest first, with the signed distance psi - phi_i."""
+    def near(self, x: Array) -> list[tuple[Hold, float]]:
+        """Every joint of order 1 as a pin on the sample nearest to it, nearest first, with the distance psi - phi [rad]."""
         found = joints.find(self.response, self.response.prologue(x))
-        folded = found.folded
-        gaps = _wrapped(folded[:, None] - self.angles, self.response.period)
-        nearest = np.abs(gaps).argmin(axis=1)
-        distance = gaps[np.arange(len(folded)), nearest]
-        pins = [
-            (Pin(int(nearest[j]), int(found.events[j])), float(distance[j]))
-            for j in np.argsort(np.abs(distance), kind="stable")
-            if found.orders[j] == 1 and abs(distance[j]) <= width
-        ]
-        return pins
+        gaps = wrapped(found.folded[:, None] - self.angles, self.response.period)
+        samples = np.abs(gaps).argmin(axis=1)
+        distance = gaps[np.arange(len(samples)), samples]
+        order = [j for j in np.argsort(np.abs(distance), kind="stable") if found.orders[j] == 1]
+        return [(Hold(int(samples[j]), int(found.events[j])), float(distance[j])) for j in order]
+
+    def neighbour(self, sample: int, side: int) -> float:
+        """Distance from a sample to the next one on a side [rad], signed."""
+        gaps = np.sort(wrapped(self.angles - self.angles[sample], self.response.period))
+        at = int(np.searchsorted(gaps, 0.0))
+        turned = gaps[(at + side) % len(gaps)]
+        return float(turned if turned * side > 0 else turned + side * self.response.period)
 
     def conditions(self, x: Array) -> Conditions:
         at = self.response.prologue(x)
         force, slopes = self.response.support_slopes(at, self.angles)
         gradients = slopes[:, 1:]
-        samples = np.array([pin.sample for pin, _ in self.near(x, ON)], dtype=int)
+        samples = np.array([pin.sample for pin, distance in self.near(x) if abs(distance) <= ON], dtype=np.int64)
         before, after = (self._aside(at, samples, side) for side in (-1, 1))
         gradients[samples] = before
         weights = 2 * (force - force.mean()) / len(force)
@@ -85,30 +99,34 @@ class Samples:
         kinks = weights[samples, None] * (after - before)
         return Conditions(rows, both, rows, both, weights @ gradients, kinks)
 
-    def _aside(self, at: Any, samples: Array, side: int) -> Array:
-        """Gradients (k, p) of samples on joints with the joint moved to one side."""
+    def _aside(self, at: Any, samples: Integers, side: int) -> Array:
+        """Gradients (k, p) of samples on joints, on one side of these."""
         if not len(samples):
             return np.empty((0, len(self.response.names)))
         return self.response.support_slopes(at, self.angles[samples] + side * 2 * ON)[1][:, 1:]
 
 
 class SampledRows:
-    """Samples `upper` and `lower` as rows, samples in `pins` taken at their joints. Implements `Local`."""
+    """Samples `upper` and `lower` as rows; joints kept by `holds`. Implements `Local`."""
 
-    def __init__(self, response: Response, phi: Array, upper: Array, lower: Array, pins: tuple[Pin, ...] = ()) -> None:
+    def __init__(
+        self, response: Response, phi: Array, upper: Integers, lower: Integers, holds: tuple[Hold, ...] = ()
+    ) -> None:
         self.response, self.angles = response, phi
-        self.upper, self.lower, self.pins = upper, lower, pins
+        self.upper, self.lower, self.holds = upper, lower, holds
+        self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
         self._state = Latest(lambda x: _State(self, x))
 
-    def grown(self, upper: Array, lower: Array) -> SampledRows:
+    def grown(self, upper: Integers, lower: Integers) -> SampledRows:
         """With more samples as rows."""
         more = np.union1d(self.upper, upper), np.union1d(self.lower, lower)
-        return SampledRows(self.response, self.angles, *more, self.pins)
+        return SampledRows(self.response, self.angles, *more, self.holds)
 
-    def pinned(self, pins: tuple[Pin, ...]) -> SampledRows:
-        return SampledRows(self.response, self.angles, self.upper, self.lower, pins)
+    def held(self, holds: tuple[Hold, ...]) -> SampledRows:
+        """With these joints held, and no others."""
+        return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
 
-    def beyond(self, x: Array, high: float, low: float) -> tuple[Array, Array]:
+    def beyond(self, x: Array, high: float, low: float) -> tuple[Integers, Integers]:
         """Samples with a force above `high`, and below `low` [N]."""
         force = self._state(x).force
         return np.flatnonzero(force > high), np.flatnonzero(force < low)
@@ -118,8 +136,7 @@ class SampledRows:
 
     def values(self, x: Array) -> Values:
         state = self._state(x)
-        force = state.force
-        return Values(float(force.var()), force[self.upper], force[self.lower], state.gaps)
+        return Values(float(state.force.var()), state.force[self.upper], state.force[self.lower], state.gaps)
 
     def slopes(self, x: Array) -> Slopes:
         state = self._state(x)
@@ -133,54 +150,61 @@ class SampledRows:
         each = 2 / n * weights.variance * (state.force - state.force.mean())
         np.add.at(each, self.upper, weights.upper)
         np.add.at(each, self.lower, weights.lower)
-        squared = 2 / n * weights.variance * (centred.T @ centred)
-        return squared + state.hessian(each, weights.pins)
+        squared: Array = 2 / n * weights.variance * (centred.T @ centred)
+        return squared + state.hessian(each, weights.holds)
 
 
 class _State:
-    """Samples at one design; pinned ones moved onto their joints."""
+    """The samples at one design: forces, gradients and Hessians, pinned ones at their joints."""
 
     def __init__(self, rows: SampledRows, x: Array) -> None:
         self.response, self.at = rows.response, rows.response.prologue(x)
-        self.picked = np.array([pin.sample for pin in rows.pins], dtype=int)
-        self.phi = rows.angles.copy()
         self.gaps, self.velocity = np.empty(0), np.empty((0, len(x)))
-        if rows.pins:
+        if rows.holds:
             self.joints = joints.find(self.response, self.at)
             self.chosen, self.gaps = _chosen(self.joints, rows)
             self.velocity = self.joints.velocity[self.chosen]
-            self.phi[self.picked] += self.gaps + ASIDE
-        self.force, self.jacobian = self.response.support_slopes(self.at, self.phi)
+        self.pins = np.flatnonzero([hold.pin for hold in rows.holds])
+        self.picked = np.array([rows.holds[k].sample for k in self.pins], dtype=np.int64)
+        phi = rows.angles.copy()
+        phi[self.picked] += self.gaps[self.pins] + ASIDE
+        self.phi = phi
+        self.force, self.jacobian = self.response.support_slopes(self.at, phi)
         self.gradients = self.jacobian[:, 1:].copy()
-        self.gradients[self.picked] = moving.gradients(self.jacobian[self.picked], self.velocity)
+        self.gradients[self.picked] = moving.gradients(self.jacobian[self.picked], self.velocity[self.pins])
 
     @cached_property
-    def motion(self) -> moving.Motion:
-        return moving.Motion(self.velocity, self.joints.acceleration(self.chosen))
+    def acceleration(self) -> Array:
+        """Second derivatives of the held joints' angles, (k, p, p)."""
+        return self.joints.acceleration(self.chosen)
 
-    def hessian(self, weights: Array, pins: Array) -> Array:
-        """Weighted sum of the samples' Hessians and the pins'."""
-        if not len(self.picked):
-            return self.response.support_hessian(self.at, self.phi, weights)[1:, 1:]
+    def hessian(self, weights: Array, holds: Array) -> Array:
+        """Weighted sum (p, p) of the Hessians of the samples (n,) and of the held joints' angles (k,)."""
         standing = weights.copy()
         standing[self.picked] = 0
-        second = self.response.support_hessians(self.at, self.phi[self.picked])
-        moved = moving.hessians(self.jacobian[self.picked], second, self.motion)
         total: Array = self.response.support_hessian(self.at, self.phi, standing)[1:, 1:]
-        return total + np.tensordot(weights[self.picked], moved, 1) + np.tensordot(pins, self.motion.acceleration, 1)
+        if len(self.picked):
+            motion = moving.Motion(self.velocity[self.pins], self.acceleration[self.pins])
+            second = self.response.support_hessians(self.at, self.phi[self.picked])
+            moved = moving.hessians(self.jacobian[self.picked], second, motion)
+            total = total + np.tensordot(weights[self.picked], moved, 1)
+        if len(holds):
+            total = total + np.tensordot(holds, self.acceleration, 1)
+        return total
 
 
-def _chosen(found: Joints, rows: SampledRows) -> tuple[IntArray, Array]:
-    """The joint of each pin, nearest to its sample, and the distance psi - phi_i."""
+def _chosen(found: Joints, rows: SampledRows) -> tuple[Integers, Array]:
+    """The joint that each hold keeps, the nearest of its event, and its distance from the hold's sample [rad]."""
     chosen, gaps = [], []
-    for pin in rows.pins:
-        gap = _wrapped(found.folded - rows.angles[pin.sample], found.response.period)
-        gap[found.events != pin.event] = np.inf
-        chosen.append(int(np.abs(gap).argmin()))
-        gaps.append(gap[chosen[-1]])
-    return np.array(chosen), np.array(gaps)
+    for hold in rows.holds:
+        middle = (hold.low + hold.high) / 2
+        gap = wrapped(found.folded - rows.angles[hold.sample] - middle, found.response.period)
+        chosen.append(int(np.where(found.events == hold.event, np.abs(gap), np.inf).argmin()))
+        gaps.append(float(gap[chosen[-1]] + middle))
+    return np.array(chosen, dtype=np.int64), np.array(gaps)
 
 
-def _wrapped(gap: Array, period: float) -> Array:
-    wrapped: Array = np.mod(gap + period / 2, period) - period / 2
-    return wrapped
+def wrapped(gap: Array, period: float) -> Array:
+    """Differences of angles taken into [-period/2, period/2)."""
+    near: Array = np.mod(gap + period / 2, period) - period / 2
+    return near

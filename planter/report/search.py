@@ -33,6 +33,7 @@ def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = 
     """
     figure = style.new_figure(3.6)
     axes = figure.subplots()
+    history = {label: steps for label, steps in history.items() if steps}
     methods = list(dict.fromkeys(label.partition(",")[0] for label in history))
     ends: dict[str, tuple[float, str, str]] = {}
     for label, steps in history.items():
@@ -44,7 +45,8 @@ def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = 
         axes.plot(count[-1], best[-1], "o", color=shade, markersize=3 if single else 2)
         if method not in ends or best[-1] < ends[method][0]:
             ends[method] = (float(best[-1]), _end(method, history, float(best[-1])), shade)
-    _scales(axes, history)
+    if history:
+        _scales(axes, history)
     axes.set_xlabel("evaluations of the objective")
     axes.set_ylabel("best objective" + (f" / {unit}" if unit else ""))
     style.label_ends(axes, list(ends.values()), gap=0.12)
@@ -77,10 +79,12 @@ def pareto(
     """
     beaten = ~nondominated(points)
     front = np.unique(points[~beaten], axis=0)
-    narrow = bool((np.ptp(front, axis=0) < NARROW * np.ptp(points, axis=0)).any()) and len(front) > 1
+    extent = np.ptp(np.vstack([points, *marks.values()]), axis=0)
+    narrow = len(front) > 1 and bool((np.ptp(front, axis=0) < NARROW * extent).any())
     figure = style.new_figure(4.2)
     axes, *near = figure.subplots(1, 1 + narrow, squeeze=False)[0]
-    axes.plot(*points[beaten].T, "o", color=style.FAINT, markersize=2.5, label="designs")
+    if beaten.any():
+        axes.plot(*points[beaten].T, "o", color=style.FAINT, markersize=2.5, label="designs")
     _front(axes, front, marks)
     handles, labels = axes.get_legend_handles_labels()
     for enlarged in near:

@@ -139,6 +139,8 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
 
     Names are moved apart where they would be closer than `gap`, a share of the axes' height.
     """
+    if not ends:
+        return
     order = sorted(ends)
     on_screen = axes.transData.transform([(1, end[0]) for end in order])
     wanted = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()

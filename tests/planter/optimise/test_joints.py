@@ -28,9 +28,10 @@ def test_joints_are_joints():
     found = joints.find(response, at)
     for angle, name in zip(found.angles, found.names, strict=True):
         if name.startswith("gear 3") or name == "gear 6, t = pi/m":
-            before, after = response.support_rate(at, np.array([angle - 1e-9, angle + 1e-9]))[1]
-            beside = response.support_rate(at, np.array([angle - 2e-4, angle - 1e-4, angle + 1e-4, angle + 2e-4]))[1]
-            assert abs(after - before) > 100 * max(abs(np.diff(beside)[[0, 2]]))
+            beside = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
+            jumps = np.abs(np.diff(response.support_rate(at, beside)[1]))
+            bend = max(jumps[[0, 2]]) / 1e-4
+            assert jumps[1] > 1000 * bend * 2e-9
 
 
 @pytest.mark.parametrize("response", [toys.planting(), toys.bent()], ids=["machine", "toy"])

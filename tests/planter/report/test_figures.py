@@ -188,7 +188,7 @@ def test_threads_do_not_disturb_each_other() -> None:
 
 def test_matplotlib_is_imported_by_the_first_figure() -> None:
     script = (
-        "import sys; from planter.report import device_page, figures, files, gearing, html, planting;"
+        "import sys; from planter.report import figures, files, gearing, html, planting;"
         "before = 'matplotlib' in sys.modules; figures.convergence({'ga': [(1, 2.0)]});"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
@@ -345,6 +345,13 @@ def test_convergence_draws_every_search_and_names_every_method() -> None:
     assert axes.get_ylabel() == "best objective / N"
 
 
+def test_a_search_without_history_is_left_out() -> None:
+    (axes,) = figures.convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
+    assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == ["ipopt"]
+    (axes,) = figures.convergence({}).axes
+    assert axes.get_lines() == []
+
+
 def test_convergence_is_logarithmic_where_that_helps() -> None:
     near, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
     (axes,) = figures.convergence({"ga": near}).axes
@@ -371,6 +378,13 @@ def test_a_narrow_front_is_drawn_again_enlarged() -> None:
     assert [line.get_label() for line in near.get_lines()] == ["front", "near"]
     assert to_hex(line(near, "near").get_color()) == to_hex(line(whole, "near").get_color())
     assert np.ptp(near.get_xlim()) < 0.1 * np.ptp(whole.get_xlim())
+
+
+def test_a_front_alone_is_enlarged_if_a_mark_is_far() -> None:
+    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
+    assert len(figures.pareto(front, {"far": (2.9, 0.5)}).axes) == 2
+    (axes,) = figures.pareto(front, {"near": (2.0, 0.3001)}).axes
+    assert [line.get_label() for line in axes.get_lines()] == ["front", "near"]
 
 
 def test_pareto_shows_front_marks_and_the_level_of_the_best_mark() -> None:

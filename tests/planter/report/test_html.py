@@ -11,7 +11,7 @@ import pytest
 
 from planter import emitted
 from planter.machine import Machine, load
-from planter.report import device_page, figures, files, html
+from planter.report import figures, files, html, planting
 
 EVIL = "<script>alert('x')</script> & \"more\""
 SUMMARY: dict[str, Any] = {
@@ -46,7 +46,7 @@ def drawings() -> dict[str, str]:
 
 def page_of(machine: Machine, drawings: dict[str, str], **changes: Any) -> str:
     summary = {**SUMMARY, "design": dict(machine.design), **changes}
-    return device_page.device_page(
+    return planting.device_page(
         machine, emitted.sidecar("planting_exact"), summary, drawings, files.provenance(machine, 5)
     )
 
@@ -171,7 +171,7 @@ def test_results_certificate_and_warnings_are_shown(drawings: dict[str, str]) ->
 def test_a_simulation_has_no_certificate() -> None:
     machine = load("wang2017")
     summary = {key: value for key, value in SUMMARY.items() if key not in ("certificate", "cross", "warnings")}
-    text = words(device_page.device_page(machine, emitted.sidecar("planting_exact"), summary, {}))
+    text = words(planting.device_page(machine, emitted.sidecar("planting_exact"), summary, {}))
     assert text.count("Simulation of the planting device wang2017") == 2
     assert "Certificate" not in text
     assert "Warnings" not in text

@@ -1,0 +1,110 @@
+"""The certificate passes true optima and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planter.optimise import certificate
+from planter.optimise.certificate import best_multipliers, check, kkt_residual
+from planter.optimise.descent import STATIONARY, descend
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem
+from tests.planter.optimise import toys
+
+SAMPLINGS = [360, 91, "refined"]
+
+
+@pytest.fixture(scope="module", params=SAMPLINGS)
+def optimum(request):
+    problem = toys.problem(request.param)
+    return problem, descend(problem, problem.start).u
+
+
+def test_a_true_optimum_passes(optimum):
+    problem, u = optimum
+    assert check(problem, u, best_multipliers(problem, u)).worst < STATIONARY
+
+
+@pytest.mark.parametrize("step", [1e-2, 1e-3])
+def test_a_moved_optimum_fails(optimum, step):
+    problem, u = optimum
+    for j in problem.free:
+        moved = u.copy()
+        moved[j] += step if u[j] < 0.5 else -step
+        assert kkt_residual(problem, moved) > STATIONARY, problem.response.names[j]
+
+
+def test_a_point_outside_the_box_fails(optimum):
+    problem, u = optimum
+    m = best_multipliers(problem, u)
+    outside = u.copy()
+    outside[problem.free[0]] = 1 + 1e-3
+    assert check(problem, outside, m).feasibility == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("field", ["upper", "lower", "at_lower", "at_upper"])
+@pytest.mark.parametrize("change", ["zeroed", "doubled", "negated", "moved to the next"])
+def test_a_wrong_multiplier_fails(optimum, field, change):
+    problem, u = optimum
+    m = best_multipliers(problem, u)
+    values = getattr(m, field)
+    assert values.max() > 0
+    wrong = {
+        "zeroed": 0 * values, "doubled": 2 * values, "negated": -values, "moved to the next": np.roll(values, 1)
+    }[change]  # fmt: skip
+    if np.array_equal(wrong, values):
+        pytest.skip("one row alone cannot move")
+    assert check(problem, u, replace(m, **{field: wrong})).worst > STATIONARY
+
+
+def test_a_solver_stopped_after_three_iterations_fails(optimum):
+    problem, _ = optimum
+    stopped = descend(problem, problem.start, most_iterations=3)
+    assert kkt_residual(problem, stopped.u) > STATIONARY
+
+
+def test_multipliers_say_what_a_bound_costs():
+    """Giving way by 1e-4 of the box saves multiplier times 1e-4."""
+    problem = toys.problem("refined")
+    u = descend(problem, problem.start).u
+    for bound in certificate.active_bounds(problem, best_multipliers(problem, u)):
+        j = problem.response.names.index(bound.name)
+        x, step = problem.design(u), 1e-4 * problem.width[j]
+        x[j] += step if bound.side == "upper" else -step
+        saved = problem.evaluate(u).objective - problem.evaluate_design(x).objective
+        assert saved == pytest.approx(1e-4 * bound.multiplier, rel=0.05), bound.name
+
+
+def test_third_harmonic_shares_of_tied_peaks():
+    """By symmetry the four tied peaks, two of each sign, need shares that add up to the weight of the range."""
+    problem = Problem(toys.third_harmonic(), toys.RANGE, "refined")
+    u = np.array([(0.5 - 1 / 6) / 0.9])
+    m = best_multipliers(problem, u)
+    assert check(problem, u, m).worst < 1e-12
+    assert (m.upper.sum(), m.lower.sum()) == pytest.approx((1, 1), abs=1e-12)
+    assert kkt_residual(problem, u + 1e-3) > STATIONARY
+
+
+def test_clarke_at_a_kink_that_holds_the_optimum():
+    """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their mixture is."""
+    problem = Problem(toys.corner(), toys.VARIANCE, 12)
+    u = descend(problem, problem.start).u
+    found = problem.conditions(u)
+    assert len(found.kinks) == 1
+    one, other = found.variance[0], (found.variance + found.kinks[0])[0]
+    assert one * other < 0
+    m = best_multipliers(problem, u)
+    assert 0 < m.kinks[0] < 1
+    assert check(problem, u, m).worst < STATIONARY
+    for wrong in (0.0, 1.0, -1e-3, 1 + 1e-3):
+        assert check(problem, u, replace(m, kinks=np.array([wrong]))).worst > STATIONARY
+    assert kkt_residual(problem, u + 1e-4) > STATIONARY
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_residual_does_not_depend_on_units(unit):
+    plain = toys.problem(90)
+    scaled = toys.problem(90, Objective(0.6 * unit, 0.4 * unit, "paper"))
+    u = np.full(10, 0.4)
+    assert kkt_residual(scaled, u) == pytest.approx(kkt_residual(plain, u), rel=1e-6)

@@ -1,0 +1,168 @@
+"""The three methods on the machine: never worse than either alone, reproducible, stoppable, and what they tell."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter import optimise
+from planter.errors import InputError
+from planter.optimise import hybrid
+from planter.optimise.aside import Aside
+from planter.optimise.result import Interrupted
+from tests.planter.optimise import toys
+
+N, STARTS = 60, 3
+
+
+@pytest.fixture(scope="module")
+def results():
+    return {m: optimise.run(toys.device(), m, samples=N, seed=1, starts=STARTS) for m in hybrid.METHODS}
+
+
+def test_hybrid_is_never_worse_than_either_alone(results):
+    assert results["hybrid"].objective <= min(results["ga"].objective, results["ipopt"].objective)
+
+
+def test_hybrid_runs_the_same_search_and_the_same_starts(results):
+    together = results["hybrid"]
+    assert together.history["ga"] == results["ga"].history["ga"]
+    assert together.history["ipopt"] == results["ipopt"].history["ipopt"]
+    assert together.certificate.spread == results["ipopt"].certificate.spread
+    assert together.evaluations.gradient > results["ipopt"].evaluations.gradient > 0
+    assert results["ga"].evaluations.gradient == results["ga"].evaluations.hessian == 0
+
+
+def test_one_process_or_two_is_the_same(results, monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)
+    alone = optimise.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
+    assert alone.design.tobytes() == results["hybrid"].design.tobytes()
+    assert alone.history == results["hybrid"].history
+    assert alone.evaluations == results["hybrid"].evaluations
+
+
+def test_a_second_process_that_fails_is_done_without(results, monkeypatch):
+    monkeypatch.setattr(Aside, "result", lambda self: None)
+    found = optimise.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
+    assert found.design.tobytes() == results["hybrid"].design.tobytes()
+
+
+def test_the_certificate_tells_optima_from_others(results):
+    for method in ("ipopt", "hybrid"):
+        certificate = results[method].certificate
+        assert certificate.kkt_residual < 1e-6
+        assert 1 <= certificate.agreeing_starts <= certificate.starts == STARTS
+        assert certificate.spread >= 0
+    assert results["ga"].certificate.kkt_residual > 1e-6
+    assert (results["ga"].certificate.starts, results["ga"].certificate.spread) == (0, 0.0)
+
+
+def test_what_does_not_matter_is_named(results):
+    found = results["hybrid"]
+    assert found.effective_parameters == 7
+    named = [[name for entry in direction for name in entry] for direction in found.insensitive]
+    assert named == [["gamma_deg"], ["A6_mm"], ["R3_mm", "e3_mm"]]
+    bounds = {bound.name for bound in found.certificate.active_bounds}
+    assert bounds.isdisjoint({"gamma_deg", "A6_mm"})
+
+
+def test_the_table_is_json_with_the_keys_of_the_interface(results):
+    found = results["hybrid"]
+    table = json.loads(json.dumps(found.table(toys.device().scale), allow_nan=False))
+    assert {"method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds"} < set(table)
+    assert set(table["certificate"]) == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
+    assert set(table["evaluations"]) == {"objective", "gradient", "hessian"}
+    assert list(table["design"]) == list(toys.device().names)
+    assert table["objective"] == pytest.approx(0.6 * table["range_N"] + 0.4 * table["variance_N2"], rel=1e-12)
+    for name, (lower, upper) in toys.device().machine.bounds.items():
+        assert lower * (1 - 1e-15) <= table["design"][name] <= upper * (1 + 1e-15)
+
+
+def test_history_never_rises(results):
+    for history in results["hybrid"].history.values():
+        evaluations, objectives = zip(*history, strict=True)
+        assert list(objectives) == sorted(objectives, reverse=True)
+        assert list(evaluations) == sorted(evaluations)
+
+
+@pytest.mark.parametrize("method", hybrid.METHODS)
+def test_an_interrupt_hands_over_the_best_so_far(method):
+    seen = []
+
+    def stop(told):
+        seen.append(told)
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as caught:
+        optimise.run(toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop)
+    best = caught.value.best
+    assert best is not None
+    assert best.objective <= seen[-1].best * (1 + 1e-12)
+    assert caught.value.exit_code == 130
+    assert caught.value.partial["objective"] == best.objective
+
+
+def test_an_interrupt_before_anything_was_found_has_nothing_to_hand_over(monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(hybrid.genetic, "search", stop)
+    with pytest.raises(Interrupted) as caught:
+        optimise.run(toys.device(), "ga", samples=N)
+    assert caught.value.best is None
+    assert caught.value.partial is None
+
+
+def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
+    problem = toys.problem(N)
+    hessian, calls = toys.planting().support_hessian, []
+
+    def stop(*arguments):
+        calls.append(1)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return hessian(*arguments)
+
+    monkeypatch.setattr(toys.planting(), "support_hessian", stop)
+    with pytest.raises(KeyboardInterrupt):
+        hybrid.descend(problem, problem.start)
+    assert len(calls) == 3
+    assert problem.best.objective <= problem.reference.objective
+
+
+def test_an_unknown_method_is_refused():
+    with pytest.raises(InputError, match="hybrid, ipopt, ga"):
+        optimise.run(toys.device(), "annealing")
+
+
+def test_refined_needs_no_samples():
+    found = optimise.run(toys.device(), "ipopt", samples="refined", starts=2)
+    assert found.certificate.kkt_residual < 1e-6
+    assert found.certificate.agreeing_starts == 2
+    assert found.evaluation.objective == pytest.approx(toys.problem("refined").evaluate_design(found.design).objective)
+
+
+def test_the_import_is_light():
+    code = "import sys, planter.optimise; print([m for m in ('pymoo', 'casadi', 'scipy', 'numpy') if m in sys.modules])"
+    root = str(Path(__file__).parents[3])
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_second_process_dies_with_its_run():
+    with Aside(toys.device(), N, 1, 50) as aside:
+        process = aside._process
+        assert process.poll() is None
+    assert process.poll() is not None
+
+
+def test_designs_are_inside_their_bounds_to_the_last_bit(results):
+    response = toys.planting()
+    for found in results.values():
+        assert ((response.lower <= found.design) & (found.design <= response.upper)).all()
+        assert np.isin(found.design, np.concatenate([response.lower, response.upper])).any() or found.method == "ga"
