@@ -109,6 +109,12 @@ def unit(frame: Frame, axis: Axis) -> Vec:
     return Vec(frame, tuple(sp.Integer(a) for a in axis))
 
 
+def shorter(vector: Vec) -> Vec:
+    """The same vector, each component multiplied out where that leaves fewer operations."""
+    x, y, z = (min(c, sp.expand(c), key=sp.count_ops) for c in vector.components)
+    return Vec(vector.frame, (x, y, z))
+
+
 @dataclass(frozen=True)
 class Point:
     """A point: another point and the offset from it. The origin has no base."""
@@ -161,7 +167,8 @@ class Motion:
         base, offset = self.places.get(point, (point.base, point.offset))
         if base is None or offset is None:
             return zero(frame)
-        return self.acceleration(base, frame) + self.derivative(self.derivative(offset.resolved(frame)))
+        relative = self.derivative(shorter(self.derivative(offset.resolved(frame))))
+        return self.acceleration(base, frame) + shorter(relative)
 
     def drift(self, base: Point, point: Point, frame: Frame) -> Vec:
         """Rate of the vector from ``base`` to ``point`` as seen from ``frame``, by names where there are any.
@@ -174,7 +181,10 @@ class Motion:
         stretch = Vec(own, tuple(self.rate(c) for c in point.offset.components)).resolved(frame)
         turning = self.spin(own, seen_from=frame).resolved(frame)
         swept = stretch + turning.cross(self.arm(point.base, point, frame))
-        return self.drift(base, point.base, frame) + swept
+        named_base, named = self.places.get(point.base, (None, None))
+        if named is None or named_base != base or named.frame != frame:
+            return self.drift(base, point.base, frame) + swept
+        return Vec(frame, tuple(self.rate(c) for c in named.components)) + swept
 
     def arm(self, start: Point, end: Point, frame: Frame) -> Vec:
         """Vector from ``start`` to ``end``, by names where there are any."""

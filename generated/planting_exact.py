@@ -5,7 +5,7 @@ Source: derived (Newton-Euler).
 Assumes: rigid bodies, no clearance, no backlash; constant carrier speed; balanced carrier; no friction but at
 the teeth and at the cam; tooth force at the pitch point; point follower: the roller has no radius; return
 spring and coupling of the nozzle halves without mass; no soil forces, no air drag.
-Operations: prologue 27, lane 761, events 704, frame 97.
+Operations: prologue 25, lane 772, events 715, frame 97.
 
 `stage1` and `stage2` are contact functions of pitch curves, (t, parameters, hoisted) ->
 (r, dr, ddr, ratio, dratio, turned). Inputs:
@@ -89,9 +89,9 @@ from casadi import (
 
 
 def prologue(stage1: Function, stage2: Function) -> Function:
-    """hoisted, 24 entries:
+    """hoisted, 22 entries:
 
-    hoisted (24)
+    hoisted (22)
         T1_0 [rad] T1 at phi = 0
         c1
         T2_0 [rad] T2 at phi = 0
@@ -101,21 +101,19 @@ def prologue(stage1: Function, stage2: Function) -> Function:
         c16
         c17
         c21
-        c46
-        c49
+        c48
+        c51
         y_E [m] roller centre, y'
-        c63
-        c64
-        c71
-        c72
-        c98
-        c104
+        c59
+        c62
+        c67
+        c68
+        c75
+        c76
+        c100
+        c106
         c120
         c130
-        c131
-        c132
-        c135
-        c137
     """
     mounting = SX.sym("mounting", 4)
     parameters1 = SX.sym("parameters1", stage1.size1_in("parameters"))
@@ -150,29 +148,27 @@ def prologue(stage1: Function, stage2: Function) -> Function:
     c16 = -delta_r0 + delta_r1
     c17 = 1 / c16
     c21 = 1 / c16**4
-    c46 = sin(psi0)
-    c49 = cos(psi0)
+    c48 = sin(psi0)
+    c51 = cos(psi0)
     # derived: roller centre, y'
     y_E = R_b
     # derived: centroid of the rocker, y'
     y_C1 = c_C1y + y_A
     # derived: centroid of the nozzle half, y'
     y_C2 = c_C2y + y_A
-    c63 = y_A - y_C1
-    c64 = -c63
-    c71 = y_A - y_C2
-    c72 = -c71
-    c98 = sin(mu1)
-    c104 = cos(mu1)
+    c59 = sin(beta_CA)
+    c62 = cos(beta_CA)
+    c67 = y_A - y_C1
+    c68 = -c67
+    c75 = y_A - y_C2
+    c76 = -c75
+    c100 = sin(mu1)
+    c106 = cos(mu1)
     c120 = tan(mu2)
     c130 = rho_CA**2
-    c131 = sin(beta_CA)
-    c132 = cos(beta_CA)
-    c135 = rho_CA * c131
-    c137 = rho_CA * c132
     hoisted = vertcat(
-        T1_0, c1, T2_0, c3, c4, c8, c16, c17, c21, c46, c49, y_E, c63, c64, c71, c72, c98, c104, c120, c130, c131,
-        c132, c135, c137
+        T1_0, c1, T2_0, c3, c4, c8, c16, c17, c21, c48, c51, y_E, c59, c62, c67, c68, c75, c76, c100, c106, c120,
+        c130
     )
     inputs = [mounting, parameters1, hoisted1, parameters2, hoisted2, machine]
     return Function("prologue", inputs, [hoisted], ["mounting", "parameters1", "hoisted1", "parameters2", "hoisted2", "machine"], ["hoisted"])
@@ -224,7 +220,7 @@ def lane(stage1: Function, stage2: Function) -> Function:
     parameters2 = SX.sym("parameters2", stage2.size1_in("parameters"))
     hoisted2 = SX.sym("hoisted2", stage2.size1_in("hoisted"))
     machine = SX.sym("machine", 49)
-    hoisted = SX.sym("hoisted", 24)
+    hoisted = SX.sym("hoisted", 22)
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -247,6 +243,7 @@ def lane(stage1: Function, stage2: Function) -> Function:
     I_C2x = machine[17]  # [kg m2] centroidal moment of inertia of the nozzle half, x
     I_C2y = machine[18]  # [kg m2] centroidal moment of inertia of the nozzle half, y
     I_C2z = machine[19]  # [kg m2] centroidal moment of inertia of the nozzle half, z
+    rho_CA = machine[22]  # [m] distance of the middle body's centroid from A1
     c_CBx = machine[24]  # [m] centroid of planet, shaft and funnel, x'
     c_CBy = machine[25]  # [m] centroid of planet, shaft and funnel, y'
     x_A = machine[26]  # [m] hinge A, x'
@@ -275,21 +272,19 @@ def lane(stage1: Function, stage2: Function) -> Function:
     c16 = hoisted[6]
     c17 = hoisted[7]
     c21 = hoisted[8]
-    c46 = hoisted[9]
-    c49 = hoisted[10]
+    c48 = hoisted[9]
+    c51 = hoisted[10]
     y_E = hoisted[11]  # [m] roller centre, y'
-    c63 = hoisted[12]
-    c64 = hoisted[13]
-    c71 = hoisted[14]
-    c72 = hoisted[15]
-    c98 = hoisted[16]
-    c104 = hoisted[17]
-    c120 = hoisted[18]
-    c130 = hoisted[19]
-    c131 = hoisted[20]
-    c132 = hoisted[21]
-    c135 = hoisted[22]
-    c137 = hoisted[23]
+    c59 = hoisted[12]
+    c62 = hoisted[13]
+    c67 = hoisted[14]
+    c68 = hoisted[15]
+    c75 = hoisted[16]
+    c76 = hoisted[17]
+    c100 = hoisted[18]
+    c106 = hoisted[19]
+    c120 = hoisted[20]
+    c130 = hoisted[21]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -377,31 +372,33 @@ def lane(stage1: Function, stage2: Function) -> Function:
     y_A1 = c42
     c43 = gamma + phi
     c44 = sin(c43)
+    c45 = a2 * c44 + c40
     # derived: B1, x
-    x_B1 = -a2 * c44 - c40
-    c45 = cos(c43)
+    x_B1 = -c45
+    c46 = cos(c43)
+    c47 = a2 * c46 + c42
     # derived: B1, y
-    y_B1 = a2 * c45 + c42
-    c47 = sin(theta1)
-    c48 = L_AE * c47
-    c50 = cos(theta1)
-    c51 = L_AE * c50
-    c52 = c46 * c48 - c49 * c51
+    y_B1 = c47
+    c49 = sin(theta1)
+    c50 = L_AE * c49
+    c52 = cos(theta1)
+    c53 = L_AE * c52
+    c54 = c48 * c50 - c51 * c53
     # derived: roller centre, x'
-    x_E = x_A + c52
-    c53 = c46 * c51 + c48 * c49
+    x_E = x_A + c54
+    c55 = c48 * c53 + c50 * c51
     # derived: roller centre, z'
-    z_E = z_A + c53
+    z_E = z_A + c55
     # derived: spring hook, x'
-    x_F = c_Fx * c50 + c_Fz * c47 + x_A
+    x_F = c_Fx * c52 + c_Fz * c49 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c50 + c_C1z * c47 + x_A
+    x_C1 = c_C1x * c52 + c_C1z * c49 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c47 + c_C1z * c50 + z_A
+    z_C1 = -c_C1x * c49 + c_C1z * c52 + z_A
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c50 + c_C2z * c47 + x_A
+    x_C2 = c_C2x * c52 + c_C2z * c49 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c47 + c_C2z * c50 + z_A
+    z_C2 = -c_C2x * c49 + c_C2z * c52 + z_A
     # derived: acceleration of A1, x
     ax_A1 = -x_A1 * c1
     # derived: acceleration of A1, y
@@ -410,115 +407,115 @@ def lane(stage1: Function, stage2: Function) -> Function:
     ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = -y_B1 * c1
-    c54 = sin(alpha)
-    c55 = Omega**2
-    c56 = cos(alpha)
+    c56 = sin(alpha)
+    c57 = Omega**2
+    c58 = cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c56 - ay_B1 * c54 - x_A * c55
+    ax_A = -Omega_dot * y_A + ax_B1 * c58 - ay_B1 * c56 - x_A * c57
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c54 + ay_B1 * c56 - y_A * c55
+    ay_A = Omega_dot * x_A + ax_B1 * c56 + ay_B1 * c58 - y_A * c57
+    c60 = phi + phi52
+    c61 = rho_CA * sin(c60)
+    c63 = cos(c60)
+    # derived: centroid of the middle body, x
+    x_CA = rho_CA * c62 * c63 - c40 - c59 * c61
+    # derived: centroid of the middle body, y
+    y_CA = rho_CA * c59 * c63 + c42 + c61 * c62
+    # derived: centroid of planet, shaft and funnel, x
+    x_CB = c_CBx * c58 + c_CBy * c56 - c45
+    # derived: centroid of planet, shaft and funnel, y
+    y_CB = -c_CBx * c56 + c_CBy * c58 + c47
     # derived: tip, x
-    x_tip = L_tip * c56 + x_B1 + phi * v_f / omega
-    c57 = -y_B1
+    x_tip = L_tip * c58 + x_B1 + phi * v_f / omega
+    c64 = -y_B1
     # derived: tip, y
-    y_tip = -L_tip * c54 - c57
+    y_tip = -L_tip * c56 - c64
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c47 - c_Fz * c50 + c_Fz)
-    c58 = x_A - x_C1
-    c59 = -c58
-    c60 = theta1_dot * z_A
-    c61 = -theta1_dot * z_C1 + c60
-    c62 = -c61
-    c65 = ay_A + g * c56
-    c66 = m_C1 * (-Omega * c62 - Omega * (-Omega * c64 - c61) - Omega_dot * c59 - c65)
-    c67 = x_A - x_C2
-    c68 = -c67
-    c69 = -theta1_dot * z_C2 + c60
+    S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
+    c65 = x_A - x_C1
+    c66 = -c65
+    c69 = z_A - z_C1
     c70 = -c69
-    c73 = m_C2 * (-Omega * c70 - Omega * (-Omega * c72 - c69) - Omega_dot * c68 - c65)
-    c74 = -c66 - c73
+    c71 = ay_A + g * c58
+    c72 = m_C1 * (-Omega * theta1_dot * c70 - Omega * (-Omega * c68 + theta1_dot * c70) - Omega_dot * c66 - c71)
+    c73 = x_A - x_C2
+    c74 = -c73
+    c77 = z_A - z_C2
+    c78 = -c77
+    c79 = m_C2 * (-Omega * theta1_dot * c78 - Omega * (-Omega * c76 + theta1_dot * c78) - Omega_dot * c74 - c71)
+    c80 = -c72 - c79
     # derived: inner half: force along y of planet
-    F_Ay = c74
-    c75 = z_A - z_C1
-    c76 = -c75
-    c77 = theta1_dot * x_A
-    c78 = ax_A - g * c54
-    c79 = (
-        m_C1 * (-Omega_dot * c63 - theta1_ddot * c76 - theta1_dot * (-theta1_dot * x_C1 + c77) + c55 * c59 - c78)
-    )
-    c80 = z_A - z_C2
-    c81 = -c80
-    c82 = (
-        m_C2 * (-Omega_dot * c71 - theta1_ddot * c81 - theta1_dot * (-theta1_dot * x_C2 + c77) + c55 * c68 - c78)
-    )
-    c83 = c79 + c82
+    F_Ay = c80
+    c81 = theta1_dot**2
+    c82 = -ax_A + g * c56
+    c83 = m_C1 * (-Omega_dot * c67 - theta1_ddot * c70 + c57 * c66 + c66 * c81 + c82)
+    c84 = m_C2 * (-Omega_dot * c75 - theta1_ddot * c78 + c57 * c74 + c74 * c81 + c82)
+    c85 = c83 + c84
     # derived: outer half: force along x of planet
-    F_Aox = -c83
+    F_Aox = -c85
     # derived: outer half: force along y of planet
-    F_Aoy = c74
-    c84 = theta1_dot * c62
-    c85 = theta1_dot * c70
-    c86 = c47 * c55
-    c87 = c50 * c86
-    c88 = I_C1x * c50
-    c89 = (
-        I_C1y * theta1_ddot + I_C1z * c87 - I_C2x * c87 + I_C2y * theta1_ddot + I_C2z * c87 + S * (-x_A + x_F) -
-        c86 * c88
+    F_Aoy = c80
+    c86 = c70 * c81
+    c87 = c78 * c81
+    c88 = c49 * c57
+    c89 = c52 * c88
+    c90 = I_C1x * c52
+    c91 = (
+        I_C1y * theta1_ddot + I_C1z * c89 - I_C2x * c89 + I_C2y * theta1_ddot + I_C2z * c89 + S * (-x_A + x_F) -
+        c88 * c90
     )
     # derived: outer half: moment along y of planet about A outer
     M_K = (
-        m_C1 * c59 * (-theta1_ddot * c59 - c84) + m_C2 * c68 * (-theta1_ddot * c68 - c85) - c75 * c79 - c80 * c82
-        - c89
+        m_C1 * c66 * (-theta1_ddot * c66 - c86) + m_C2 * c74 * (-theta1_ddot * c74 - c87) - c69 * c83 - c77 * c84
+        - c91
     )
-    c90 = Omega_dot * c47
-    c91 = Omega * theta1_dot
-    c92 = c50 * c91
-    c93 = I_C1x * c90 + I_C1y * c92 - I_C1z * c92 + c88 * c91
-    c94 = I_C2x * c90 + I_C2x * c92 + I_C2y * c92 - I_C2z * c92
-    c95 = Omega_dot * c50
-    c96 = c47 * c91
-    c97 = (
-        c50 * (I_C1x * c96 - I_C1y * c96 + I_C1z * c95 - I_C1z * c96) + c50 * (I_C2x * c96 - I_C2y * c96 + I_C2z *
-        c95 - I_C2z * c96) - c59 * c66 + c64 * c79 - c68 * c73 + c72 * c82
+    c92 = Omega_dot * c49
+    c93 = Omega * theta1_dot
+    c94 = c52 * c93
+    c95 = I_C1x * c92 + I_C1y * c94 - I_C1z * c94 + c90 * c93
+    c96 = I_C2x * c92 + I_C2x * c94 + I_C2y * c94 - I_C2z * c94
+    c97 = Omega_dot * c52
+    c98 = c49 * c93
+    c99 = (
+        c52 * (I_C1x * c98 - I_C1y * c98 + I_C1z * c97 - I_C1z * c98) + c52 * (I_C2x * c98 - I_C2y * c98 + I_C2z *
+        c97 - I_C2z * c98) - c66 * c72 + c68 * c83 - c74 * c79 + c76 * c84
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c47 * c93 + c47 * c94 + c97
-    c100 = -Omega * R_b + R_b * omega + theta1_dot * c53
-    c99 = -c52
-    c101 = 1 / sqrt(theta1_dot**2 * c99**2 + c100**2)
-    c102 = theta1_dot * c99
-    c103 = c101 * c102
-    c105 = c100 * c101 * c104 - c103 * c98
-    c106 = -c100 * c101 * c98 - c103 * c104
+    M_Aoz = c49 * c95 + c49 * c96 + c99
+    c102 = -Omega * R_b + R_b * omega + theta1_dot * c55
+    c101 = -c54
+    c103 = 1 / sqrt(c101**2 * c81 + c102**2)
+    c104 = theta1_dot * c101
+    c105 = c103 * c104
+    c107 = -c100 * c105 + c102 * c103 * c106
+    c108 = -c100 * c102 * c103 - c105 * c106
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c59 * (-theta1_ddot * c58 + c84) + m_C2 * c68 * (-theta1_ddot * c67 + c85) - c76 * c79 -
-        c81 * c82 + c89) / (-c105 * (-x_A + x_E) + c106 * (-z_A + z_E))
+        (-M_K + m_C1 * c66 * (-theta1_ddot * c65 + c86) + m_C2 * c74 * (-theta1_ddot * c73 + c87) - c70 * c83 -
+        c78 * c84 + c91) / (-c107 * (-x_A + x_E) + c108 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c106
+    F_Ex = F_E * c108
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c105
+    F_Ez = F_E * c107
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c100 - F_Ez * c102
+    F_E_loss = -F_Ex * c102 - F_Ez * c104
     # derived: inner half: force along x of planet
-    F_Ax = -F_Ex - c83
+    F_Ax = -F_Ex - c85
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) + c47 * c93 + c47 * c94 + c97
-    c107 = x_A * c56 + y_A * c54
-    c108 = F_Aox * c54 - F_Aoy * c56
-    c109 = F_Ax * c54 - F_Ay * c56
-    c110 = F_Aox * c56 + F_Aoy * c54
-    c111 = -x_A * c54 + y_A * c56
-    c112 = F_Ax * c56 + F_Ay * c54
-    c113 = c_CBx * c54 - c_CBy * c56
-    c114 = c_CBx * c56 + c_CBy * c54
-    c115 = m3 * (-Omega_dot * c113 - ax_B1 + c114 * c55)
-    c116 = m3 * (-Omega_dot * c114 - ay_B1 - g - c113 * c55)
+    M_Az = F_Ex * (-y_A + y_E) + c49 * c95 + c49 * c96 + c99
+    c109 = x_A * c58 + y_A * c56
+    c110 = F_Aox * c56 - F_Aoy * c58
+    c111 = F_Ax * c56 - F_Ay * c58
+    c112 = F_Aox * c58 + F_Aoy * c56
+    c113 = -x_A * c56 + y_A * c58
+    c114 = F_Ax * c58 + F_Ay * c56
+    c115 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c57 + x_CB * c57)
+    c116 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c57 + y_CB * c57)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c107 * c108 - c107 * c109 - c110 * c111 -
-        c111 * c112 - c113 * c115 - c114 * c116
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c109 * c110 - c109 * c111 - c112 * c113 -
+        c113 * c114 + c115 * (-y_B1 + y_CB) - c116 * (-x_B1 + x_CB)
     )
     c117 = 1 / r7
     c118 = alpha_n + xi2
@@ -535,51 +532,50 @@ def lane(stage1: Function, stage2: Function) -> Function:
     c128 = F_NQ * if_else(c123, c122, c127)
     c129 = F_NQ * if_else(c123, c119 * c120 + c121, -c120 * c125 - c126)
     # derived: tooth force of planet on middle body
-    F_Qx = -c128 * c45 - c129 * c44
+    F_Qx = -c128 * c46 - c129 * c44
     # derived: tooth force of planet on middle body
-    F_Qy = -c128 * c44 + c129 * c45
-    c133 = phi + phi52
-    c134 = cos(c133)
-    c136 = sin(c133)
-    c138 = c134 * c135 + c136 * c137
-    c139 = -c138
-    c140 = -c134 * c137 + c135 * c136
-    c141 = omega * c140 + phi52_dot * c140
-    c142 = m2 * (-ax_A1 - omega * c141 - phi52_ddot * c139 - phi52_dot * c141)
-    c143 = -c140
-    c144 = omega * c139 + phi52_dot * c139
-    c145 = m2 * (-ay_A1 - g - omega * c144 - phi52_ddot * c143 - phi52_dot * c144)
+    F_Qy = -c128 * c44 + c129 * c46
+    c131 = y_A1 - y_CA
+    c135 = -x_A1 + x_CA
+    c132 = omega + phi52_dot
+    c133 = omega * x_A1
+    c134 = -c132
+    c136 = m2 * (-ax_A1 - phi52_ddot * c131 - c132 * c133 - c134 * (c132 * c135 + c133))
+    c137 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c134 - phi52_ddot * c135 - c132 * (-omega * y_CA + phi52_dot * y_A1 -
+        phi52_dot * y_CA))
+    )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c57) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c130 * c131**2 + c130 *
-        c132**2)) + c138 * c142 - c143 * c145
+        F_Qx * (-y_A1 - c64) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c130 * c59**2 + c130 *
+        c62**2)) - c131 * c136 - c135 * c137
     )
-    c146 = 1 / r5
-    c147 = alpha_n + xi1
-    c148 = sin(c147)
-    c149 = cos(c147)
-    c150 = -c120 * c149 + c148
-    c151 = M_P >= 0
-    c152 = alpha_n - xi1
-    c153 = sin(c152)
-    c154 = cos(c152)
-    c155 = -c120 * c154 + c153
+    c138 = 1 / r5
+    c139 = alpha_n + xi1
+    c140 = sin(c139)
+    c141 = cos(c139)
+    c142 = -c120 * c141 + c140
+    c143 = M_P >= 0
+    c144 = alpha_n - xi1
+    c145 = sin(c144)
+    c146 = cos(c144)
+    c147 = -c120 * c146 + c145
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * if_else(c151, c146 / c150, c146 / c155)
-    c156 = F_NP * if_else(c151, c150, c155)
-    c157 = F_NP * if_else(c151, c120 * c148 + c149, -c120 * c153 - c154)
+    F_NP = M_P * if_else(c143, c138 / c142, c138 / c147)
+    c148 = F_NP * if_else(c143, c142, c147)
+    c149 = F_NP * if_else(c143, c120 * c140 + c141, -c120 * c145 - c146)
     # derived: tooth force of middle body on sun
-    F_Px = -c156 * c41 - c157 * c39
+    F_Px = -c148 * c41 - c149 * c39
     # derived: tooth force of middle body on sun
-    F_Py = -c156 * c39 + c157 * c41
+    F_Py = -c148 * c39 + c149 * c41
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c142
+    F_A1x = F_Px - F_Qx - c136
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c145
+    F_A1y = F_Py - F_Qy - c137
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c110 + c112 - c115
+    F_B1x = F_Qx + c112 + c114 - c115
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c108 - c109 - c116
+    F_B1y = F_Qy - c110 - c111 - c116
     side = vertcat(
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, F_Aox,
@@ -611,7 +607,7 @@ def events(stage1: Function, stage2: Function) -> Function:
     parameters2 = SX.sym("parameters2", stage2.size1_in("parameters"))
     hoisted2 = SX.sym("hoisted2", stage2.size1_in("hoisted"))
     machine = SX.sym("machine", 49)
-    hoisted = SX.sym("hoisted", 24)
+    hoisted = SX.sym("hoisted", 22)
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -635,6 +631,7 @@ def events(stage1: Function, stage2: Function) -> Function:
     I_C2x = machine[17]  # [kg m2] centroidal moment of inertia of the nozzle half, x
     I_C2y = machine[18]  # [kg m2] centroidal moment of inertia of the nozzle half, y
     I_C2z = machine[19]  # [kg m2] centroidal moment of inertia of the nozzle half, z
+    rho_CA = machine[22]  # [m] distance of the middle body's centroid from A1
     c_CBx = machine[24]  # [m] centroid of planet, shaft and funnel, x'
     c_CBy = machine[25]  # [m] centroid of planet, shaft and funnel, y'
     x_A = machine[26]  # [m] hinge A, x'
@@ -664,21 +661,19 @@ def events(stage1: Function, stage2: Function) -> Function:
     c16 = hoisted[6]
     c17 = hoisted[7]
     c21 = hoisted[8]
-    c46 = hoisted[9]
-    c49 = hoisted[10]
+    c48 = hoisted[9]
+    c51 = hoisted[10]
     y_E = hoisted[11]  # [m] roller centre, y'
-    c63 = hoisted[12]
-    c64 = hoisted[13]
-    c71 = hoisted[14]
-    c72 = hoisted[15]
-    c98 = hoisted[16]
-    c104 = hoisted[17]
-    c120 = hoisted[18]
-    c130 = hoisted[19]
-    c131 = hoisted[20]
-    c132 = hoisted[21]
-    c135 = hoisted[22]
-    c137 = hoisted[23]
+    c59 = hoisted[12]
+    c62 = hoisted[13]
+    c67 = hoisted[14]
+    c68 = hoisted[15]
+    c75 = hoisted[16]
+    c76 = hoisted[17]
+    c100 = hoisted[18]
+    c106 = hoisted[19]
+    c120 = hoisted[20]
+    c130 = hoisted[21]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -762,31 +757,33 @@ def events(stage1: Function, stage2: Function) -> Function:
     y_A1 = c42
     c43 = gamma + phi
     c44 = sin(c43)
+    c45 = a2 * c44 + c40
     # derived: B1, x
-    x_B1 = -a2 * c44 - c40
-    c45 = cos(c43)
+    x_B1 = -c45
+    c46 = cos(c43)
+    c47 = a2 * c46 + c42
     # derived: B1, y
-    y_B1 = a2 * c45 + c42
-    c47 = sin(theta1)
-    c48 = L_AE * c47
-    c50 = cos(theta1)
-    c51 = L_AE * c50
-    c52 = c46 * c48 - c49 * c51
+    y_B1 = c47
+    c49 = sin(theta1)
+    c50 = L_AE * c49
+    c52 = cos(theta1)
+    c53 = L_AE * c52
+    c54 = c48 * c50 - c51 * c53
     # derived: roller centre, x'
-    x_E = x_A + c52
-    c53 = c46 * c51 + c48 * c49
+    x_E = x_A + c54
+    c55 = c48 * c53 + c50 * c51
     # derived: roller centre, z'
-    z_E = z_A + c53
+    z_E = z_A + c55
     # derived: spring hook, x'
-    x_F = c_Fx * c50 + c_Fz * c47 + x_A
+    x_F = c_Fx * c52 + c_Fz * c49 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c50 + c_C1z * c47 + x_A
+    x_C1 = c_C1x * c52 + c_C1z * c49 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c47 + c_C1z * c50 + z_A
+    z_C1 = -c_C1x * c49 + c_C1z * c52 + z_A
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c50 + c_C2z * c47 + x_A
+    x_C2 = c_C2x * c52 + c_C2z * c49 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c47 + c_C2z * c50 + z_A
+    z_C2 = -c_C2x * c49 + c_C2z * c52 + z_A
     # derived: acceleration of A1, x
     ax_A1 = -x_A1 * c1
     # derived: acceleration of A1, y
@@ -795,107 +792,107 @@ def events(stage1: Function, stage2: Function) -> Function:
     ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = -y_B1 * c1
-    c54 = sin(alpha)
-    c55 = Omega**2
-    c56 = cos(alpha)
+    c56 = sin(alpha)
+    c57 = Omega**2
+    c58 = cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c56 - ay_B1 * c54 - x_A * c55
+    ax_A = -Omega_dot * y_A + ax_B1 * c58 - ay_B1 * c56 - x_A * c57
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c54 + ay_B1 * c56 - y_A * c55
-    c57 = -y_B1
+    ay_A = Omega_dot * x_A + ax_B1 * c56 + ay_B1 * c58 - y_A * c57
+    c60 = phi + phi52
+    c61 = rho_CA * sin(c60)
+    c63 = cos(c60)
+    # derived: centroid of the middle body, x
+    x_CA = rho_CA * c62 * c63 - c40 - c59 * c61
+    # derived: centroid of the middle body, y
+    y_CA = rho_CA * c59 * c63 + c42 + c61 * c62
+    # derived: centroid of planet, shaft and funnel, x
+    x_CB = c_CBx * c58 + c_CBy * c56 - c45
+    # derived: centroid of planet, shaft and funnel, y
+    y_CB = -c_CBx * c56 + c_CBy * c58 + c47
+    c64 = -y_B1
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c47 - c_Fz * c50 + c_Fz)
-    c58 = x_A - x_C1
-    c59 = -c58
-    c60 = theta1_dot * z_A
-    c61 = -theta1_dot * z_C1 + c60
-    c62 = -c61
-    c65 = ay_A + g * c56
-    c66 = m_C1 * (-Omega * c62 - Omega * (-Omega * c64 - c61) - Omega_dot * c59 - c65)
-    c67 = x_A - x_C2
-    c68 = -c67
-    c69 = -theta1_dot * z_C2 + c60
+    S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
+    c65 = x_A - x_C1
+    c66 = -c65
+    c69 = z_A - z_C1
     c70 = -c69
-    c73 = m_C2 * (-Omega * c70 - Omega * (-Omega * c72 - c69) - Omega_dot * c68 - c65)
-    c74 = -c66 - c73
+    c71 = ay_A + g * c58
+    c72 = m_C1 * (-Omega * theta1_dot * c70 - Omega * (-Omega * c68 + theta1_dot * c70) - Omega_dot * c66 - c71)
+    c73 = x_A - x_C2
+    c74 = -c73
+    c77 = z_A - z_C2
+    c78 = -c77
+    c79 = m_C2 * (-Omega * theta1_dot * c78 - Omega * (-Omega * c76 + theta1_dot * c78) - Omega_dot * c74 - c71)
+    c80 = -c72 - c79
     # derived: inner half: force along y of planet
-    F_Ay = c74
-    c75 = z_A - z_C1
-    c76 = -c75
-    c77 = theta1_dot * x_A
-    c78 = ax_A - g * c54
-    c79 = (
-        m_C1 * (-Omega_dot * c63 - theta1_ddot * c76 - theta1_dot * (-theta1_dot * x_C1 + c77) + c55 * c59 - c78)
-    )
-    c80 = z_A - z_C2
-    c81 = -c80
-    c82 = (
-        m_C2 * (-Omega_dot * c71 - theta1_ddot * c81 - theta1_dot * (-theta1_dot * x_C2 + c77) + c55 * c68 - c78)
-    )
-    c83 = c79 + c82
+    F_Ay = c80
+    c81 = theta1_dot**2
+    c82 = -ax_A + g * c56
+    c83 = m_C1 * (-Omega_dot * c67 - theta1_ddot * c70 + c57 * c66 + c66 * c81 + c82)
+    c84 = m_C2 * (-Omega_dot * c75 - theta1_ddot * c78 + c57 * c74 + c74 * c81 + c82)
+    c85 = c83 + c84
     # derived: outer half: force along x of planet
-    F_Aox = -c83
+    F_Aox = -c85
     # derived: outer half: force along y of planet
-    F_Aoy = c74
-    c84 = theta1_dot * c62
-    c85 = theta1_dot * c70
-    c86 = c47 * c55
-    c87 = c50 * c86
-    c88 = I_C1x * c50
-    c89 = (
-        I_C1y * theta1_ddot + I_C1z * c87 - I_C2x * c87 + I_C2y * theta1_ddot + I_C2z * c87 + S * (-x_A + x_F) -
-        c86 * c88
+    F_Aoy = c80
+    c86 = c70 * c81
+    c87 = c78 * c81
+    c88 = c49 * c57
+    c89 = c52 * c88
+    c90 = I_C1x * c52
+    c91 = (
+        I_C1y * theta1_ddot + I_C1z * c89 - I_C2x * c89 + I_C2y * theta1_ddot + I_C2z * c89 + S * (-x_A + x_F) -
+        c88 * c90
     )
     # derived: outer half: moment along y of planet about A outer
     M_K = (
-        m_C1 * c59 * (-theta1_ddot * c59 - c84) + m_C2 * c68 * (-theta1_ddot * c68 - c85) - c75 * c79 - c80 * c82
-        - c89
+        m_C1 * c66 * (-theta1_ddot * c66 - c86) + m_C2 * c74 * (-theta1_ddot * c74 - c87) - c69 * c83 - c77 * c84
+        - c91
     )
-    c90 = Omega_dot * c47
-    c91 = Omega * theta1_dot
-    c92 = c50 * c91
-    c93 = I_C1x * c90 + I_C1y * c92 - I_C1z * c92 + c88 * c91
-    c94 = I_C2x * c90 + I_C2x * c92 + I_C2y * c92 - I_C2z * c92
-    c95 = Omega_dot * c50
-    c96 = c47 * c91
-    c97 = (
-        c50 * (I_C1x * c96 - I_C1y * c96 + I_C1z * c95 - I_C1z * c96) + c50 * (I_C2x * c96 - I_C2y * c96 + I_C2z *
-        c95 - I_C2z * c96) - c59 * c66 + c64 * c79 - c68 * c73 + c72 * c82
+    c92 = Omega_dot * c49
+    c93 = Omega * theta1_dot
+    c94 = c52 * c93
+    c95 = I_C1x * c92 + I_C1y * c94 - I_C1z * c94 + c90 * c93
+    c96 = I_C2x * c92 + I_C2x * c94 + I_C2y * c94 - I_C2z * c94
+    c97 = Omega_dot * c52
+    c98 = c49 * c93
+    c99 = (
+        c52 * (I_C1x * c98 - I_C1y * c98 + I_C1z * c97 - I_C1z * c98) + c52 * (I_C2x * c98 - I_C2y * c98 + I_C2z *
+        c97 - I_C2z * c98) - c66 * c72 + c68 * c83 - c74 * c79 + c76 * c84
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c47 * c93 + c47 * c94 + c97
-    c100 = -Omega * R_b + R_b * omega + theta1_dot * c53
-    c99 = -c52
-    c101 = 1 / sqrt(theta1_dot**2 * c99**2 + c100**2)
-    c102 = theta1_dot * c99
-    c103 = c101 * c102
-    c105 = c100 * c101 * c104 - c103 * c98
-    c106 = -c100 * c101 * c98 - c103 * c104
+    M_Aoz = c49 * c95 + c49 * c96 + c99
+    c102 = -Omega * R_b + R_b * omega + theta1_dot * c55
+    c101 = -c54
+    c103 = 1 / sqrt(c101**2 * c81 + c102**2)
+    c104 = theta1_dot * c101
+    c105 = c103 * c104
+    c107 = -c100 * c105 + c102 * c103 * c106
+    c108 = -c100 * c102 * c103 - c105 * c106
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c59 * (-theta1_ddot * c58 + c84) + m_C2 * c68 * (-theta1_ddot * c67 + c85) - c76 * c79 -
-        c81 * c82 + c89) / (-c105 * (-x_A + x_E) + c106 * (-z_A + z_E))
+        (-M_K + m_C1 * c66 * (-theta1_ddot * c65 + c86) + m_C2 * c74 * (-theta1_ddot * c73 + c87) - c70 * c83 -
+        c78 * c84 + c91) / (-c107 * (-x_A + x_E) + c108 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c106
+    F_Ex = F_E * c108
     # derived: inner half: force along x of planet
-    F_Ax = -F_Ex - c83
+    F_Ax = -F_Ex - c85
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) + c47 * c93 + c47 * c94 + c97
-    c107 = x_A * c56 + y_A * c54
-    c108 = F_Aox * c54 - F_Aoy * c56
-    c109 = F_Ax * c54 - F_Ay * c56
-    c110 = F_Aox * c56 + F_Aoy * c54
-    c111 = -x_A * c54 + y_A * c56
-    c112 = F_Ax * c56 + F_Ay * c54
-    c113 = c_CBx * c54 - c_CBy * c56
-    c114 = c_CBx * c56 + c_CBy * c54
-    c115 = m3 * (-Omega_dot * c113 - ax_B1 + c114 * c55)
-    c116 = m3 * (-Omega_dot * c114 - ay_B1 - g - c113 * c55)
+    M_Az = F_Ex * (-y_A + y_E) + c49 * c95 + c49 * c96 + c99
+    c109 = x_A * c58 + y_A * c56
+    c110 = F_Aox * c56 - F_Aoy * c58
+    c111 = F_Ax * c56 - F_Ay * c58
+    c112 = F_Aox * c58 + F_Aoy * c56
+    c113 = -x_A * c56 + y_A * c58
+    c114 = F_Ax * c58 + F_Ay * c56
+    c115 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c57 + x_CB * c57)
+    c116 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c57 + y_CB * c57)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c107 * c108 - c107 * c109 - c110 * c111 -
-        c111 * c112 - c113 * c115 - c114 * c116
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c109 * c110 - c109 * c111 - c112 * c113 -
+        c113 * c114 + c115 * (-y_B1 + y_CB) - c116 * (-x_B1 + x_CB)
     )
     c117 = 1 / r7
     c118 = alpha_n + xi2
@@ -912,24 +909,23 @@ def events(stage1: Function, stage2: Function) -> Function:
     c128 = F_NQ * if_else(c123, c122, c127)
     c129 = F_NQ * if_else(c123, c119 * c120 + c121, -c120 * c125 - c126)
     # derived: tooth force of planet on middle body
-    F_Qx = -c128 * c45 - c129 * c44
+    F_Qx = -c128 * c46 - c129 * c44
     # derived: tooth force of planet on middle body
-    F_Qy = -c128 * c44 + c129 * c45
-    c133 = phi + phi52
-    c134 = cos(c133)
-    c136 = sin(c133)
-    c138 = c134 * c135 + c136 * c137
-    c139 = -c138
-    c140 = -c134 * c137 + c135 * c136
-    c141 = omega * c140 + phi52_dot * c140
-    c142 = m2 * (-ax_A1 - omega * c141 - phi52_ddot * c139 - phi52_dot * c141)
-    c143 = -c140
-    c144 = omega * c139 + phi52_dot * c139
-    c145 = m2 * (-ay_A1 - g - omega * c144 - phi52_ddot * c143 - phi52_dot * c144)
+    F_Qy = -c128 * c44 + c129 * c46
+    c131 = y_A1 - y_CA
+    c135 = -x_A1 + x_CA
+    c132 = omega + phi52_dot
+    c133 = omega * x_A1
+    c134 = -c132
+    c136 = m2 * (-ax_A1 - phi52_ddot * c131 - c132 * c133 - c134 * (c132 * c135 + c133))
+    c137 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c134 - phi52_ddot * c135 - c132 * (-omega * y_CA + phi52_dot * y_A1 -
+        phi52_dot * y_CA))
+    )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c57) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c130 * c131**2 + c130 *
-        c132**2)) + c138 * c142 - c143 * c145
+        F_Qx * (-y_A1 - c64) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c130 * c59**2 + c130 *
+        c62**2)) - c131 * c136 - c135 * c137
     )
     # joint: gear 3, t = 0
     g0 = t1

@@ -107,10 +107,8 @@ def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
 
 def shown(value: object) -> str:
     """A value as a TOML file would show it, shortened to one line of reasonable length."""
-    if isinstance(value, float) and not math.isfinite(value):
-        text = str(value)
-    else:
-        text = json.dumps(value, default=str)
+    infinite = isinstance(value, float) and not math.isfinite(value)
+    text = str(value) if infinite else json.dumps(value, default=str)
     return text if len(text) <= _SHOWN_AT_MOST else text[:_SHOWN_AT_MOST] + "..."
 
 

@@ -11,6 +11,7 @@ from planter import planting
 from planter.device import MODELS, Device
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.optimise.hybrid import Method
 from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem, Sampling
 from planter.optimise.progress import Progress
@@ -30,7 +31,7 @@ class Optimisation:
 
 def optimise(
     device: Device,
-    method: str = "hybrid",
+    method: Method = "hybrid",
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,
@@ -44,7 +45,7 @@ def optimise(
     sampling = sampling_of(device, samples)
     device.compile()
     found = search.run(device, method, sampling, seed, starts, told)
-    devices = {model: device if model == device.model else Device(device.machine, model) for model in MODELS}
+    devices: dict[str, Device] = {model: device if model == device.model else Device(device.machine, model) for model in MODELS}
     start = _problem(device, sampling).reference
     result = {
         "machine": device.machine.name,

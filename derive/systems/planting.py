@@ -16,7 +16,7 @@ from sympy import Expr, S, pi
 from derive.branches import clip, wrap
 from derive.chain import Chain, ordered
 from derive.equations import Equation
-from derive.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, unit
+from derive.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, shorter, unit
 from derive.mechanics import Body, Contact, Mechanism, Part, Pin, about_pin, tangent_angle
 from derive.model import Call, Event, Let, Step, System, needed
 from derive.quantity import Quantity, Vector
@@ -114,8 +114,8 @@ class Kinematics:
             self.let(symbol, component)
         named = Vec(frame, (*symbols, *place.components[len(symbols) :]))
         self.motion.places[point] = base, named
-        drift = [sp.expand(c) for c in self.motion.drift(base, point, frame).components]
-        self.motion.rates |= dict(zip(symbols, drift, strict=False))
+        drift = shorter(self.motion.drift(base, point, frame))
+        self.motion.rates |= dict(zip(symbols, drift.components, strict=False))
 
     def hang(self, point: Point, hinge: Point) -> None:
         """Count a named place from the hinge that the point swings about, so that its motion is told from there."""
@@ -190,9 +190,10 @@ def kinematics(inner: Half) -> Kinematics:
     k.name_acceleration(A1, WORLD, (q.ax_A1, q.ay_A1))
     k.name_acceleration(B1, WORLD, (q.ax_B1, q.ay_B1))
     k.name_acceleration(A, PLANET, (q.ax_A, q.ay_A))
-    for point, symbols in ((CA, (q.x_CA, q.y_CA)), (CB, (q.x_CB, q.y_CB))):
-        for symbol, component in zip(symbols, k.motion.arm(O, point, WORLD).components, strict=False):
-            k.let(symbol, component)
+    k.name_place(CA, O, WORLD, (q.x_CA, q.y_CA))
+    k.hang(CA, A1)
+    k.name_place(CB, O, WORLD, (q.x_CB, q.y_CB))
+    k.hang(CB, B1)
     k.let(q.x_tip, displacement(B1, TIP, WORLD)[0] + q.x_B1 + q.v_f * q.phi / q.omega)
     k.let(q.y_tip, displacement(B1, TIP, WORLD)[1] + q.y_B1)
     k.let(q.S, q.S0 + q.k_s * 2 * (q.c_F[2] - displacement(A, inner.F, PLANET)[2]))

@@ -37,30 +37,30 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c18 = -delta_r0 + delta_r1
     c19 = 1 / c18
     c24 = 1 / c18**4
-    c48 = xp.sin(psi0)
-    c51 = xp.cos(psi0)
+    c50 = xp.sin(psi0)
+    c53 = xp.cos(psi0)
     # derived: roller centre, y'
     y_E = R_b
     # derived: centroid of the rocker, y'
     y_C1 = c_C1y + y_A
     # derived: centroid of the nozzle half, y'
     y_C2 = c_C2y + y_A
-    c59 = xp.cos(beta_CA)
-    c62 = xp.sin(beta_CA)
-    c73 = -y_A + y_C1
-    c75 = -y_A + y_C2
-    c78 = g * m3
-    c81 = xp.pi / 9
-    c83 = 8 * xp.pi / 9
-    c84 = xp.pi / 2
-    c85 = -c84
-    c86 = mu2 + 7 * xp.pi / 18
-    c87 = xp.cos(mu2)
-    c89 = xp.tan(mu2)
-    c94 = g * m2
+    c61 = xp.sin(beta_CA)
+    c64 = xp.cos(beta_CA)
+    c75 = -y_A + y_C1
+    c77 = -y_A + y_C2
+    c80 = g * m3
+    c83 = xp.pi / 9
+    c85 = 8 * xp.pi / 9
+    c86 = xp.pi / 2
+    c87 = -c86
+    c88 = mu2 + 7 * xp.pi / 18
+    c89 = xp.cos(mu2)
+    c91 = xp.tan(mu2)
+    c96 = g * m2
     return (
-        T1_0, c1, T2_0, c4, c5, c10, c18, c19, c24, c48, c51, y_E, c59, c62, c73, c75, c78, c81, c83, c84, c85,
-        c86, c87, c89, c94,
+        T1_0, c1, T2_0, c4, c5, c10, c18, c19, c24, c50, c53, y_E, c61, c64, c75, c77, c80, c83, c85, c86, c87,
+        c88, c89, c91, c96,
     )
 
 
@@ -114,22 +114,22 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c18 = hoisted[6]
     c19 = hoisted[7]
     c24 = hoisted[8]
-    c48 = hoisted[9]
-    c51 = hoisted[10]
+    c50 = hoisted[9]
+    c53 = hoisted[10]
     y_E = hoisted[11]  # [m] roller centre, y'
-    c59 = hoisted[12]
-    c62 = hoisted[13]
-    c73 = hoisted[14]
-    c75 = hoisted[15]
-    c78 = hoisted[16]
-    c81 = hoisted[17]
-    c83 = hoisted[18]
-    c84 = hoisted[19]
-    c85 = hoisted[20]
-    c86 = hoisted[21]
-    c87 = hoisted[22]
-    c89 = hoisted[23]
-    c94 = hoisted[24]
+    c61 = hoisted[12]
+    c64 = hoisted[13]
+    c75 = hoisted[14]
+    c77 = hoisted[15]
+    c80 = hoisted[16]
+    c83 = hoisted[17]
+    c85 = hoisted[18]
+    c86 = hoisted[19]
+    c87 = hoisted[20]
+    c88 = hoisted[21]
+    c89 = hoisted[22]
+    c91 = hoisted[23]
+    c96 = hoisted[24]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -225,31 +225,33 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     y_A1 = c44
     c45 = gamma + phi
     c46 = xp.sin(c45)
+    c47 = a2 * c46 + c43
     # derived: B1, x
-    x_B1 = -a2 * c46 - c43
-    c47 = xp.cos(c45)
+    x_B1 = -c47
+    c48 = xp.cos(c45)
+    c49 = a2 * c48 + c44
     # derived: B1, y
-    y_B1 = a2 * c47 + c44
-    c49 = xp.sin(theta1)
-    c50 = L_AE * c49
-    c52 = xp.cos(theta1)
-    c53 = L_AE * c52
-    c54 = c48 * c50 - c51 * c53
+    y_B1 = c49
+    c51 = xp.sin(theta1)
+    c52 = L_AE * c51
+    c54 = xp.cos(theta1)
+    c55 = L_AE * c54
+    c56 = c50 * c52 - c53 * c55
     # derived: roller centre, x'
-    x_E = x_A + c54
-    c55 = c48 * c53 + c50 * c51
+    x_E = x_A + c56
+    c57 = c50 * c55 + c52 * c53
     # derived: roller centre, z'
-    z_E = z_A + c55
+    z_E = z_A + c57
     # derived: spring hook, x'
-    x_F = c_Fx * c52 + c_Fz * c49 + x_A
+    x_F = c_Fx * c54 + c_Fz * c51 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c52 + c_C1z * c49 + x_A
+    x_C1 = c_C1x * c54 + c_C1z * c51 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c49 + c_C1z * c52 + z_A
+    z_C1 = -c_C1x * c51 + c_C1z * c54 + z_A
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c52 + c_C2z * c49 + x_A
+    x_C2 = c_C2x * c54 + c_C2z * c51 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c49 + c_C2z * c52 + z_A
+    z_C2 = -c_C2x * c51 + c_C2z * c54 + z_A
     # derived: acceleration of A1, x
     ax_A1 = -x_A1 * c1
     # derived: acceleration of A1, y
@@ -258,118 +260,118 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = -y_B1 * c1
-    c56 = xp.sin(alpha)
-    c57 = Omega**2
-    c58 = xp.cos(alpha)
+    c58 = xp.sin(alpha)
+    c59 = Omega**2
+    c60 = xp.cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c58 - ay_B1 * c56 - x_A * c57
+    ax_A = -Omega_dot * y_A + ax_B1 * c60 - ay_B1 * c58 - x_A * c59
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c56 + ay_B1 * c58 - y_A * c57
-    c60 = phi + phi52
-    c61 = rho_CA * xp.cos(c60)
-    c63 = rho_CA * xp.sin(c60)
+    ay_A = Omega_dot * x_A + ax_B1 * c58 + ay_B1 * c60 - y_A * c59
+    c62 = phi + phi52
+    c63 = rho_CA * xp.sin(c62)
+    c65 = xp.cos(c62)
     # derived: centroid of the middle body, x
-    x_CA = x_A1 + c59 * c61 - c62 * c63
+    x_CA = rho_CA * c64 * c65 - c43 - c61 * c63
     # derived: centroid of the middle body, y
-    y_CA = y_A1 + c59 * c63 + c61 * c62
+    y_CA = rho_CA * c61 * c65 + c44 + c63 * c64
     # derived: centroid of planet, shaft and funnel, x
-    x_CB = c_CBx * c58 + c_CBy * c56 + x_B1
+    x_CB = c_CBx * c60 + c_CBy * c58 - c47
     # derived: centroid of planet, shaft and funnel, y
-    y_CB = -c_CBx * c56 + c_CBy * c58 + y_B1
+    y_CB = -c_CBx * c58 + c_CBy * c60 + c49
     # derived: tip, x
-    x_tip = L_tip * c58 + x_B1 + phi * v_f / omega
+    x_tip = L_tip * c60 + x_B1 + phi * v_f / omega
     # derived: tip, y
-    y_tip = -L_tip * c56 + y_B1
+    y_tip = -L_tip * c58 + y_B1
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
-    c64 = psi0 + theta1
+    S = S0 + 2 * k_s * (c_Fx * c51 - c_Fz * c54 + c_Fz)
+    c66 = psi0 + theta1
     # wang2017 (1)
-    mu = xp.arctan((L_AE * dpsi_ddelta + R_b * xp.sin(c64)) / R_b / xp.cos(c64))
-    c65 = mu + mu1 - psi0 - theta1
-    c66 = xp.cos(c65)
-    c67 = xp.sin(c65)
-    c68 = -z_A + z_C1
-    c69 = -z_A + z_C2
-    c70 = -x_A + x_C1
-    c71 = -x_A + x_C2
+    mu = xp.arctan((L_AE * dpsi_ddelta + R_b * xp.sin(c66)) / R_b / xp.cos(c66))
+    c67 = mu + mu1 - psi0 - theta1
+    c68 = xp.cos(c67)
+    c69 = xp.sin(c67)
+    c70 = -z_A + z_C1
+    c71 = -z_A + z_C2
+    c72 = -x_A + x_C1
+    c73 = -x_A + x_C2
     # wang2017 (8)
     F_E = (
-        (-S * (-x_A + x_F) - ax_A * m_C1 * c68 - ax_A * m_C2 * c69 + g * m_C1 * c56 * c68 + g * m_C2 * c56 * c69 -
-        theta1_ddot * (I_C1y + I_C2y + m_C1 * (c68**2 + c70**2) + m_C2 * (c69**2 + c71**2))) / (c66 * (-x_A + x_E)
-        + c67 * (-z_A + z_E))
+        (-S * (-x_A + x_F) - ax_A * m_C1 * c70 - ax_A * m_C2 * c71 + g * m_C1 * c58 * c70 + g * m_C2 * c58 * c71 -
+        theta1_ddot * (I_C1y + I_C2y + m_C1 * (c70**2 + c72**2) + m_C2 * (c71**2 + c73**2))) / (c68 * (-x_A + x_E)
+        + c69 * (-z_A + z_E))
     )
     # wang2017 (2)
-    F_Ex = -F_E * c67
+    F_Ex = -F_E * c69
     # wang2017 (4)
-    F_Ez = F_E * c66
-    c72 = g * c56
-    c74 = theta1_dot**2 + c40
+    F_Ez = F_E * c68
+    c74 = g * c58
+    c76 = theta1_dot**2 + c40
     # wang2017 (5)
     F_Ax = (
-        -F_Ex - m_C1 * c72 + m_C1 * (ax_A - phi72_ddot * c73 + theta1_ddot * c68 - c70 * c74) - m_C2 * c72 + m_C2
-        * (ax_A - phi72_ddot * c75 + theta1_ddot * c69 - c71 * c74)
+        -F_Ex - m_C1 * c74 + m_C1 * (ax_A - phi72_ddot * c75 + theta1_ddot * c70 - c72 * c76) - m_C2 * c74 + m_C2
+        * (ax_A - phi72_ddot * c77 + theta1_ddot * c71 - c73 * c76)
     )
-    c76 = g * c58
+    c78 = g * c60
     # wang2017 (6)
     F_Ay = (
-        m_C1 * c76 + m_C1 * (ay_A + phi72_ddot * c70 - c40 * c73) + m_C2 * c76 + m_C2 * (ay_A + phi72_ddot * c71 -
-        c40 * c75)
+        m_C1 * c78 + m_C1 * (ay_A + phi72_ddot * c72 - c40 * c75) + m_C2 * c78 + m_C2 * (ay_A + phi72_ddot * c73 -
+        c40 * c77)
     )
     # wang2017 (23)
     M_T = F_Ex * y_E
-    c77 = -x_B1 + x_CB
-    c79 = -y_CB
-    c80 = -y_B1 - c79
+    c79 = -x_B1 + x_CB
+    c81 = -y_CB
+    c82 = -y_B1 - c81
     # wang2017 (20)
-    M_Q = -F_Ax * y_A - F_Ay * x_A + J_7 * phi72_ddot + M_T + m3 * (-ax_B1 * c80 + ay_B1 * c77) + c77 * c78
-    c82 = M_Q < 0
+    M_Q = -F_Ax * y_A - F_Ay * x_A + J_7 * phi72_ddot + M_T + m3 * (-ax_B1 * c82 + ay_B1 * c79) + c79 * c80
+    c84 = M_Q < 0
     # wang2017 (Q1)
-    phi_Q1 = xp.where(c82, xi2 + c81, xi2 + c83)
+    phi_Q1 = xp.where(c84, xi2 + c83, xi2 + c85)
     # wang2017 (Q2)
-    phi_Q2 = xp.where(c82, phi_Q1 + c85, phi_Q1 + c84)
-    c88 = M_Q * c87 / r7
+    phi_Q2 = xp.where(c84, phi_Q1 + c87, phi_Q1 + c86)
+    c90 = M_Q * c89 / r7
     # wang2017 (NQ)
-    F_NQ = xp.where(c82, c88 / xp.cos(xi2 - c86), c88 / xp.cos(xi2 + c86))
+    F_NQ = xp.where(c84, c90 / xp.cos(xi2 - c88), c90 / xp.cos(xi2 + c88))
     # wang2017 (fQ)
-    F_fQ = F_NQ * c89
-    c90 = phi_Q1 + c45
-    c91 = phi_Q2 + c45
+    F_fQ = F_NQ * c91
+    c92 = phi_Q1 + c45
+    c93 = phi_Q2 + c45
     # wang2017 (21)
-    F_Qx = -F_NQ * xp.sin(c90) - F_fQ * xp.sin(c91)
+    F_Qx = -F_NQ * xp.sin(c92) - F_fQ * xp.sin(c93)
     # wang2017 (22)
-    F_Qy = F_NQ * xp.cos(c90) + F_fQ * xp.cos(c91)
-    c92 = c2**2
+    F_Qy = F_NQ * xp.cos(c92) + F_fQ * xp.cos(c93)
+    c94 = c2**2
     # wang2017 (17)
-    F_B1x = F_Ax * c58 + F_Ay * c56 + F_Qx + m3 * (ax_B1 - phi72_ddot * c80 - c77 * c92)
+    F_B1x = F_Ax * c60 + F_Ay * c58 + F_Qx + m3 * (ax_B1 - phi72_ddot * c82 - c79 * c94)
     # wang2017 (18)
-    F_B1y = -F_Ax * c56 + F_Ay * c58 + F_Qy + m3 * (ay_B1 + phi72_ddot * c77 - c92 * (-x_B1 - c79)) + c78
-    c93 = -x_A1 + x_CA
-    c95 = -y_A1 + y_CA
+    F_B1y = -F_Ax * c58 + F_Ay * c60 + F_Qy + m3 * (ay_B1 + phi72_ddot * c79 - c94 * (-x_B1 - c81)) + c80
+    c95 = -x_A1 + x_CA
+    c97 = -y_A1 + y_CA
     # wang2017 (14)
-    M_P = F_Qx * r6 * c47 + F_Qy * r6 * c46 + J_56 * phi52_ddot + m2 * (-ax_A1 * c95 + ay_A1 * c93) + c93 * c94
-    c96 = M_P < 0
+    M_P = F_Qx * r6 * c48 + F_Qy * r6 * c46 + J_56 * phi52_ddot + m2 * (-ax_A1 * c97 + ay_A1 * c95) + c95 * c96
+    c98 = M_P < 0
     # wang2017 (P1)
-    phi_P1 = xp.where(c96, xi1 + c81, xi1 + c83)
+    phi_P1 = xp.where(c98, xi1 + c83, xi1 + c85)
     # wang2017 (P2)
-    phi_P2 = xp.where(c96, phi_P1 + c85, phi_P1 + c84)
-    c97 = M_P * c87 / r5
+    phi_P2 = xp.where(c98, phi_P1 + c87, phi_P1 + c86)
+    c99 = M_P * c89 / r5
     # wang2017 (NP)
-    F_NP = xp.where(c96, c97 / xp.cos(xi1 - c86), c97 / xp.cos(xi1 + c86))
+    F_NP = xp.where(c98, c99 / xp.cos(xi1 - c88), c99 / xp.cos(xi1 + c88))
     # wang2017 (fP)
-    F_fP = F_NP * c89
-    c98 = phi + phi_P1
-    c99 = phi + phi_P2
+    F_fP = F_NP * c91
+    c100 = phi + phi_P1
+    c101 = phi + phi_P2
     # wang2017 (15)
-    F_Px = -F_NP * xp.sin(c98) - F_fP * xp.sin(c99)
+    F_Px = -F_NP * xp.sin(c100) - F_fP * xp.sin(c101)
     # wang2017 (16)
-    F_Py = F_NP * xp.cos(c98) + F_fP * xp.cos(c99)
-    c100 = (omega + phi52_dot)**2
+    F_Py = F_NP * xp.cos(c100) + F_fP * xp.cos(c101)
+    c102 = (omega + phi52_dot)**2
     # wang2017 (12)
-    F_A1x = F_Px - F_Qx + m2 * (ax_A1 - phi52_ddot * c95 - c100 * c93)
+    F_A1x = F_Px - F_Qx + m2 * (ax_A1 - phi52_ddot * c97 - c102 * c95)
     # wang2017 (13)
-    F_A1y = F_Py - F_Qy + m2 * (ay_A1 + phi52_ddot * c93 - c100 * c95) + c94
+    F_A1y = F_Py - F_Qy + m2 * (ay_A1 + phi52_ddot * c95 - c102 * c97) + c96
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * (-Omega * R_b + R_b * omega + theta1_dot * c55) + F_Ez * theta1_dot * c54
+    F_E_loss = -F_Ex * (-Omega * R_b + R_b * omega + theta1_dot * c57) + F_Ez * theta1_dot * c56
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, x_P, y_P,
@@ -429,22 +431,22 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c18 = hoisted[6]
     c19 = hoisted[7]
     c24 = hoisted[8]
-    c48 = hoisted[9]
-    c51 = hoisted[10]
+    c50 = hoisted[9]
+    c53 = hoisted[10]
     y_E = hoisted[11]  # [m] roller centre, y'
-    c59 = hoisted[12]
-    c62 = hoisted[13]
-    c73 = hoisted[14]
-    c75 = hoisted[15]
-    c78 = hoisted[16]
-    c81 = hoisted[17]
-    c83 = hoisted[18]
-    c84 = hoisted[19]
-    c85 = hoisted[20]
-    c86 = hoisted[21]
-    c87 = hoisted[22]
-    c89 = hoisted[23]
-    c94 = hoisted[24]
+    c61 = hoisted[12]
+    c64 = hoisted[13]
+    c75 = hoisted[14]
+    c77 = hoisted[15]
+    c80 = hoisted[16]
+    c83 = hoisted[17]
+    c85 = hoisted[18]
+    c86 = hoisted[19]
+    c87 = hoisted[20]
+    c88 = hoisted[21]
+    c89 = hoisted[22]
+    c91 = hoisted[23]
+    c96 = hoisted[24]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -532,31 +534,33 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     y_A1 = c44
     c45 = gamma + phi
     c46 = xp.sin(c45)
+    c47 = a2 * c46 + c43
     # derived: B1, x
-    x_B1 = -a2 * c46 - c43
-    c47 = xp.cos(c45)
+    x_B1 = -c47
+    c48 = xp.cos(c45)
+    c49 = a2 * c48 + c44
     # derived: B1, y
-    y_B1 = a2 * c47 + c44
-    c49 = xp.sin(theta1)
-    c50 = L_AE * c49
-    c52 = xp.cos(theta1)
-    c53 = L_AE * c52
-    c54 = c48 * c50 - c51 * c53
+    y_B1 = c49
+    c51 = xp.sin(theta1)
+    c52 = L_AE * c51
+    c54 = xp.cos(theta1)
+    c55 = L_AE * c54
+    c56 = c50 * c52 - c53 * c55
     # derived: roller centre, x'
-    x_E = x_A + c54
-    c55 = c48 * c53 + c50 * c51
+    x_E = x_A + c56
+    c57 = c50 * c55 + c52 * c53
     # derived: roller centre, z'
-    z_E = z_A + c55
+    z_E = z_A + c57
     # derived: spring hook, x'
-    x_F = c_Fx * c52 + c_Fz * c49 + x_A
+    x_F = c_Fx * c54 + c_Fz * c51 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c52 + c_C1z * c49 + x_A
+    x_C1 = c_C1x * c54 + c_C1z * c51 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c49 + c_C1z * c52 + z_A
+    z_C1 = -c_C1x * c51 + c_C1z * c54 + z_A
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c52 + c_C2z * c49 + x_A
+    x_C2 = c_C2x * c54 + c_C2z * c51 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c49 + c_C2z * c52 + z_A
+    z_C2 = -c_C2x * c51 + c_C2z * c54 + z_A
     # derived: acceleration of A1, x
     ax_A1 = -x_A1 * c1
     # derived: acceleration of A1, y
@@ -565,84 +569,84 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = -y_B1 * c1
-    c56 = xp.sin(alpha)
-    c57 = Omega**2
-    c58 = xp.cos(alpha)
+    c58 = xp.sin(alpha)
+    c59 = Omega**2
+    c60 = xp.cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c58 - ay_B1 * c56 - x_A * c57
+    ax_A = -Omega_dot * y_A + ax_B1 * c60 - ay_B1 * c58 - x_A * c59
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c56 + ay_B1 * c58 - y_A * c57
-    c60 = phi + phi52
-    c61 = rho_CA * xp.cos(c60)
-    c63 = rho_CA * xp.sin(c60)
+    ay_A = Omega_dot * x_A + ax_B1 * c58 + ay_B1 * c60 - y_A * c59
+    c62 = phi + phi52
+    c63 = rho_CA * xp.sin(c62)
+    c65 = xp.cos(c62)
     # derived: centroid of the middle body, x
-    x_CA = x_A1 + c59 * c61 - c62 * c63
+    x_CA = rho_CA * c64 * c65 - c43 - c61 * c63
     # derived: centroid of the middle body, y
-    y_CA = y_A1 + c59 * c63 + c61 * c62
+    y_CA = rho_CA * c61 * c65 + c44 + c63 * c64
     # derived: centroid of planet, shaft and funnel, x
-    x_CB = c_CBx * c58 + c_CBy * c56 + x_B1
+    x_CB = c_CBx * c60 + c_CBy * c58 - c47
     # derived: centroid of planet, shaft and funnel, y
-    y_CB = -c_CBx * c56 + c_CBy * c58 + y_B1
+    y_CB = -c_CBx * c58 + c_CBy * c60 + c49
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c49 - c_Fz * c52 + c_Fz)
-    c64 = psi0 + theta1
+    S = S0 + 2 * k_s * (c_Fx * c51 - c_Fz * c54 + c_Fz)
+    c66 = psi0 + theta1
     # wang2017 (1)
-    mu = xp.arctan((L_AE * dpsi_ddelta + R_b * xp.sin(c64)) / R_b / xp.cos(c64))
-    c65 = mu + mu1 - psi0 - theta1
-    c66 = xp.cos(c65)
-    c67 = xp.sin(c65)
-    c68 = -z_A + z_C1
-    c69 = -z_A + z_C2
-    c70 = -x_A + x_C1
-    c71 = -x_A + x_C2
+    mu = xp.arctan((L_AE * dpsi_ddelta + R_b * xp.sin(c66)) / R_b / xp.cos(c66))
+    c67 = mu + mu1 - psi0 - theta1
+    c68 = xp.cos(c67)
+    c69 = xp.sin(c67)
+    c70 = -z_A + z_C1
+    c71 = -z_A + z_C2
+    c72 = -x_A + x_C1
+    c73 = -x_A + x_C2
     # wang2017 (8)
     F_E = (
-        (-S * (-x_A + x_F) - ax_A * m_C1 * c68 - ax_A * m_C2 * c69 + g * m_C1 * c56 * c68 + g * m_C2 * c56 * c69 -
-        theta1_ddot * (I_C1y + I_C2y + m_C1 * (c68**2 + c70**2) + m_C2 * (c69**2 + c71**2))) / (c66 * (-x_A + x_E)
-        + c67 * (-z_A + z_E))
+        (-S * (-x_A + x_F) - ax_A * m_C1 * c70 - ax_A * m_C2 * c71 + g * m_C1 * c58 * c70 + g * m_C2 * c58 * c71 -
+        theta1_ddot * (I_C1y + I_C2y + m_C1 * (c70**2 + c72**2) + m_C2 * (c71**2 + c73**2))) / (c68 * (-x_A + x_E)
+        + c69 * (-z_A + z_E))
     )
     # wang2017 (2)
-    F_Ex = -F_E * c67
-    c72 = g * c56
-    c74 = theta1_dot**2 + c40
+    F_Ex = -F_E * c69
+    c74 = g * c58
+    c76 = theta1_dot**2 + c40
     # wang2017 (5)
     F_Ax = (
-        -F_Ex - m_C1 * c72 + m_C1 * (ax_A - phi72_ddot * c73 + theta1_ddot * c68 - c70 * c74) - m_C2 * c72 + m_C2
-        * (ax_A - phi72_ddot * c75 + theta1_ddot * c69 - c71 * c74)
+        -F_Ex - m_C1 * c74 + m_C1 * (ax_A - phi72_ddot * c75 + theta1_ddot * c70 - c72 * c76) - m_C2 * c74 + m_C2
+        * (ax_A - phi72_ddot * c77 + theta1_ddot * c71 - c73 * c76)
     )
-    c76 = g * c58
+    c78 = g * c60
     # wang2017 (6)
     F_Ay = (
-        m_C1 * c76 + m_C1 * (ay_A + phi72_ddot * c70 - c40 * c73) + m_C2 * c76 + m_C2 * (ay_A + phi72_ddot * c71 -
-        c40 * c75)
+        m_C1 * c78 + m_C1 * (ay_A + phi72_ddot * c72 - c40 * c75) + m_C2 * c78 + m_C2 * (ay_A + phi72_ddot * c73 -
+        c40 * c77)
     )
     # wang2017 (23)
     M_T = F_Ex * y_E
-    c77 = -x_B1 + x_CB
-    c79 = -y_CB
-    c80 = -y_B1 - c79
+    c79 = -x_B1 + x_CB
+    c81 = -y_CB
+    c82 = -y_B1 - c81
     # wang2017 (20)
-    M_Q = -F_Ax * y_A - F_Ay * x_A + J_7 * phi72_ddot + M_T + m3 * (-ax_B1 * c80 + ay_B1 * c77) + c77 * c78
-    c82 = M_Q < 0
+    M_Q = -F_Ax * y_A - F_Ay * x_A + J_7 * phi72_ddot + M_T + m3 * (-ax_B1 * c82 + ay_B1 * c79) + c79 * c80
+    c84 = M_Q < 0
     # wang2017 (Q1)
-    phi_Q1 = xp.where(c82, xi2 + c81, xi2 + c83)
+    phi_Q1 = xp.where(c84, xi2 + c83, xi2 + c85)
     # wang2017 (Q2)
-    phi_Q2 = xp.where(c82, phi_Q1 + c85, phi_Q1 + c84)
-    c88 = M_Q * c87 / r7
+    phi_Q2 = xp.where(c84, phi_Q1 + c87, phi_Q1 + c86)
+    c90 = M_Q * c89 / r7
     # wang2017 (NQ)
-    F_NQ = xp.where(c82, c88 / xp.cos(xi2 - c86), c88 / xp.cos(xi2 + c86))
+    F_NQ = xp.where(c84, c90 / xp.cos(xi2 - c88), c90 / xp.cos(xi2 + c88))
     # wang2017 (fQ)
-    F_fQ = F_NQ * c89
-    c90 = phi_Q1 + c45
-    c91 = phi_Q2 + c45
+    F_fQ = F_NQ * c91
+    c92 = phi_Q1 + c45
+    c93 = phi_Q2 + c45
     # wang2017 (21)
-    F_Qx = -F_NQ * xp.sin(c90) - F_fQ * xp.sin(c91)
+    F_Qx = -F_NQ * xp.sin(c92) - F_fQ * xp.sin(c93)
     # wang2017 (22)
-    F_Qy = F_NQ * xp.cos(c90) + F_fQ * xp.cos(c91)
-    c93 = -x_A1 + x_CA
-    c95 = -y_A1 + y_CA
+    F_Qy = F_NQ * xp.cos(c92) + F_fQ * xp.cos(c93)
+    c95 = -x_A1 + x_CA
+    c97 = -y_A1 + y_CA
     # wang2017 (14)
-    M_P = F_Qx * r6 * c47 + F_Qy * r6 * c46 + J_56 * phi52_ddot + m2 * (-ax_A1 * c95 + ay_A1 * c93) + c93 * c94
+    M_P = F_Qx * r6 * c48 + F_Qy * r6 * c46 + J_56 * phi52_ddot + m2 * (-ax_A1 * c97 + ay_A1 * c95) + c95 * c96
     # joint: gear 3, t = 0
     g0 = t1
     # joint: gear 3, t = pi/m
