@@ -226,14 +226,21 @@ class Contact:
     pressure_angle: Expr
     friction: Expr
 
+    def normal(self, bearing: int) -> Expr:
+        """Direction of the normal force on the inner gear, from its radius vector: into the gear."""
+        return self.tangent + self.pressure_angle if bearing > 0 else self.tangent + sp.pi - self.pressure_angle
+
+    def across(self, bearing: int) -> Expr:
+        """Direction of friction on the inner gear, from its radius vector: outwards."""
+        return self.normal(bearing) - bearing * sp.pi / 2
+
     def flank(self, bearing: int) -> tuple[Expr, Expr, Expr]:
         """Force on the inner gear per normal force, on the flank that turns the outer one with (+1) or against it (-1).
 
         The normal makes the pressure angle with the tangent and points into the inner gear; friction is perpendicular
         to it, outwards.
         """
-        normal = self.tangent + self.pressure_angle if bearing > 0 else self.tangent + sp.pi - self.pressure_angle
-        across = normal - bearing * sp.pi / 2
+        normal, across = self.normal(bearing), self.across(bearing)
         drag = sp.tan(self.friction)
         return sp.cos(normal) + drag * sp.cos(across), sp.sin(normal) + drag * sp.sin(across), S.Zero
 

@@ -94,6 +94,7 @@ class Device:
 
     def __init__(self, machine: Machine, model: Model = "exact") -> None:
         self.machine, self.model = machine, model
+        self.compiled = False
         self.sidecar = emitted.sidecar(f"planting_{model}")
         vectors = self.sidecar["vectors"]
         families = [
@@ -129,6 +130,7 @@ class Device:
         """Run what an optimiser calls again and again in machine code, where there is a C compiler."""
         for kernel in (self._support, self._slopes, self._hessian_sum):
             kernel.compile()
+        self.compiled = True
 
     @property
     def size(self) -> int:

@@ -175,9 +175,7 @@ class Machine(Section):
             if not _ORIGIN.match(text):
                 raise refused(entry, text, "it must start with paper, assumed, calibrated or measured")
         if "default" not in origins:
-            raise lacking(
-                "default", "it must say where the numbers come from that have no entry of their own"
-            )
+            raise lacking("default", "it must say where the numbers come from that have no entry of their own")
         return origins
 
     @model_validator(mode="after")
@@ -230,9 +228,7 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Ma
 
 def built_in() -> list[str]:
     """Names of the machines that come with the package, sorted."""
-    return sorted(
-        file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml")
-    )
+    return sorted(file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml"))
 
 
 def example_text(name: str) -> str:

@@ -45,7 +45,9 @@ def optimise(
     sampling = sampling_of(device, samples)
     device.compile()
     found = search.run(device, method, sampling, seed, starts, told)
-    devices: dict[str, Device] = {model: device if model == device.model else Device(device.machine, model) for model in MODELS}
+    devices: dict[str, Device] = {
+        model: device if model == device.model else Device(device.machine, model) for model in MODELS
+    }
     start = _problem(device, sampling).reference
     result = {
         "machine": device.machine.name,

@@ -91,9 +91,7 @@ class Inertia(Section):
         for key in ("C1_centroidal_xx_yy_zz_kg_m2", "C2_centroidal_xx_yy_zz_kg_m2"):
             tensor: tuple[float, float, float] = getattr(self, key)
             if 2 * max(tensor) > sum(tensor) * (1 + _ROUNDING):
-                raise refused(
-                    key, tensor, "it must be a body's: none of the three may exceed the sum of the other two"
-                )
+                raise refused(key, tensor, "it must be a body's: none of the three may exceed the sum of the other two")
         return self
 
 

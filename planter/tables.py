@@ -69,15 +69,14 @@ def optimisation(console: Console, result: Result) -> None:
         note = "without effect" if name in free else f"at its {bounds[name]} bound" if name in bounds else ""
         rows.append((name, start, result["design"][name], units.unit(name), note))
     console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
-    rows = [
+    values = [
         ("objective (31)", result["start_objective"], result["objective"], ""),
         ("range", result["start_range_N"], result["range_N"], "N"),
         ("variance", result["start_variance_N2"], result["variance_N2"], "N2"),
     ]
-    console.table("Support force", ("", "start", "optimum", "unit"), rows)
-    cross = result["cross"]
-    rows = [(model, cross[model]["start"], cross[model]["optimum"]) for model in cross]
-    console.table("Objective of both designs in both models", ("model", "start", "optimum"), rows)
+    console.table("Support force", ("", "start", "optimum", "unit"), values)
+    scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
+    console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     certificate(console, result)
 
 

@@ -14,19 +14,11 @@ from derive.systems.planting_quantities import *
 
 PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006")
 
-mu = PAPER.symbol("mu", "rad", "pressure angle of the end-face cam")
 psi = PAPER.symbol("psi", "rad", "angle of the rocker")
 F_Fz = PAPER.symbol("F_Fz", "N", "force of the spring on the inner half, z'")
 J_C1y = PAPER.symbol("J_C1y", "kg m2", "moment of inertia of the rocker about the hinge")
 J_C2y = PAPER.symbol("J_C2y", "kg m2", "moment of inertia of the nozzle half about the hinge")
 x_CO = PAPER.symbol("x_CO", "m", "centroid of the sun, x")
-M_T = PAPER.symbol("M_T", "N m", "resisting moment of the rocker on the end-face cam")
-phi_P1 = PAPER.symbol("phi_P1", "rad", "direction of the normal force at P, from the radius vector")
-phi_P2 = PAPER.symbol("phi_P2", "rad", "direction of the friction force at P, from the radius vector")
-phi_Q1 = PAPER.symbol("phi_Q1", "rad", "direction of the normal force at Q, from the radius vector")
-phi_Q2 = PAPER.symbol("phi_Q2", "rad", "direction of the friction force at Q, from the radius vector")
-F_fP = PAPER.symbol("F_fP", "N", "friction force at P")
-F_fQ = PAPER.symbol("F_fQ", "N", "friction force at Q")
 
 F_Px2, F_Py2, x_P2, y_P2, M_T2 = (twin(s) for s in (F_Px, F_Py, x_P, y_P, M_T))
 F_A1x2, F_A1y2, F_B1x2, F_B1y2, F_B1z2 = (twin(s) for s in (F_A1x, F_A1y, F_B1x, F_B1y, F_B1z))

@@ -56,6 +56,9 @@ Q = Point("Q", A1, Vec(LINE2, (q.r6, S.Zero, S.Zero)))
 A = Point("A", B1, Vec(PLANET, (q.x_A, q.y_A, q.z_A)))
 TIP = Point("tip", B1, Vec(PLANET, (q.L_tip, S.Zero, S.Zero)))
 
+CONTACT_P = Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2)
+CONTACT_Q = Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2)
+
 
 def cam_law(delta: Expr) -> Expr:
     """Swing over the cam angle: a 4-5-6-7 polynomial rise and fall (Norton, Cam Design, 2009)."""
@@ -236,9 +239,9 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     outer = mech.add(Body("outer half", outer_half.frame, outer_half.parts, Pin(opposite, PLANET)))
 
     across, pull = unit(PLANET, hinge_axis), Vec(PLANET, (S.Zero, S.Zero, q.S))
-    mech.mesh("P", sun, middle, Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2))
+    mech.mesh("P", sun, middle, CONTACT_P)
     mech.joint("F_A1", middle, carrier, A1, WORLD, free=Z)
-    mech.mesh("Q", middle, planet, Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2))
+    mech.mesh("Q", middle, planet, CONTACT_Q)
     mech.joint("F_B1", planet, carrier, B1, WORLD, free=Z)
     mech.joint("F_A", inner, planet, hinge, PLANET, free=hinge_axis)
     mech.joint("F_Ao", outer, planet, opposite, PLANET, free=hinge_axis)

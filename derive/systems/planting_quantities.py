@@ -181,6 +181,16 @@ M_L = _reaction("M_L", "N m", "torque of the motor on the carrier")
 F_support = _reaction("F_support", "N", "vertical force of the frame on sun and carrier", "support_N")
 F_support_x = _reaction("F_support_x", "N", "horizontal force of the frame on sun and carrier", "support_x_N")
 
+# Quantities between these that the paper names.
+mu = _reaction("mu", "rad", "pressure angle of the end-face cam")
+M_T = _reaction("M_T", "N m", "resisting moment of the rocker on the end-face cam")
+phi_P1 = _reaction("phi_P1", "rad", "direction of the normal force at P, from the radius vector")
+phi_P2 = _reaction("phi_P2", "rad", "direction of the friction force at P, from the radius vector")
+phi_Q1 = _reaction("phi_Q1", "rad", "direction of the normal force at Q, from the radius vector")
+phi_Q2 = _reaction("phi_Q2", "rad", "direction of the friction force at Q, from the radius vector")
+F_fP = _reaction("F_fP", "N", "friction force at P")
+F_fQ = _reaction("F_fQ", "N", "friction force at Q")
+
 REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
             F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1)  # fmt: skip
 """What every model reports of one side."""

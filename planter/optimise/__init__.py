@@ -33,11 +33,11 @@ def run(
 ) -> Result:
     """The best design of a device within its bounds, with its certificate.
 
-    `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts` is
-    the number of IPOPT's starts, `progress` is told how far the search is.
+    `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts`
+    is the number of IPOPT's starts, `progress` is told how far the search is.
 
-    Raises InputError for an unknown method; on KeyboardInterrupt `planter.optimise.result.Interrupted`, whose `best` is the
-    result so far.
+    Raises InputError for an unknown method; on KeyboardInterrupt `planter.optimise.result.Interrupted`, whose `best`
+    is the result so far.
     """
     from planter.optimise import hybrid
 
@@ -45,7 +45,7 @@ def run(
 
 
 def sensitivity(device: Device, x: Array, samples: int) -> dict[str, Any]:
-    """`effective_parameters` and `insensitive`, [[{name: weight}, ...], ...], of the support-force curve at design x (p,)."""
+    """`effective_parameters` and `insensitive` of the support-force curve at design x (p,), ready for JSON."""
     from planter.optimise import directions
     from planter.optimise.response import Planting
 
@@ -54,7 +54,7 @@ def sensitivity(device: Device, x: Array, samples: int) -> dict[str, Any]:
 
 
 def front(device: Device, samples: Sampling | None = None, points: int = 15) -> list[Compromise]:
-    """The Pareto front of range against variance, from least variance to least range."""
+    """The Pareto front of range against variance, from least range to least variance."""
     from planter.optimise import pareto
 
     return pareto.front(device, samples, points)

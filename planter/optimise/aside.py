@@ -1,8 +1,9 @@
 """The starts of a hybrid run in a second process, while the genetic algorithm runs in the first.
 
-The process is `python -m planter.optimise.aside`: it is told the machine and the task as JSON, and writes one line of JSON
-for each minimum as it is found, so nothing depends on what the main module is, and nothing is lost when it is stopped.
-Numbers pass as text that reads back to the same bits; the minima are those that the first process would find.
+The process is `python -m planter.optimise.aside`: it is told the machine and the task as JSON, and writes one line of
+JSON for each minimum as it is found, so nothing depends on what the main module is, and nothing is lost when it is
+stopped. Numbers pass as text that reads back to the same bits; the minima are those that the first process would
+find.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ class Aside:
 
     def __init__(self, device: Device, sampling: Sampling, seed: int, starts: int) -> None:
         self.starts = starts
-        task = {"machine": device.machine.table(), "model": device.model, "compiled": getattr(device, "compiled", False),
-                "sampling": sampling, "seed": seed, "starts": starts}  # fmt: skip
-        self._lines: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8")
+        task = {"machine": device.machine.table(), "model": device.model, "sampling": sampling, "seed": seed,
+                "starts": starts, "compiled": device.compiled}  # fmt: skip
+        self._lines: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
         paths = [path or os.getcwd() for path in sys.path]
         self._process = subprocess.Popen(
             [sys.executable, "-m", "planter.optimise.aside"], stdin=subprocess.PIPE, stdout=self._lines,
@@ -70,9 +71,9 @@ class Aside:
     def so_far(self) -> Report:
         """The minima found until now."""
         self._lines.seek(0)
-        lines = [json.loads(line) for line in self._lines if line.endswith("\n")]
+        lines = [json.loads(line) for line in self._lines if line.startswith("{") and line.endswith("\n")]
         minima = [_minimum(line) for line in lines]
-        last = lines[-1] if lines else {"counts": asdict(Counts()), "history": []}
+        last: dict[str, Any] = lines[-1] if lines else {"counts": asdict(Counts()), "history": []}
         return Report(minima, Counts(**last["counts"]), [(int(n), float(value)) for n, value in last["history"]])
 
 

@@ -1,15 +1,15 @@
 """Is a point optimal? Karush, Kuhn and Tucker's conditions of a minimax problem in a box, checked without a solver.
 
 With s = spread(variance) the objective is weight_range (max f - min f) + s. At a local minimum u in [0, 1]^p there are
-shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum, summing to weight_range each,
-multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that sits on a joint, such that
+shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum, summing to weight_range
+each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that sits on a joint, with
 
     s_u + kinks' theta + upper_u' mu - lower_u' nu - z_lower + z_upper = 0,
     mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower u = 0,  z_upper (1 - u) = 0.
 
-A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share in the
-variance: zero lies in Clarke's subdifferential (Clarke, Optimization and Nonsmooth Analysis, 1983, 2.3). Where nothing sits
-on a joint this is the usual KKT point of the epigraph form.
+A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share
+in the variance: zero lies in the sum of Clarke's subdifferentials (Clarke, Optimization and Nonsmooth Analysis, 1983,
+2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from planter.kernels import Array
-from planter.optimise.conditions import Conditions
+from planter.optimise.arrays import Integers
 from planter.optimise.problem import Problem
 
 ACTIVE = 1e-6
-"""Rows this close to an extreme, as a share of the range, and bounds this close, as a share of the box, may carry multipliers."""
+"""Rows this close to an extreme, as a share of the range, may carry multipliers; bounds as a share of the box."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def _rate(problem: Problem, u: Array) -> float:
     return problem.objective.spread(problem.turn.look(problem.design(u)).variance)[1]
 
 
-def _spread(values: Array, places: Array, size: int) -> Array:
+def _spread(values: Array, places: Integers, size: int) -> Array:
     full = np.zeros(size)
     full[places] = values
     return full

@@ -25,7 +25,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Values:
-    """Variance, the force in the rows that bound the maximum (a,) and the minimum (b,), and what is held in bounds (k,)."""
+    """Variance, the force in the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
 
     variance: float
     upper: Array
@@ -53,6 +53,9 @@ class Local(Protocol):
     def bounds(self) -> Array: ...
 
     def look(self, x: Array) -> Look: ...
+
+    def grown(self, x: Array, high: float, low: float) -> Local:
+        """With the rows that are missing if the force at x is to stay within [low, high] [N]."""
 
     def values(self, x: Array) -> Values: ...
 

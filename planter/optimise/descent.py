@@ -1,16 +1,23 @@
-"""A local minimum from one start: IPOPT on a set of rows that is complete when it ends, on a kink where that is needed.
+"""A local minimum from one start: IPOPT on a set of rows that is complete when it ends, kinks taken exactly.
 
-1. Rows. IPOPT solves the epigraph form on the rows in hand. Samples that violate t_max or t_min join the rows until none
-   does; true extremes are asked for anew, and if the last windows hide none, the rows are complete.
-2. Kinks. A sampled objective has a kink in x wherever a joint of order 1 passes a sample. IPOPT works with the one-sided
-   derivatives of the side it is on, which are exact, and most optima lie on no kink. If it stalls beside one, the sample
-   is pinned on the joint, which makes the problem smooth again, and solved for there. The certificate then decides with
-   both one-sided gradients: if zero is not in Clarke's subdifferential, the best point found stands, with its residual.
+Rows. IPOPT solves the epigraph form on the rows in hand. Samples that turn out to violate t_max or t_min join the
+rows, until none does. True extremes are asked for anew in windows, which hide none; a second round is needed only
+where two peaks of one window change places at the optimum.
+
+Kinks. A sampled objective has one in x wherever a joint of order 1 passes a sample. IPOPT first ignores them: it
+works with the one-sided derivatives of the side it is on, and where the optimum lies on no kink that is all. Where
+the certificate does not pass what it found, the search goes on from cell to cell, a cell being where every joint
+stays between its two samples and everything is smooth:
+
+1. solve within the cell;
+2. if joints end at walls, pin them on their samples and solve on the kink; if zero is in Clarke's subdifferential,
+   stop;
+3. else cross those walls, as long as the objective falls.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,18 +27,19 @@ from planter.optimise.conditions import Local
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
-from planter.optimise.samples import SampledRows, Samples
+from planter.optimise.samples import MARGIN, Hold, SampledRows, Samples
 
-ROUNDS = 12
-"""Most times that rows are added, or pins."""
+MOST_ITERATIONS = 60
+ROUNDS, CELLS = 12, 100
+"""Most times that rows are added, and most cells that are visited."""
 VIOLATED = 1e-9
 """A row violates an extreme if it exceeds it by more than this share of the range."""
 STATIONARY = 1e-6
-"""Residual of the certificate at which a point counts as optimal."""
-BESIDE = 1e-4
-"""How near to a sample a joint must be for the sample to be pinned on it [rad]."""
+"""Residual of the certificate below which a point counts as optimal."""
+FALLS = 1e-12
+"""The objective falls if it does by more than this share of that of the machine's own design."""
 SNAPS = (0.0, 1e-7, 1e-5, 1e-3)
-"""Coordinates this close to their bounds, as a share of the box, are set onto them if the point is the better for it."""
+"""Coordinates this close to their bounds, as a share of the box, are set onto them if that makes a better point."""
 
 
 @dataclass(frozen=True)
@@ -47,51 +55,78 @@ class Minimum:
     def stationary(self) -> bool:
         return self.residual < STATIONARY
 
+    @property
+    def objective(self) -> float:
+        return self.evaluation.objective
 
-def descend(problem: Problem, start: Array, most_iterations: int = 100) -> Minimum:
-    """The local minimum reached from a point u (p,) of the box."""
+    def after(self, earlier: Minimum) -> Minimum:
+        """With the iterations that went before."""
+        return replace(self, iterations=self.iterations + earlier.iterations)
+
+
+def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS) -> Minimum:
+    """The local minimum reached from a point u (p,) of the box; `most_iterations` limits each of IPOPT's runs."""
     found = _complete(problem, start, problem.turn.local(problem.design(start)), most_iterations)
     if found.stationary or not isinstance(problem.turn, Samples):
         return found
-    return _on_kinks(problem, problem.turn, found, most_iterations)
+    return _through_cells(problem, problem.turn, found, most_iterations)
 
 
 def _complete(problem: Problem, start: Array, local: Local, most_iterations: int) -> Minimum:
-    """Solved with rows added until no other row of the turn exceeds the bounds on the force."""
-    u, iterations, best = start, 0, None
+    """Solved with rows added until no other exceeds the bounds on the force."""
+    u, iterations, found = start, 0, []
     for _ in range(ROUNDS):
         programme = Epigraph(problem, local, u)
         solution = ipopt.solve(programme, programme.start, most_iterations)
         iterations += solution.iterations
         u = problem.point(np.clip(solution.z[:-2], 0, 1))
-        found = _minimum(problem, u, iterations)
-        if best is None or found.evaluation.objective < best.evaluation.objective or found.stationary:
-            best = Minimum(found.u, found.evaluation, found.residual, iterations)
-        grown = _grown(problem, local, found, solution.z[-2:] * programme.unit + programme.level)
-        if found.stationary or grown is None:
+        found.append(_minimum(problem, u, iterations))
+        high = programme.level + programme.unit * (float(solution.z[-2]) + VIOLATED)
+        low = programme.level + programme.unit * (float(solution.z[-1]) - VIOLATED)
+        force, on_samples = found[-1].evaluation, isinstance(local, SampledRows)
+        complete = force.max_N <= high and force.min_N >= low
+        if found[-1].stationary or (complete if solution.converged else on_samples):
             break
-        local = grown
-    assert best is not None
-    return best
+        local = local.grown(problem.design(u), high, low)
+    best = min(found, key=lambda minimum: (not minimum.stationary, minimum.objective))
+    return replace(best, iterations=iterations)
 
 
-def _grown(problem: Problem, local: Local, found: Minimum, ends: Array) -> Local | None:
-    """The rows with those added that a solution violates; None if there are none."""
-    x = problem.design(found.u)
-    margin = VIOLATED * problem.reference.range_N
-    above, below = found.evaluation.max_N > ends[0] + margin, found.evaluation.min_N < ends[1] - margin
-    if not (above or below):
-        return None
-    if not isinstance(local, SampledRows):
-        return problem.turn.local(x)
-    upper, lower = local.beyond(x, ends[0] + margin, ends[1] - margin)
-    return local.grown(upper, lower)
+def _through_cells(problem: Problem, turn: Samples, found: Minimum, most_iterations: int) -> Minimum:
+    """From cell to cell until a minimum inside one or on a kink is found, or the objective falls no more."""
+
+    def solved(minimum: Minimum, holds: list[Hold]) -> Minimum:
+        local = turn.local(problem.design(minimum.u)).held(tuple(holds))
+        return _complete(problem, minimum.u, local, most_iterations).after(minimum)
+
+    here = solved(found, [turn.wall(pin, distance) for pin, distance in turn.near(problem.design(found.u))])
+    for _ in range(CELLS):
+        near = turn.near(problem.design(here.u))
+        touching = [i for i, (_, distance) in enumerate(near) if abs(distance) < 2 * MARGIN]
+        if here.stationary or not touching:
+            break
+        walls = [turn.wall(pin, distance) for pin, distance in near]
+        on_kink = solved(here, [near[i][0] if i in touching else wall for i, wall in enumerate(walls)])
+        if on_kink.stationary:
+            return on_kink
+        across = [turn.wall(pin, -distance) for pin, distance in near]
+        limit, spent = here.objective - FALLS * problem.scale, replace(here, iterations=on_kink.iterations)
+        crossed = (solved(spent, [across[i] if i in choice else wall for i, wall in enumerate(walls)])
+                   for choice in _choices(touching))  # fmt: skip
+        following = next((minimum for minimum in crossed if minimum.objective < limit), None)
+        if following is None:
+            break
+        here = following
+    return min(found, here, key=lambda minimum: (not minimum.stationary, minimum.objective))
+
+
+def _choices(touching: list[int]) -> list[list[int]]:
+    """Which walls to cross: all that are touched, else one alone."""
+    return [touching, *([i] for i in touching)] if len(touching) > 1 else [touching]
 
 
 def _minimum(problem: Problem, u: Array, iterations: int) -> Minimum:
-    """A point, with coordinates beside their bounds set onto them: an interior-point method never quite reaches those."""
+    """A point, with coordinates beside their bounds set onto them: an interior point is never quite there."""
     points = {p.tobytes(): p for p in (np.where(u < s, 0.0, np.where(u > 1 - s, 1.0, u)) for s in SNAPS)}
-    found = [
-        Minimum(p, problem.evaluate(p), certificate.kkt_residual(problem, p), iterations) for p in points.values()
-    ]
-    return min(found, key=lambda m: (not m.stationary, m.evaluation.objective))
+    found = [Minimum(p, problem.evaluate(p), certificate.kkt_residual(problem, p), iterations) for p in points.values()]
+    return min(found, key=lambda minimum: (not minimum.stationary, minimum.objective))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planter.kernels import Array
+from planter.optimise.arrays import Flags
 from planter.optimise.response import Response
 
 THRESHOLD = 1e-10
@@ -20,13 +20,13 @@ NEGLIGIBLE = 1e-6
 class Insensitive:
     """Numerical rank of the curve's Jacobian, and its null space.
 
-    `effective_parameters` is the rank; `directions` spans the null space, each {name: weight} in parts of the box width
-    with the largest weight 1; `zero` (p,) marks parameters that have no effect alone.
+    `effective_parameters` is the rank; `directions` spans the null space, each {name: weight} in parts of the box
+    width with the largest weight 1; `zero` (p,) marks parameters that have no effect alone.
     """
 
     effective_parameters: int
     directions: list[dict[str, float]]
-    zero: NDArray[np.bool_]
+    zero: Flags
 
     @property
     def named(self) -> list[list[dict[str, float]]]:
@@ -37,8 +37,8 @@ class Insensitive:
 def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
     """Rank and null space of the Jacobian of the support-force curve in the design parameters.
 
-    The curve is taken at `samples` angles of a turn at design x (p,) [SI]; columns are multiplied by the box width; the
-    threshold is 1e-10 of the largest singular value.
+    The curve is taken at `samples` angles of a turn at design x (p,) [SI]; columns are multiplied by the box width;
+    the threshold is 1e-10 of the largest singular value.
     """
     phi = 2 * np.pi * np.arange(samples) / samples
     slopes = response.support_slopes(response.prologue(x), np.mod(phi, response.period))[1]
@@ -46,11 +46,11 @@ def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
     _, values, right = np.linalg.svd(columns, full_matrices=True)
     limit = THRESHOLD * values[0]
     rank = int((values > limit).sum())
-    zero = np.linalg.norm(columns, axis=0) <= limit
+    zero: Flags = np.linalg.norm(columns, axis=0) <= limit
     return Insensitive(rank, _directions(response.names, right[rank:], zero), zero)
 
 
-def _directions(names: tuple[str, ...], space: Array, zero: NDArray[np.bool_]) -> list[dict[str, float]]:
+def _directions(names: tuple[str, ...], space: Array, zero: Flags) -> list[dict[str, float]]:
     """A basis of the null space that is easy to read: single parameters first, then reduced combinations."""
     single: list[dict[str, float]] = [{names[j]: 1.0} for j in np.flatnonzero(zero)]
     mixed = _reduced(np.where(zero, 0.0, space), len(space) - len(single))
@@ -61,7 +61,7 @@ def _reduced(space: Array, count: int) -> list[Array]:
     """The first `count` rows of the echelon form with complete pivoting, each scaled to a largest weight of 1."""
     rows = space.copy()
     for i in range(count):
-        pivot, column = np.unravel_index(np.abs(rows[i:]).argmax(), rows[i:].shape)
+        pivot, column = (int(k) for k in np.unravel_index(np.abs(rows[i:]).argmax(), rows[i:].shape))
         rows[[i, i + pivot]] = rows[[i + pivot, i]]
         rows[i] /= rows[i, column]
         others = np.arange(len(rows)) != i

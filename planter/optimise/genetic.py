@@ -2,8 +2,8 @@
 
 Each free parameter is a binary number of `bits_per_variable` digits over its box. A generation draws `selection_ratio`
 times the population as offspring, by binary tournament, single-point crossover and bit flips; they replace all but the
-best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the settings; the tournament, the
-single point and the plain binary code are our reading.
+best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the settings; the tournament,
+the single point and the plain binary code are our reading.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def _reinsertion(elite: int) -> Any:
     from pymoo.algorithms.soo.nonconvex.ga import FitnessSurvival
     from pymoo.core.population import Population
 
-    class Reinsertion(FitnessSurvival):  # type: ignore[misc]
+    class Reinsertion(FitnessSurvival):
         def _do(self, problem: Any, pop: Any, n_survive: int | None = None, **rest: Any) -> Any:
             parents, offspring = pop[:n_survive], pop[n_survive:]
             if len(offspring):

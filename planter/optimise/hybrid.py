@@ -1,5 +1,5 @@
-"""The three methods: `ga`, `ipopt`, and `hybrid`, which runs both as they are, polishes the best individuals by IPOPT and
-returns the best of all, so that it is never worse than either alone at the same seed.
+"""The three methods: `ga`, `ipopt`, and `hybrid`, which runs both as they are, polishes the best individuals by IPOPT
+and returns the best of all, so that it is never worse than either alone at the same seed.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from planter.kernels import Array
 from planter.optimise import genetic
 from planter.optimise.aside import Aside, Report
 from planter.optimise.descent import Minimum, descend
+from planter.optimise.genetic import Individual
 from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem, Sampling
 from planter.optimise.progress import Progress
 from planter.optimise.response import Planting, Response
-from planter.optimise.genetic import Individual
 from planter.optimise.result import Found, Interrupted, Result, result
 from planter.optimise.starts import DEFAULT_STARTS, descents
 from planter.sections import GeneticAlgorithm
@@ -48,9 +48,8 @@ def run(
         raise InputError(f"method = {method!r} is not allowed: it must be one of {', '.join(METHODS)}")
     sampling = device.machine.objective.samples if samples is None else samples
     count = DEFAULT_STARTS if starts is None else starts
-    search = Search(
-        Planting(device), Objective.of(device.machine), sampling, device.machine.genetic_algorithm, seed, count, progress
-    )
+    response, objective = Planting(device), Objective.of(device.machine)
+    search = Search(response, objective, sampling, device.machine.genetic_algorithm, seed, count, progress)
     with _beside(device, method, sampling, seed, count) as beside:
         try:
             return search.run(method, beside)

@@ -1,7 +1,7 @@
 """IPOPT, through CasADi, for a nonlinear programme given as plain functions with exact first and second derivatives.
 
-CasADi takes the functions as callbacks (`grad_f`, `jac_g`, `hess_lag`), so nothing is differentiated twice. Only MUMPS is
-used for the linear systems: it comes with CasADi.
+CasADi takes the functions as callbacks (`grad_f`, `jac_g`, `hess_lag`), so nothing is differentiated twice. Only MUMPS
+is used for the linear systems: it comes with CasADi.
 """
 
 from __future__ import annotations
@@ -30,6 +30,18 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+QUIET: dict[str, Any] = {
+    "print_time": False,
+    "show_eval_warnings": False,
+    "error_on_fail": False,
+    "calc_lam_p": False,
+    "no_nlp_grad": True,
+}
+"""CasADi's own options: silence, and no derivatives beyond those given."""
+Shapes = dict[str, ca.Sparsity]
+Run = Callable[..., Sequence[Any]]
+
+
 class Programme(Protocol):
     """Minimise f(z) with z in [lower, upper] and g(z) in [g_lower, g_upper]; z is (n,), g (m,)."""
 
@@ -52,25 +64,21 @@ class Programme(Protocol):
 
 @dataclass(frozen=True)
 class Solution:
-    """Where IPOPT stopped, with the multipliers of the bounds (n,) and of the constraints (m,), CasADi's signs."""
+    """Where IPOPT stopped, with the multipliers of the constraints (m,), positive at upper bounds."""
 
     z: Array
-    bound_multipliers: Array
     multipliers: Array
     converged: bool
     iterations: int
-    status: str
 
 
-class _Function(ca.Callback):  # type: ignore[misc]
+class _Function(ca.Callback):
     """A CasADi function of a Python function; what that raises is kept in `failures`."""
 
-    def __init__(
-        self, name: str, inputs: dict[str, Any], outputs: dict[str, Any], function: Callable[..., Any], failures: list[BaseException]
-    ) -> None:
+    def __init__(self, name: str, inputs: Shapes, outputs: Shapes, run: Run, failures: list[BaseException]) -> None:
         ca.Callback.__init__(self)
         self._inputs, self._outputs = list(inputs.items()), list(outputs.items())
-        self._run, self._failures = function, failures
+        self._run, self._failures = run, failures
         self.construct(name, {})
 
     def get_n_in(self) -> int:
@@ -118,20 +126,19 @@ def _functions(p: Programme, failures: list[BaseException]) -> dict[str, _Functi
     }  # fmt: skip
 
 
-def solve(programme: Programme, start: Array, most_iterations: int = 100, options: dict[str, Any] | None = None) -> Solution:
-    """A local minimum from `start` (n,), or where IPOPT gave up: see `converged` and `status`.
+def solve(programme: Programme, start: Array, most_iterations: int = 100) -> Solution:
+    """A local minimum from `start` (n,), or where IPOPT gave up: see `converged`.
 
     Raises what the programme's functions raise, KeyboardInterrupt included.
     """
     failures: list[BaseException] = []
     functions = _functions(programme, failures)
-    settings = {**OPTIONS, "max_iter": most_iterations, **(options or {})}
     given = {key: function for key, function in functions.items() if key != "nlp"}
-    quiet = {"print_time": False, "no_nlp_grad": True, "calc_lam_p": False, "error_on_fail": False, "show_eval_warnings": False}
-    solver = ca.nlpsol("solver", "ipopt", functions["nlp"], {**given, **quiet, "ipopt": settings})
+    settings: dict[str, Any] = {**given, **QUIET, "ipopt": {**OPTIONS, "max_iter": most_iterations}}
+    solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     found = solver(x0=start, lbx=programme.lower, ubx=programme.upper, lbg=programme.g_lower, ubg=programme.g_upper)
     if failures:
         raise failures[0]
     stats = solver.stats()
-    z, bounds, constraints = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_x", "lam_g"))
-    return Solution(z, bounds, constraints, bool(stats["success"]), int(stats["iter_count"]), str(stats["return_status"]))
+    z, constraints = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_g"))
+    return Solution(z, constraints, bool(stats["success"]), int(stats["iter_count"]))

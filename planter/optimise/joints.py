@@ -7,13 +7,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.optimise import roots
+from planter.optimise.arrays import Integers
 from planter.optimise.response import Response
-
-IntArray = NDArray[np.int64]
 
 GRID = 72
 """Angles of a turn between which joints are looked for; two joints of one event closer than this are missed."""
@@ -28,14 +26,14 @@ class Joints:
     response: Response
     at: Any
     angles: Array
-    events: IntArray
+    events: Integers
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self.response.events[k].name for k in self.events)
 
     @property
-    def orders(self) -> IntArray:
+    def orders(self) -> Integers:
         """Order of the first derivative of F in phi that jumps, (m,)."""
         return np.array([self.response.events[k].order for k in self.events], dtype=np.int64)
 
@@ -55,7 +53,7 @@ class Joints:
         velocity: Array = -slopes[:, 1:] / slopes[:, :1]
         return velocity
 
-    def acceleration(self, picked: IntArray) -> Array:
+    def acceleration(self, picked: Integers) -> Array:
         """Second derivative of the angles of the picked joints in the design, (k, p, p)."""
         size = self.velocity.shape[1]
         found = np.empty((len(picked), size, size))
@@ -76,11 +74,17 @@ def find(response: Response, at: Any) -> Joints:
         return g[events, pick] - level, along[events, pick]
 
     angles = np.mod(roots.newton(above, low, high, ends), 2 * np.pi) if len(events) else np.empty(0)
-    order = np.argsort(angles, kind="stable")
+    order = np.array([j for j in np.argsort(angles, kind="stable") if not _repeats(j, angles, events)], dtype=np.int64)
     return Joints(response, at, angles[order], events[order])
 
 
-def _brackets(response: Response, at: Any) -> tuple[IntArray, Array, Array, Array, tuple[Array, Array]]:
+def _repeats(j: int, angles: Array, events: Integers) -> bool:
+    """Whether a joint is the one found before it: rounding can show one at both ends of the turn."""
+    gap = np.abs(angles[:j] - angles[j])
+    return bool(((events[:j] == events[j]) & (np.minimum(gap, 2 * np.pi - gap) < ASIDE)).any())
+
+
+def _brackets(response: Response, at: Any) -> tuple[Integers, Array, Array, Array, tuple[Array, Array]]:
     """Event, bracket, level and g less level at the bracket's ends: g passes it once between neighbours of a grid."""
     grid = np.linspace(0, 2 * np.pi, GRID + 1)
     g, _ = response.event_values(at, grid)

@@ -1,4 +1,8 @@
-"""Range against variance: the designs of which neither can be made smaller without the other growing."""
+"""Range against variance: the designs of which neither can be made smaller without the other growing.
+
+Least variance with the range capped, for caps between the range of the least-range design and that of the
+least-variance design. Unlike a weighted sum this also finds the straight and the hollow parts of a front.
+"""
 
 from __future__ import annotations
 
@@ -8,41 +12,87 @@ import numpy as np
 
 from planter.device import Device
 from planter.kernels import Array
-from planter.optimise.descent import descend
+from planter.optimise import ipopt
+from planter.optimise.conditions import Local
+from planter.optimise.descent import MOST_ITERATIONS, ROUNDS, VIOLATED
+from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.problem import Problem, Sampling
 from planter.optimise.response import Planting, Response
+from planter.optimise.starts import descents
+
+LEAST_RANGE, LEAST_VARIANCE = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper")
+STARTS = 4
+SLACK = 1e-6
+"""The caps keep this share of the front's length away from its ends, where nothing is left to choose."""
 
 
 @dataclass(frozen=True)
 class Compromise:
-    """An optimum for `share` of the weight on the range, the rest on the variance; `design` x (p,) in SI."""
+    """A design x (p,) in SI on the front, and its evaluation with the variance as objective."""
 
-    share: float
     design: Array
     evaluation: Evaluation
 
 
+class Capped(Epigraph):
+    """The epigraph form with t_max - t_min <= cap [N] besides."""
+
+    def __init__(self, problem: Problem, local: Local, u: Array, cap: float) -> None:
+        super().__init__(problem, local, u)
+        self.g_lower = np.append(self.g_lower, -np.inf)
+        self.g_upper = np.append(self.g_upper, cap / self.unit)
+
+    def g(self, z: Array) -> Array:
+        return np.append(super().g(z), z[-2] - z[-1])
+
+    def jacobian(self, z: Array) -> Array:
+        return np.vstack([super().jacobian(z), np.eye(len(z))[-2] - np.eye(len(z))[-1]])
+
+    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        return super().hessian(z, weight, multipliers[:-1])
+
+
 def front(device: Device, samples: Sampling | None = None, points: int = 15) -> list[Compromise]:
-    """The Pareto front of a device, from least variance to least range; see `sweep`."""
+    """The Pareto front of a device, from least range to least variance; see `sweep`."""
     return sweep(Planting(device), device.machine.objective.samples if samples is None else samples, points)
 
 
 def sweep(response: Response, sampling: Sampling, points: int = 15) -> list[Compromise]:
-    """Optima of share * range + (1 - share) * variance, both in parts of the response's own design's.
+    """A front of at most `points` compromises, evenly spaced in range, from least range to least variance.
 
-    Each starts from the one before. A weighted sum finds the convex part of a front only. Compromises that another one
-    beats in both are left out.
+    The ends are the best of a few starts; in between each compromise starts from the one before. Caps for which IPOPT
+    finds no optimum, and compromises that another one beats, are left out.
     """
-    start = Problem(response, Objective(1.0, 0.0, "paper"), sampling)
-    range_N, variance = start.reference.range_N, start.reference.variance_N2
-    found, u = [], start.start
-    for share in np.linspace(0.0, 1.0, points):
-        problem = Problem(response, Objective(share / range_N, (1 - share) / variance, "paper"), sampling)
-        minimum = descend(problem, u)
-        u = minimum.u
-        found.append(Compromise(float(share), problem.design(u), minimum.evaluation))
+    problem = Problem(response, LEAST_VARIANCE, sampling)
+    u = _best(Problem(response, LEAST_RANGE, sampling))
+    least, most = problem.evaluate(u), problem.evaluate(_best(problem))
+    caps = least.range_N + (most.range_N - least.range_N) * np.linspace(SLACK, 1 - SLACK, max(points, 2))
+    found = []
+    for cap in caps:
+        reached = _capped(problem, u, float(cap))
+        if reached is not None:
+            u = reached
+            found.append(Compromise(problem.design(u), problem.evaluate(u)))
     return [one for one in found if not any(_beats(other.evaluation, one.evaluation) for other in found)]
+
+
+def _best(problem: Problem) -> Array:
+    return min(descents(problem, STARTS, seed=0), key=lambda minimum: minimum.objective).u
+
+
+def _capped(problem: Problem, start: Array, cap: float) -> Array | None:
+    """The point of least variance with a range of at most `cap` [N]; None if it was not found."""
+    u, local = start, problem.turn.local(problem.design(start))
+    for _ in range(ROUNDS):
+        programme = Capped(problem, local, u, cap)
+        solution = ipopt.solve(programme, programme.start, MOST_ITERATIONS)
+        u = problem.point(np.clip(solution.z[:-2], 0, 1))
+        high, low = programme.level + programme.unit * solution.z[-2:]
+        if solution.converged and problem.evaluate(u).range_N <= cap + VIOLATED * programme.unit:
+            return u
+        local = local.grown(problem.design(u), high, low)
+    return None
 
 
 def _beats(one: Evaluation, other: Evaluation) -> bool:

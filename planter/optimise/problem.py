@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from planter.kernels import Array
+from planter.optimise.arrays import Integers
 from planter.optimise.conditions import Conditions, Look, Turn
+from planter.optimise.directions import Insensitive, sensitivity
 from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.refined import Refined
 from planter.optimise.response import Response
 from planter.optimise.samples import Samples
-from planter.optimise.directions import Insensitive, sensitivity
 
 Sampling = int | Literal["refined"]
 
@@ -32,9 +33,7 @@ class Counts:
         return self.objective + self.gradient + self.hessian
 
     def __add__(self, other: Counts) -> Counts:
-        return Counts(
-            self.objective + other.objective, self.gradient + other.gradient, self.hessian + other.hessian
-        )
+        return Counts(self.objective + other.objective, self.gradient + other.gradient, self.hessian + other.hessian)
 
 
 @dataclass(frozen=True)
@@ -49,9 +48,9 @@ class Best:
 class Problem:
     """An objective of a response within its box.
 
-    Parameters without effect on the force at the response's own design are not searched: they keep that design's values,
-    taken into the box. `free` (f,) holds the indices of the others; searches run over those. Points u are (p,). `best` is the
-    best point met so far, `history` when each best was met: (turns evaluated, objective).
+    Parameters without effect on the force at the response's own design are not searched: they keep that design's
+    values, taken into the box. `free` (f,) holds the indices of the others; searches run over those. Points u are
+    (p,). `best` is the best point met so far, `history` when each best was met: (turns evaluated, objective).
     """
 
     response: Response
@@ -83,13 +82,13 @@ class Problem:
         return 360 if self.sampling == "refined" else int(self.sampling)
 
     @cached_property
-    def free(self) -> Array:
+    def free(self) -> Integers:
         return np.flatnonzero(~self.insensitive.zero)
 
     def design(self, u: Array) -> Array:
         """The design x (p,) in SI at a point of the box; on a bound it is that bound to the last bit."""
-        x = np.where(u <= 0, self.response.lower, np.where(u >= 1, self.response.upper, self.response.lower + u * self.width))
-        return np.clip(x, self.response.lower, self.response.upper)
+        lower, upper = self.response.lower, self.response.upper
+        return np.clip(np.where(u >= 1, upper, lower + u * self.width), lower, upper)
 
     def point(self, free: Array) -> Array:
         """The point u (p,) with the given free coordinates (f,)."""
@@ -128,5 +127,10 @@ class Problem:
     def conditions(self, u: Array) -> Conditions:
         """First-order data at a point; gradients with respect to u."""
         found = self.turn.conditions(self.design(u))
-        return Conditions(found.upper, found.upper_gradients * self.width, found.lower, found.lower_gradients * self.width,
-                          found.variance * self.width, found.kinks * self.width)  # fmt: skip
+        return replace(
+            found,
+            upper_gradients=found.upper_gradients * self.width,
+            lower_gradients=found.lower_gradients * self.width,
+            variance=found.variance * self.width,
+            kinks=found.kinks * self.width,
+        )

@@ -1,9 +1,10 @@
 """The turn without a grid: true extremes of the force over phi, true integrals for its mean and variance.
 
-The period is split at all joints into panels on which F is smooth, and the panels into pieces with Gauss-Legendre nodes.
-Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel, or the joint itself where F has a kink.
+The period is split at all joints into panels on which F is smooth, and the panels into pieces with Gauss-Legendre
+nodes. Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel, or the joint itself where F has a
+kink.
 
-First derivatives of the integrals are integrals of F_x, since F is continuous; the second have a term for each joint psi_k,
+First derivatives of the integrals are integrals of F_x, since F is continuous; the second have a term for each joint,
 
     d2/dx2 int F dphi = int F_xx dphi + sum_k (F_phi after - F_phi before) psi_k,x' psi_k,x,
 
@@ -14,12 +15,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
 
 import numpy as np
 
 from planter.kernels import Array
 from planter.optimise import joints, moving, roots
+from planter.optimise.arrays import Flags, Integers
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE
 from planter.optimise.latest import Latest
@@ -28,6 +29,9 @@ from planter.optimise.response import Response
 NODES = 12
 PIECE = np.pi / 8
 """Nodes in a piece, and the greatest length of a piece [rad]."""
+CLUSTER = 0.02
+"""Fixed rows are at least this far apart [rad]."""
+NOWHERE: Array = np.empty(0)
 APART = 1e-8
 """Joints closer than this are one [rad]."""
 
@@ -43,9 +47,9 @@ class Extremes:
     """
 
     angles: Array
-    peaks: Array
+    peaks: Flags
     force: Array
-    joint: Array
+    joint: Integers
 
 
 class Panels:
@@ -65,7 +69,7 @@ class Panels:
         self.mean = float(self.weights @ self.force)
         self.variance = float(self.weights @ (self.force - self.mean) ** 2)
 
-    def _breaks(self) -> tuple[Array, Array]:
+    def _breaks(self) -> tuple[Array, Integers]:
         """Ends of the panels over one period, first and last the same joint, and the joint at each panel's start."""
         order = np.argsort(self.folded, kind="stable")
         if not len(order):
@@ -75,7 +79,7 @@ class Panels:
         kept = np.flatnonzero(np.roll(apart, 1))
         return np.append(places[kept], places[kept[0]] + self.response.period), order[kept]
 
-    def _quadrature(self) -> tuple[Array, Array, Array]:
+    def _quadrature(self) -> tuple[Array, Array, Integers]:
         """Nodes, weights that sum to 1 and the panel of each node."""
         x, w = _legendre(NODES)
         starts, lengths, panel = [], [], []
@@ -147,7 +151,7 @@ class Panels:
         total: Array = (weights[:, None] * velocity).T @ velocity
         return total
 
-    def row_slopes(self, angles: Array, joint: Array) -> tuple[Array, Array, Array]:
+    def row_slopes(self, angles: Array, joint: Integers) -> tuple[Array, Array, Array]:
         """Jacobians (m, 1 + p) in (phi, x), gradients (m, p) along the points, and where they were taken."""
         held = joint >= 0
         velocity = np.zeros((len(angles), len(self.response.names)))
@@ -167,8 +171,7 @@ class Refined:
         return Panels(self.response, x).look
 
     def local(self, x: Array) -> RefinedRows:
-        extremes = Panels(self.response, x).extremes
-        return RefinedRows(self.response, extremes.angles[~extremes.peaks], extremes.angles[extremes.peaks])
+        return RefinedRows(self.response, Panels(self.response, x).extremes)
 
     def conditions(self, x: Array) -> Conditions:
         panels = Panels(self.response, x)
@@ -182,14 +185,24 @@ class Refined:
 class RefinedRows:
     """One row for each window between fixed angles: its greatest force, or its least. Implements `Local`.
 
-    The windows of maxima are parted by `valleys`, those of minima by `peaks`, the angles of the extremes where the rows
-    were made. All windows together cover the period, so no new extreme can be missed.
+    The windows of maxima are parted by `valleys`, those of minima by `peaks`: the angles of the extremes where the rows
+    were made. All windows together cover the period, so no new extreme can be missed. Two peaks in one window give its
+    row a kink where they change places: `upper` and `lower` are the fixed angles of further rows, smooth ones, which
+    keep both in sight until each has its own window.
     """
 
-    def __init__(self, response: Response, valleys: Array, peaks: Array) -> None:
-        self.response, self.valleys, self.peaks = response, valleys, peaks
+    def __init__(self, response: Response, found: Extremes, upper: Array = NOWHERE, lower: Array = NOWHERE) -> None:
+        self.response, self.upper, self.lower = response, upper, lower
+        self.valleys, self.peaks = found.angles[~found.peaks], found.angles[found.peaks]
         self.bounds = np.empty((2, 0))
+        self._seen: list[tuple[float, float]] = []
         self._state = Latest(lambda x: _State(self, x))
+
+    def grown(self, x: Array, high: float, low: float) -> RefinedRows:
+        """With the windows of this design, and with rows where the extremes were on the way to it."""
+        tops, bottoms = (np.array(angles) for angles in zip(*self._seen, strict=True))
+        upper, lower = (apart(np.concatenate(a), CLUSTER) for a in ((self.upper, tops), (self.lower, bottoms)))
+        return RefinedRows(self.response, self._state(x).panels.extremes, upper, lower)
 
     def look(self, x: Array) -> Look:
         return self._state(x).panels.look
@@ -200,6 +213,8 @@ class RefinedRows:
 
     def slopes(self, x: Array) -> Slopes:
         state = self._state(x)
+        found = state.panels.extremes
+        self._seen.append((float(found.angles[found.force.argmax()]), float(found.angles[found.force.argmin()])))
         _, gradients, _ = state.slopes
         empty = np.empty((0, len(x)))
         return Slopes(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
@@ -211,20 +226,25 @@ class RefinedRows:
 
 
 class _State:
-    """The extreme of every window at one design: angle, joint or -1, smooth or at the window's edge."""
+    """All rows at one design: angle, force, joint or -1, and whether it is a smooth peak, which moves on its own."""
 
     def __init__(self, rows: RefinedRows, x: Array) -> None:
         self.panels = Panels(rows.response, x)
         found = self.panels.extremes
-        picked = [_best(self.panels, rows.valleys, found, True), _best(self.panels, rows.peaks, found, False)]
+        picked = [
+            _best(self.panels, rows.valleys, found, True),
+            _still(self.panels, rows.upper),
+            _best(self.panels, rows.peaks, found, False),
+            _still(self.panels, rows.lower),
+        ]
         self.angles, self.force, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
-        self.tops = np.arange(len(self.angles)) < len(rows.valleys)
+        self.tops = np.arange(len(self.angles)) < len(rows.valleys) + len(rows.upper)
 
     @cached_property
     def slopes(self) -> tuple[Array, Array, Array]:
         return self.panels.row_slopes(self.angles, self.joint)
 
-    def hessians(self, wanted: Array) -> Array:
+    def hessians(self, wanted: Flags) -> Array:
         """Hessians (m, p, p) of the wanted rows, zero for the others."""
         slopes, _, place = self.slopes
         size = len(self.panels.response.names)
@@ -235,7 +255,7 @@ class _State:
             total[wanted] = moving.hessians(slopes[wanted], second, motion)
         return total
 
-    def _motion(self, second: Array, wanted: Array) -> moving.Motion:
+    def _motion(self, second: Array, wanted: Flags) -> moving.Motion:
         panels, joint, smooth = self.panels, self.joint[wanted], self.smooth[wanted]
         motion = moving.still(len(joint), second.shape[1] - 1)
         motion.velocity[smooth] = moving.peak_velocity(second[smooth])
@@ -246,16 +266,33 @@ class _State:
         return motion
 
 
-def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[Array, Array, Array, Array]:
-    """Of each window between neighbouring edges: angle, force and joint of its extreme; False where that is an edge."""
+def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[Array, Array, Integers, Flags]:
+    """The row of each window up to an edge: its extreme, or the edge if that is more.
+
+    A window without an extreme inside has it at an edge: the right one here, the left one in the window before.
+    """
     sign = 1 if peaks else -1
     inside = np.flatnonzero(found.peaks == peaks)
     window = np.searchsorted(edges, found.angles[inside]) % max(len(edges), 1)
-    at_edges = panels.response.support(panels.at, edges)
-    best = [(angle, force, -1, False) for angle, force in zip(edges, at_edges, strict=True)]
+    angles, force, joint, smooth = _still(panels, edges)
     for i, w in zip(inside, window, strict=True):
-        if sign * found.force[i] > sign * best[w][1]:
-            best[w] = (found.angles[i], found.force[i], int(found.joint[i]), found.joint[i] < 0)
-    columns = list(zip(*best, strict=True)) if best else [(), (), (), ()]
-    angles, force, joint, smooth = columns
-    return np.array(angles, float), np.array(force, float), np.array(joint, int), np.array(smooth, bool)
+        if sign * found.force[i] > sign * force[w]:
+            angles[w], force[w], joint[w] = found.angles[i], found.force[i], found.joint[i]
+            smooth[w] = joint[w] < 0
+    return angles, force, joint, smooth
+
+
+def _still(panels: Panels, angles: Array) -> tuple[Array, Array, Integers, Flags]:
+    """Rows at fixed angles."""
+    count = len(angles)
+    force = panels.response.support(panels.at, angles) if count else np.empty(0)
+    return angles.copy(), force, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
+
+
+def apart(angles: Array, distance: float) -> Array:
+    """The angles in order, less those closer than `distance` to the one before [rad]."""
+    kept: list[float] = []
+    for angle in np.sort(angles):
+        if not kept or angle - kept[-1] > distance:
+            kept.append(float(angle))
+    return np.array(kept)

@@ -94,9 +94,13 @@ class Planting:
         self.support_hessian, self.support_hessians = device.support_hessian, device.support_hessians
 
     def _kernel(self, name: str, outputs: dict[str, ca.SX]) -> Kernel:
-        functions = self.device.functions
-        inputs = ["phi", "x", "c", "h"]
-        return Kernel(ca.Function(name, functions.inputs, list(outputs.values()), inputs, list(outputs)), lanes=["phi"])
+        """Outputs at many angles; in machine code if the device is."""
+        names = ["phi", "x", "c", "h"]
+        f = ca.Function(name, self.device.functions.inputs, list(outputs.values()), names, list(outputs))
+        kernel = Kernel(f, lanes=["phi"])
+        if self.device.compiled:
+            kernel.compile()
+        return kernel
 
     @cached_property
     def _rate(self) -> Kernel:
@@ -113,7 +117,9 @@ class Planting:
     @cached_property
     def _events(self) -> Kernel:
         functions = self.device.functions
-        return self._kernel("events", {"g": functions.events, "along_phi": ca.jacobian(functions.events, functions.phi)})
+        return self._kernel(
+            "events", {"g": functions.events, "along_phi": ca.jacobian(functions.events, functions.phi)}
+        )
 
     @cached_property
     def _event_slopes(self) -> Kernel:

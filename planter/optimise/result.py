@@ -39,8 +39,9 @@ class Certificate:
 class Result:
     """An optimum: `design` x (p,) in SI, its evaluation, and how it was found.
 
-    `insensitive` spans the directions that the force does not feel at the optimum, each [{name: weight}, ...] in parts of
-    the box width: along these the design is not determined. `history` has one entry for each method that ran.
+    `insensitive` spans the directions that the force does not feel at the optimum, each [{name: weight}, ...] in
+    parts of the box width: along these the design is not determined. `history` has one entry for each method that
+    ran.
     """
 
     method: str
@@ -92,7 +93,7 @@ class Interrupted(errors.Interrupted):
 
 @dataclass(frozen=True)
 class Found:
-    """What the methods brought home: points u (p,) of the box to choose from, minima of the starts, and their traces."""
+    """What the methods brought home: points u (p,) of the box to choose from, minima of the starts, traces."""
 
     points: list[Array]
     minima: list[Minimum]

@@ -9,6 +9,8 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 
+Rates = Callable[[Array], tuple[Array, Array]]
+
 MOST_STEPS = 100
 SMALL = 1e-9
 """After a Newton step below this share of the bracket's ends the next would be rounding."""
@@ -16,11 +18,11 @@ FLAT = 1e-6
 """Newton steps below this share that no longer shrink are rounding of the function."""
 
 
-def newton(function: Callable[[Array], tuple[Array, Array]], low: Array, high: Array, ends: tuple[Array, Array]) -> Array:
+def newton(function: Rates, low: Array, high: Array, ends: tuple[Array, Array]) -> Array:
     """Roots (m,) of m functions, each in its own bracket [low, high]; `ends` are the values there, of opposite sign.
 
-    `function` gives values and derivatives, (m,) each, at m points. A Newton step that leaves its bracket is replaced by
-    halving. Raises ComputationError if a root is not found to rounding level, of the angle or of the function.
+    `function` gives values and derivatives, (m,) each, at m points. A Newton step that leaves its bracket is replaced
+    by halving. Raises ComputationError if a root is not found to rounding level, of the angle or of the function.
     """
     low, high, rising = low.copy(), high.copy(), ends[0] < ends[1]
     size = np.maximum(np.abs(low), np.abs(high))

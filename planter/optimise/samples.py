@@ -1,9 +1,9 @@
 """The turn as N samples at phi = 2 pi i / N.
 
-F_i(x) is smooth but where a joint passes sample i. There, for a joint of order 1, its gradient jumps by a multiple of the
-gradient of psi, the joint's angle, and the objective has a kink; at joints of order 2 only the second derivative jumps,
-which a Newton method bears. Derivatives here are those of the side that the design is on, and exact. Two kinds of `Hold`
-keep a solver on one side, or on the kink itself:
+F_i(x) is smooth but where a joint passes sample i. There, for a joint of order 1, its gradient jumps by a multiple of
+the gradient of psi, the joint's angle, and the objective has a kink; at joints of order 2 only the second derivative
+jumps, which a Newton method bears. Derivatives here are those of the side that the design is on, and exact. Two kinds
+of `Hold` keep a solver on one side, or on the kink itself:
 
 * a wall keeps a joint between two samples: within its walls every F_i is smooth;
 * a pin keeps a joint on a sample, which is then taken at the joint, F(psi(x), x): smooth again, with psi(x) = phi_i.
@@ -27,6 +27,8 @@ from planter.optimise.response import Response
 
 ON = 1e-8
 """A joint closer than this to a sample sits on it [rad]."""
+MARGIN = 1e-7
+"""How far from its samples a wall keeps a joint, so that no rounding takes it across [rad]."""
 SHARE = 0.25
 """Samples within this share of the range from an extreme are in the first working set."""
 
@@ -41,7 +43,7 @@ def angles(samples: int, period: float) -> Array:
 
 @dataclass(frozen=True)
 class Hold:
-    """Keeps the joint psi of an event with low <= psi(x) - phi_sample <= high [rad]: a pin if both are 0, else a wall."""
+    """Keeps a joint, psi, of an event: low <= psi(x) - phi_sample <= high [rad]. A pin if both are 0, else a wall."""
 
     sample: int
     event: int
@@ -59,7 +61,7 @@ class Samples:
     def __init__(self, response: Response, samples: int) -> None:
         self.response = response
         self.angles = angles(samples, response.period)
-        self.places = np.sort(np.mod(self.angles, response.period))
+        self.spacing = response.period / len(self.angles)
 
     def look(self, x: Array) -> Look:
         return Look.at(self.response.support(self.response.prologue(x), self.angles))
@@ -72,20 +74,19 @@ class Samples:
         return SampledRows(self.response, self.angles, upper, lower)
 
     def near(self, x: Array) -> list[tuple[Hold, float]]:
-        """Every joint of order 1 as a pin on the sample nearest to it, nearest first, with the distance psi - phi [rad]."""
+        """Every joint of order 1 as a pin on the sample nearest to it, with the distance psi - phi [rad]."""
         found = joints.find(self.response, self.response.prologue(x))
         gaps = wrapped(found.folded[:, None] - self.angles, self.response.period)
         samples = np.abs(gaps).argmin(axis=1)
         distance = gaps[np.arange(len(samples)), samples]
-        order = [j for j in np.argsort(np.abs(distance), kind="stable") if found.orders[j] == 1]
-        return [(Hold(int(samples[j]), int(found.events[j])), float(distance[j])) for j in order]
+        kinks = np.flatnonzero(found.orders == 1)
+        return [(Hold(int(samples[j]), int(found.events[j])), float(distance[j])) for j in kinks]
 
-    def neighbour(self, sample: int, side: int) -> float:
-        """Distance from a sample to the next one on a side [rad], signed."""
-        gaps = np.sort(wrapped(self.angles - self.angles[sample], self.response.period))
-        at = int(np.searchsorted(gaps, 0.0))
-        turned = gaps[(at + side) % len(gaps)]
-        return float(turned if turned * side > 0 else turned + side * self.response.period)
+    def wall(self, pin: Hold, distance: float) -> Hold:
+        """The wall around a joint's cell between two samples, from its distance psi - phi to one of them [rad]."""
+        ends = (MARGIN, self.spacing - MARGIN)
+        low, high = ends if distance >= 0 else (-ends[1], -ends[0])
+        return Hold(pin.sample, pin.event, low, high)
 
     def conditions(self, x: Array) -> Conditions:
         at = self.response.prologue(x)
@@ -117,22 +118,19 @@ class SampledRows:
         self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
         self._state = Latest(lambda x: _State(self, x))
 
-    def grown(self, upper: Integers, lower: Integers) -> SampledRows:
-        """With more samples as rows."""
-        more = np.union1d(self.upper, upper), np.union1d(self.lower, lower)
-        return SampledRows(self.response, self.angles, *more, self.holds)
-
     def held(self, holds: tuple[Hold, ...]) -> SampledRows:
         """With these joints held, and no others."""
         return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
 
-    def beyond(self, x: Array, high: float, low: float) -> tuple[Integers, Integers]:
-        """Samples with a force above `high`, and below `low` [N]."""
-        force = self._state(x).force
-        return np.flatnonzero(force > high), np.flatnonzero(force < low)
-
     def look(self, x: Array) -> Look:
         return Look.at(self._state(x).force)
+
+    def grown(self, x: Array, high: float, low: float) -> SampledRows:
+        """With the samples that are beyond [low, high] as further rows."""
+        force = self._state(x).force
+        upper = np.union1d(self.upper, np.flatnonzero(force > high))
+        lower = np.union1d(self.lower, np.flatnonzero(force < low))
+        return SampledRows(self.response, self.angles, upper, lower, self.holds)
 
     def values(self, x: Array) -> Values:
         state = self._state(x)

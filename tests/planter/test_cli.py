@@ -2,6 +2,9 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +14,16 @@ from typer.testing import CliRunner
 from planter import machine
 from planter.cli import app
 
+ROOT = Path(__file__).parents[2]
 SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
 SIMULATION = {
     "machine", "model", "samples", "design", "weight_N", "centre_distance_mm", "support_force", "objective", "warnings",
     "refined", "work", "at",
 }  # fmt: skip
 AT = {
-    "phi_deg", "phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "omega_dot_rad_s2", "tip_x_mm", "tip_y_mm", "theta1_deg",
-    "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N", "F_O1x_N",
-    "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
+    "phi_deg", "phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "omega_dot_rad_s2", "tip_x_mm", "tip_y_mm",
+    "theta1_deg", "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N",
+    "F_O1x_N", "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
 }  # fmt: skip
 
 
@@ -168,7 +172,7 @@ def test_output_files(tmp_path: Path) -> None:
     answer("simulate", "wang2017", "--out", str(tmp_path / "run"))
     folder = tmp_path / "run"
     summary = json.loads((folder / "summary.json").read_text())
-    assert SIMULATION <= summary.keys()
+    assert summary.keys() >= SIMULATION
     rows = [line for line in (folder / "cycle.csv").read_text().splitlines() if not line.startswith("#")]
     table = np.genfromtxt(rows, delimiter=",", names=True)
     assert len(table) == 360
@@ -182,3 +186,52 @@ def test_standard_output_is_only_the_object() -> None:
     assert out.lstrip().startswith("{")
     assert out.rstrip().endswith("}")
     assert "NaN" not in out
+
+
+OPTIMISATION = {
+    "method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds",
+    "certificate", "cross",
+}  # fmt: skip
+
+
+def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
+    found = answer(
+        "optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "90"
+    )
+    assert found.keys() >= OPTIMISATION
+    assert found["evaluations"].keys() == {"objective", "gradient", "hessian"}
+    assert found["certificate"].keys() == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
+    assert all(bound.keys() == {"name", "side", "multiplier"} for bound in found["certificate"]["active_bounds"])
+    assert found["certificate"]["kkt_residual"] < 1e-6
+    scores = found["cross"]
+    assert scores["printed"]["start"] == found["start_objective"]
+    assert scores["printed"]["optimum"] == found["objective"] < found["start_objective"]
+    assert scores["exact"]["optimum"] > scores["exact"]["start"]
+    bounds = machine.load("wang2017").bounds
+    assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in found["design"].items())
+
+
+def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "planter",
+        "optimise",
+        "wang2017",
+        "--method",
+        "ga",
+        "--json",
+        "--out",
+        str(tmp_path),
+    ]
+    search = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert search.stderr is not None
+    assert "generation 20 of 200" in search.stderr.readline()
+    search.send_signal(signal.SIGINT)
+    out, err = search.communicate(timeout=30)
+    assert search.returncode == 130
+    assert "Traceback" not in err
+    found = json.loads(out)
+    assert found["error"]["name"] == "Interrupted"
+    assert found["partial"]["objective"] < found["partial"]["start_objective"]
+    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True

@@ -62,7 +62,8 @@ def test_chromosomes_reach_both_bounds_exactly():
 
 
 def test_distinct_individuals_are_apart():
-    population = [genetic.Individual(np.array([u, 0.5]), f) for u, f in ((0.1, 1.0), (0.11, 1.1), (0.3, 1.2), (0.9, 1.3))]
+    listed = ((0.1, 1.0), (0.11, 1.1), (0.3, 1.2), (0.9, 1.3))
+    population = [genetic.Individual(np.array([u, 0.5]), f) for u, f in listed]
     assert [p.objective for p in genetic.distinct(population, 2, 0.05)] == [1.0, 1.2]
 
 

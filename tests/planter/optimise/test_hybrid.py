@@ -73,7 +73,8 @@ def test_what_does_not_matter_is_named(results):
 def test_the_table_is_json_with_the_keys_of_the_interface(results):
     found = results["hybrid"]
     table = json.loads(json.dumps(found.table(toys.device().scale), allow_nan=False))
-    assert {"method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds"} < set(table)
+    keys = {"method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds"}
+    assert keys < set(table)
     assert set(table["certificate"]) == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
     assert set(table["evaluations"]) == {"objective", "gradient", "hessian"}
     assert list(table["design"]) == list(toys.device().names)
@@ -144,7 +145,7 @@ def test_refined_needs_no_samples():
     found = optimise.run(toys.device(), "ipopt", samples="refined", starts=2)
     assert found.certificate.kkt_residual < 1e-6
     assert found.certificate.agreeing_starts == 2
-    assert found.evaluation.objective == pytest.approx(toys.problem("refined").evaluate_design(found.design).objective)
+    assert found.evaluation.objective == pytest.approx(1.9044107244, abs=1e-9)
 
 
 def test_the_import_is_light():

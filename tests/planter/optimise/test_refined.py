@@ -33,7 +33,7 @@ def test_quadrature_has_converged(monkeypatch):
 
 
 def test_closed_forms():
-    """cos phi - cos(3 phi) / 6 has its peaks, sqrt 3 / 2, at +-30 deg and a dip, 5/6, between; variance (1 + 1/36) / 2."""
+    """cos phi - cos(3 phi) / 6: peaks sqrt 3 / 2 at +-30 deg, a dip 5/6 between them; variance (1 + 1/36) / 2."""
     panels = Panels(toys.third_harmonic(), np.array([-1 / 6]))
     found = panels.extremes
     assert np.degrees(found.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
@@ -50,7 +50,9 @@ def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     assert found.force[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
 
 
-@pytest.mark.parametrize("response", [toys.planting(), toys.bent(), toys.corner(-4.0)], ids=["machine", "bent", "corner"])
+@pytest.mark.parametrize(
+    "response", [toys.planting(), toys.bent(), toys.corner(-4.0)], ids=["machine", "bent", "corner"]
+)
 @pytest.mark.parametrize("share", [0.3, 0.62])
 def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response, share):
     width = response.upper - response.lower

@@ -5,7 +5,7 @@ import pytest
 
 from planter.optimise import joints
 from planter.optimise.conditions import Values
-from planter.optimise.samples import Pin, Samples, SampledRows, angles
+from planter.optimise.samples import Hold, SampledRows, Samples, angles
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -71,19 +71,19 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     found = joints.find(response, response.prologue(x))
     first = int(np.flatnonzero(found.orders == 1)[0])
     sample = int(np.abs(turn.angles - found.folded[first]).argmin())
-    rows = turn.local(x).pinned((Pin(sample, int(found.events[first])),))
-    assert rows.values(x).pins == pytest.approx([found.folded[first] - turn.angles[sample]], abs=1e-12)
+    rows = turn.local(x).held((Hold(sample, int(found.events[first])),))
+    assert rows.values(x).holds == pytest.approx([found.folded[first] - turn.angles[sample]], abs=1e-12)
     n = len(turn.angles)
-    rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.pins)
+    rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.holds)
     weights = Values(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))
 
     def value(y):
         values = rows.values(y)
-        return 1.3 * values.variance + weights.upper @ values.upper + weights.pins @ values.pins
+        return 1.3 * values.variance + weights.upper @ values.upper + weights.holds @ values.holds
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return 1.3 * slopes.variance + weights.upper @ slopes.upper + weights.pins @ slopes.pins
+        return 1.3 * slopes.variance + weights.upper @ slopes.upper + weights.holds @ slopes.holds
 
     scale = np.abs(weighted(x) * width).max()
     assert weighted(x) * width == pytest.approx(difference(value, x, 1e-5 * width) * width, abs=1e-7 * scale)

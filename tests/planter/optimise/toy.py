@@ -33,22 +33,35 @@ class Toy:
         self.period = period
         self.events = tuple(joints or {})
         z = ca.vertcat(phi, x)
-        g = ca.vertcat(*(joints or {}).values())
+        g = ca.vertcat(*(joints or {}).values()) if joints else ca.SX(0, 1)
         weights = ca.SX.sym("weights", g.numel())
         outputs = {
             "force": force, "slope": ca.gradient(force, z), "second": ca.densify(ca.hessian(force, z)[0]),
-            "g": g, "g_slope": ca.densify(ca.jacobian(g, z)), "g_second": ca.densify(ca.hessian(ca.dot(weights, g), z)[0]),
+            "g": g, "g_slope": ca.densify(ca.jacobian(g, z)),
+            "g_second": ca.densify(ca.hessian(ca.dot(weights, g), z)[0]),
         }  # fmt: skip
         self._functions = {name: ca.Function(name, [phi, x, weights], [e]) for name, e in outputs.items()}
 
-    def _call(self, name: str, x: Array, phi: float, weights: Array | float = 0.0) -> Array:
-        return np.asarray(self._functions[name](phi, x, weights), dtype=float)
+    def _call(self, name: str, x: Array, phi: Array, weights: Array | float = 0.0) -> Array:
+        """One output at angles (n,): (rows, n * columns)."""
+        f = self._functions[name]
+        if not len(phi):
+            return np.empty((f.size1_out(0), 0))
+        mapped = f.map(len(phi), "serial") if len(phi) > 1 else f
+        found = mapped(phi[None, :], np.tile(x[:, None], len(phi)), np.tile(np.reshape(weights, (-1, 1)), len(phi)))
+        return np.asarray(found, dtype=float)
+
+    def _stacked(self, name: str, x: Array, phi: Array) -> Array:
+        """One output at angles (n,): (n, rows, columns)."""
+        f = self._functions[name]
+        found = self._call(name, x, phi, np.zeros(f.size1_in(2)))
+        return found.reshape(f.size1_out(0), len(phi), f.size2_out(0)).transpose(1, 0, 2)
 
     def prologue(self, x: Array) -> Array:
         return np.array(x, dtype=float)
 
     def support(self, at: Any, phi: Array) -> Array:
-        return np.array([self._call("force", at, p)[0, 0] for p in phi])
+        return self._stacked("force", at, phi)[:, 0, 0]
 
     def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
         force, slopes = self.support_slopes(at, phi)
@@ -58,23 +71,19 @@ class Toy:
         return self.support_slopes(at, phi)[1][:, 0], self.support_hessians(at, phi)[:, 0, 0]
 
     def support_slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        slopes = np.array([self._call("slope", at, p)[:, 0] for p in phi])
-        return self.support(at, phi), slopes.reshape(len(phi), 1 + len(self.names))
+        return self.support(at, phi), self._stacked("slope", at, phi)[:, :, 0]
 
     def support_hessian(self, at: Any, phi: Array, weights: Array) -> Array:
         return np.tensordot(weights, self.support_hessians(at, phi), 1)
 
     def support_hessians(self, at: Any, phi: Array) -> Array:
-        size = 1 + len(self.names)
-        return np.array([self._call("second", at, p) for p in phi]).reshape(len(phi), size, size)
+        return self._stacked("second", at, phi)
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        g = np.array([self._call("g", at, p)[:, 0] for p in phi]).T
-        return g.reshape(len(self.events), len(phi)), self.event_slopes(at, phi)[:, :, 0]
+        return self._stacked("g", at, phi)[:, :, 0].T, self.event_slopes(at, phi)[:, :, 0]
 
     def event_slopes(self, at: Any, phi: Array) -> Array:
-        found = np.array([self._call("g_slope", at, p) for p in phi])
-        return found.reshape(len(phi), len(self.events), 1 + len(self.names)).transpose(1, 0, 2)
+        return self._stacked("g_slope", at, phi).transpose(1, 0, 2)
 
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
-        return self._call("g_second", at, phi, np.eye(len(self.events))[event])
+        return self._call("g_second", at, np.array([phi]), np.eye(len(self.events))[event])

@@ -29,7 +29,8 @@ def linear(seed: int, size: int = 3) -> tuple[Toy, Array, Array]:
     constant, slopes = rng.normal(size=7), rng.normal(size=(7, size))
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", size)
     waves = ca.vertcat(*(f(k * phi) for k in (1, 2, 3) for f in (ca.cos, ca.sin)), ca.cos(4 * phi))
-    return Toy(phi, x, ca.dot(waves, constant + slopes @ x), lower=-np.ones(size), upper=np.ones(size)), constant, slopes
+    toy = Toy(phi, x, ca.dot(waves, constant + slopes @ x), lower=-np.ones(size), upper=np.ones(size))
+    return toy, constant, slopes
 
 
 def waves(phi: Array) -> Array:
@@ -52,19 +53,23 @@ def bent() -> Toy:
     place = 1.0 + 0.3 * x[0] + 0.2 * x[0] * x[1] + 0.1 * x[1] ** 2
     turned = (phi - place) / 2
     wrapped = turned - np.pi * ca.floor(turned / np.pi)
-    force = ca.cos(2 * phi + x[1]) * (1 + 0.4 * x[0] ** 2) - (1.6 + x[1] * x[0]) * ca.sin(wrapped) + 0.3 * ca.sin(phi - x[0])
-    return Toy(phi, x, force, {CORNER: phi - place})
+    smooth = ca.cos(2 * phi + x[1]) * (1 + 0.4 * x[0] ** 2) + 0.3 * ca.sin(phi - x[0])
+    return Toy(phi, x, smooth - (1.6 + x[1] * x[0]) * ca.sin(wrapped), {CORNER: phi - place})
 
 
-@cache
 def device(model: Model = "exact") -> Device:
-    short = {"genetic_algorithm.generations": 6, "genetic_algorithm.individuals": 10}
-    return Device(load("wang2017", short), model)
+    return planting(model).device
+
+
+def planting(model: Model = "exact") -> Planting:
+    """The built-in machine; made once."""
+    return _planting(model)
 
 
 @cache
-def planting(model: Model = "exact") -> Planting:
-    return Planting(device(model))
+def _planting(model: Model) -> Planting:
+    short = {"genetic_algorithm.generations": 6, "genetic_algorithm.individuals": 10}
+    return Planting(Device(load("wang2017", short), model))
 
 
 def problem(sampling: Sampling = 360, objective: Objective = PAPER, model: Model = "exact") -> Problem:

@@ -1,0 +1,50 @@
+"""The wheel stands on its own: built, installed into an empty environment, it does the main job there."""
+
+import json
+import os
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    subprocess.run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)], cwd=ROOT, check=True)
+    return next(folder.glob("planter-*.whl"))
+
+
+def test_the_wheel_ships_generated_code_and_machines_and_no_derivation(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    assert {"planter/generated/planting_exact.py", "planter/generated/planting_exact.json"} <= names
+    assert {"planter/machines/wang2017.toml", "planter/py.typed"} <= names
+    assert not [name for name in names if name.startswith(("derive/", "generated/", "tests/"))]
+
+
+def test_the_wheel_optimises_in_an_empty_environment(wheel: Path, tmp_path: Path) -> None:
+    place = tmp_path / "environment"
+    venv.create(place, with_pip=True)
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    install = [
+        str(place / "bin" / "python"),
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--constraint",
+        str(ROOT / "constraints.txt"),
+    ]
+    subprocess.run([*install, str(wheel)], cwd=tmp_path, env=clean, check=True)
+    command = [str(place / "bin" / "planter"), "optimise", "wang2017", "--json"]
+    done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, check=True)
+    result = json.loads(done.stdout)
+    assert result["objective"] < result["start_objective"]
+    assert result["certificate"]["kkt_residual"] < 1e-6
+    has_sympy = subprocess.run([str(place / "bin" / "python"), "-c", "import sympy"], capture_output=True, check=False)
+    assert has_sympy.returncode != 0, "the derivation's packages must not be needed at run time"
