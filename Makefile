@@ -9,7 +9,7 @@ SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test derive check-generated lint clean
+.PHONY: help optimise test derive audit check-generated lint clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -22,6 +22,9 @@ test: $(VENV)/.complete  ## set up, run the whole test suite
 
 derive: $(VENV)/.complete  ## derive the equations, write generated/
 	$(BIN)/python -m derive
+
+audit: $(VENV)/.complete  ## judge the papers' equations, write generated/audit.json and AUDIT.md
+	$(BIN)/python -m derive audit
 
 check-generated: $(VENV)/.complete  ## derive again into a temporary folder, compare with generated/ both ways
 	$(BIN)/python -m derive --check

@@ -1,4 +1,4 @@
-"""`python -m derive` writes `generated/`; `python -m derive --check` compares both ways and writes nothing."""
+"""Write `generated/`: code (`python -m derive`) or verdicts (`python -m derive audit`), or compare (`--check`)."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from derive.pipeline import texts
+from derive.pipeline import PARTS, VERDICTS
 
 GENERATED = Path(__file__).parents[1] / "generated"
 
 
-def write(folder: Path, content: dict[str, str]) -> None:
-    """Write every text; nothing that stands there besides is kept."""
+def write(folder: Path, content: dict[str, str], others: frozenset[str] = frozenset()) -> None:
+    """Write every text; nothing that stands there besides is kept, but what other parts wrote."""
     for stray in strays(folder, content):
-        stray.unlink()
+        if stray.relative_to(folder).as_posix() not in others:
+            stray.unlink()
     for name, text in content.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -40,16 +41,25 @@ def strays(folder: Path, content: dict[str, str]) -> list[Path]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m derive", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare with generated/ instead of writing it")
+    parser.add_argument("part", nargs="?", choices=PARTS, default="code", help="what to write (default: code)")
+    parser.add_argument("--check", action="store_true", help="derive everything and compare with generated/, both ways")
     arguments = parser.parse_args()
-    content = texts()
-    if not arguments.check:
-        write(GENERATED, content)
-        print(f"generated/: {len(content)} files")
-        return 0
-    found = differences(GENERATED, content)
-    print("\n".join(found) or f"generated/ is up to date: {len(content)} files")
-    return 1 if found else 0
+    if arguments.check:
+        content = {name: text for part in PARTS.values() for name, text in part().items()}
+        found = differences(GENERATED, content)
+        print("\n".join(found) or f"generated/ is up to date: {len(content)} files")
+        return 1 if found else 0
+    content = PARTS[arguments.part]()
+    write(GENERATED, content, kept(arguments.part))
+    print(f"generated/: {len(content)} files of {arguments.part}")
+    return 0
+
+
+def kept(part: str) -> frozenset[str]:
+    """Names of the verdicts, when code is written; everything but them, when they are."""
+    if part == "code":
+        return VERDICTS
+    return frozenset(p.relative_to(GENERATED).as_posix() for p in GENERATED.rglob("*"))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,158 @@
+"""Holds a printed equation against its derivation: the verdict, the smallest correction, the missing terms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr
+
+from derive.audit.edits import Edit, edits
+from derive.audit.terms import Match, expanded, matched, remainder_vanishes
+from derive.dimensions import DimensionError, dimension
+from derive.equations import Equation
+from derive.evaluate import TOLERANCE, NotEvaluated, Point
+from derive.quantity import Quantity
+
+Word = Literal["confirmed", "misprint", "incomplete", "contradicted", "reconstructed", "definition"]
+PROMISING = 12
+"""First edits that a second one is tried on."""
+FLIPPED = {"=": "=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict with its evidence. ``missing`` are terms of the derivation that the print lacks."""
+
+    verdict: Word
+    finding: str
+    corrections: tuple[tuple[str, ...], ...] = ()
+    missing: tuple[Expr, ...] = ()
+    unexplained: tuple[Expr, ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A printed and a derived residual on the same footing: same sign of what both solve for, same points."""
+
+    printed: Expr
+    derived: Expr
+    points: list[Point]
+
+    @property
+    def equal(self) -> bool:
+        """Whether both have the same value at every point, to 50 digits of the largest term."""
+        return all(self._equal_at(point) for point in self.points)
+
+    def _equal_at(self, point: Point) -> bool:
+        size = max((abs(point(term)) for term in expanded(self.derived)), default=mpf(0))
+        given, meant = point(self.printed), point(self.derived)
+        return abs(given - meant) <= TOLERANCE * max(size, abs(given))
+
+    def match(self) -> Match:
+        found = matched(expanded(self.printed), expanded(self.derived), self.points)
+        return Match((), ()) if remainder_vanishes(found, self.points) else found
+
+    def edited(self, result: Expr) -> Comparison:
+        return Comparison(result, self.derived, self.points)
+
+
+def judge(printed: Equation, derived: Equation | None, points: list[Point], words: Iterable[Quantity]) -> Judgement:
+    """The verdict on one equation, both sides in the same symbols."""
+    if derived is None:
+        return Judgement("definition", "nothing to derive")
+    if printed.legibility == "lost":
+        return Judgement("reconstructed", "the print is lost; the derivation stands alone")
+    consistent = _consistent(printed.residual)
+    comparison = aligned(printed, derived, points)
+    relation_holds = printed.relation == derived.relation
+    if comparison.equal and consistent and relation_holds:
+        return Judgement("confirmed", "no difference left")
+    if comparison.equal and not relation_holds:
+        return Judgement("misprint", "the relation is another", ((f"{derived.relation} for {printed.relation}",),))
+    known = {*words, *(s for s in derived.residual.free_symbols if isinstance(s, Quantity))} - {printed.defines}
+    return _corrected(comparison, sorted(known, key=str), "" if consistent else "not dimensionally consistent; ")
+
+
+def aligned(printed: Equation, derived: Equation, points: list[Point]) -> Comparison:
+    """Both sides on one footing: what they define a symbol as, else residuals with the sign that leaves less."""
+    symbol = printed.defines
+    if symbol is not None and derived.defines == symbol:
+        return Comparison(symbol - printed.residual, symbol - derived.residual, points)
+    if printed.relation != "=":
+        return Comparison(printed.residual, derived.residual, points)
+    both = [Comparison(printed.residual, sign * derived.residual, points) for sign in (1, -1)]
+    return min(both, key=lambda c: 0 if c.equal else 1 + len(c.match().printed))
+
+
+def _corrected(start: Comparison, words: list[Quantity], remark: str) -> Judgement:
+    first = list(edits(start.printed, words))
+    exact = [edit for edit in first if _solves(start, edit)]
+    if exact:
+        return _misprint([(edit.what,) for edit in exact], remark)
+    found = start.match()
+    ranked = _ranked(start, first, found)
+    pairs = [(one, two) for one, _ in ranked[:PROMISING] for two in edits(one.result, words) if _solves(start, two)]
+    if pairs:
+        return _misprint([(one.what, two.what) for one, two in pairs], remark)
+    return _incomplete(start, found, ranked, words, remark)
+
+
+def _misprint(corrections: Sequence[tuple[str, ...]], remark: str) -> Judgement:
+    distinct = tuple(dict.fromkeys(tuple(sorted(c)) for c in corrections))
+    return Judgement("misprint", f"{remark}removed by {len(distinct[0])} edit(s)", distinct)
+
+
+def _incomplete(
+    start: Comparison, found: Match, ranked: list[tuple[Edit, Match]], words: list[Quantity], remark: str
+) -> Judgement:
+    """After up to two edits that explain printed terms: what the print lacks, or what in it has no explanation."""
+    done: list[str] = []
+    while found.printed and ranked and len(done) < 2:
+        best, left = ranked[0]
+        if len(left.printed) >= len(found.printed):
+            break
+        done.append(best.what)
+        start, found = start.edited(best.result), left
+        ranked = _ranked(start, list(edits(start.printed, words)), found) if len(done) < 2 else []
+    corrections = (tuple(done),) if done else ()
+    if not found.printed:
+        return Judgement("incomplete", f"{remark}terms of the derivation are missing", corrections, found.derived)
+    finding = f"{remark}printed, but not derived: {', '.join(map(str, found.printed))}"
+    return Judgement("contradicted", finding, corrections, found.derived, found.printed)
+
+
+def _solves(start: Comparison, edit: Edit) -> bool:
+    try:
+        return start.edited(edit.result).equal
+    except (NotEvaluated, ZeroDivisionError, ValueError):
+        return False
+
+
+def _ranked(start: Comparison, tried: Iterable[Edit], before: Match) -> list[tuple[Edit, Match]]:
+    """Edits that leave less of the print unexplained, best first."""
+    better: list[tuple[Edit, Match]] = []
+    for edit in tried:
+        try:
+            left = start.edited(edit.result).match()
+        except (NotEvaluated, ZeroDivisionError, ValueError):
+            continue
+        if len(left.printed) < len(before.printed) or len(left.derived) < len(before.derived):
+            better.append((edit, left))
+    return sorted(better, key=lambda pair: (len(pair[1].printed) + len(pair[1].derived), pair[0].what))
+
+
+def _consistent(residual: Expr) -> bool:
+    try:
+        dimension(residual)
+    except DimensionError:
+        return False
+    return True
+
+
+def value_at(expr: Expr, point: Point) -> sp.Float:
+    """An expression's value at a point, to 15 digits."""
+    return sp.Float(point(expr), 15)

@@ -1,0 +1,73 @@
+"""Two equations as sums of terms, matched term by term."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+
+import mpmath
+import sympy as sp
+from sympy import Expr, Rational, S
+
+from derive.evaluate import TOLERANCE, Point
+
+
+@cache
+def expanded(expr: Expr) -> tuple[Expr, ...]:
+    """Terms of an expression multiplied out; none for zero."""
+    return tuple(t for t in sp.Add.make_args(sp.expand(expr, trig=False)) if t != 0)
+
+
+@dataclass(frozen=True)
+class Match:
+    """What is left of two sums when equal terms are struck out: of the first and of the second."""
+
+    printed: tuple[Expr, ...]
+    derived: tuple[Expr, ...]
+
+    @property
+    def equal(self) -> bool:
+        return not self.printed and not self.derived
+
+
+def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Match:
+    """Strike out what both sums share, monomial by monomial up to a rational coefficient.
+
+    A printed term of the right sign but too small leaves what is missing; one of the wrong sign, or too large, is left
+    whole, and so is the derived one.
+    """
+    sums: dict[tuple[str, ...], tuple[Expr, Rational, Rational]] = {}
+    for side, terms in ((0, printed), (1, derived)):
+        for term in terms:
+            coefficient, monomial = term.as_coeff_Mul(rational=True)
+            sign, key = _key(monomial, points)
+            first, *both = sums.get(key, (sign * monomial, S.Zero, S.Zero))
+            both[side] += sign * coefficient
+            sums[key] = (first, both[0], both[1])
+    left: tuple[list[Expr], list[Expr]] = [], []
+    for monomial, p, d in sums.values():
+        if p != 0 and (p * d <= 0 or abs(p) > abs(d)):
+            left[0].append(p * monomial)
+            left[1].extend([d * monomial] if d != 0 else [])
+        elif p != d:
+            left[1].append((d - p) * monomial)
+    return Match(tuple(left[0]), tuple(left[1]))
+
+
+def _key(monomial: Expr, points: list[Point]) -> tuple[int, tuple[str, ...]]:
+    """Sign of a monomial at the first point, and its values with that sign taken out, to compare by."""
+    first, *others = (point.digits(monomial) for point in points)
+    sign = -1 if first.startswith("-") else 1
+    flipped = first, *others
+    return sign, flipped if sign > 0 else tuple(t[1:] if t.startswith("-") else f"-{t}" for t in flipped)
+
+
+def remainder_vanishes(match: Match, points: list[Point]) -> bool:
+    """Whether what is left is zero as a whole, though not term by term."""
+    for point in points:
+        values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
+        size = max((abs(v) for v in values), default=mpmath.mpf(0))
+        if abs(mpmath.fsum(values)) > TOLERANCE * size:
+            return False
+    return True

@@ -1,0 +1,115 @@
+"""Values of expressions at points, to 50 digits and fast: every subexpression is evaluated once for a point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+from sympy import Basic, Expr
+
+from derive.branches import Turns
+
+DIGITS = 50
+GUARD = 10
+TOLERANCE = mpf(10) ** -(DIGITS - 8)
+"""Equality to this share of the largest term."""
+
+_FUNCTIONS = {
+    **{getattr(sp, name): getattr(mpmath, name) for name in ("cos", "sin", "tan", "acos", "asin", "atan", "atan2")},
+    **{getattr(sp, name): getattr(mpmath, name) for name in ("exp", "log", "sign", "floor", "cosh", "sinh")},
+    sp.Abs: abs,
+    sp.Min: min,
+    sp.Max: max,
+    Turns: mpmath.floor,
+}
+_RELATIONS = {
+    sp.Ge: lambda a, b: a >= b, sp.Gt: lambda a, b: a > b, sp.Le: lambda a, b: a <= b, sp.Lt: lambda a, b: a < b,
+}  # fmt: skip
+
+
+class NotEvaluated(ValueError):
+    """A symbol has no value at a point, or a node cannot be evaluated."""
+
+
+class Point:
+    """Values of symbols; expressions of them are evaluated on demand and remembered."""
+
+    def __init__(self, values: Mapping[sp.Symbol, object]) -> None:
+        self._known: dict[Basic, mpf] = {}
+        self._digits: dict[Expr, str] = {}
+        with mpmath.workdps(DIGITS + GUARD):
+            for symbol, value in values.items():
+                self._known[symbol] = _number(value)
+
+    def __contains__(self, symbol: sp.Symbol) -> bool:
+        return symbol in self._known
+
+    def digits(self, expr: Expr) -> str:
+        """The value to 30 digits, to compare by."""
+        if expr not in self._digits:
+            self._digits[expr] = mpmath.nstr(self(expr), 30)
+        return self._digits[expr]
+
+    def values(self) -> dict[sp.Symbol, mpf]:
+        """What is known of symbols."""
+        return {s: v for s, v in self._known.items() if isinstance(s, sp.Symbol)}
+
+    def set(self, symbol: sp.Symbol, value: object) -> None:
+        """Give a symbol another value; what was evaluated with the old one is forgotten."""
+        with mpmath.workdps(DIGITS + GUARD):
+            self._known = self.values() | {symbol: _number(value)}
+
+    def __call__(self, expr: Expr) -> mpf:
+        with mpmath.workdps(DIGITS + GUARD):
+            return self._value(expr)
+
+    def _value(self, expr: Basic) -> mpf:
+        found = self._known.get(expr)
+        if found is None:
+            found = self._fresh(expr)
+            if isinstance(found, mpmath.mpc):
+                raise NotEvaluated(f"{expr} is not real")
+            self._known[expr] = found
+        return found
+
+    def _fresh(self, expr: Basic) -> mpf:
+        if isinstance(expr, sp.Symbol):
+            raise NotEvaluated(f"{expr} has no value")
+        if not expr.args:
+            return _number(expr)
+        if isinstance(expr, sp.Piecewise):
+            return self._case(expr)
+        values = [self._value(a) for a in expr.args]
+        if isinstance(expr, sp.Add):
+            return mpmath.fsum(values)
+        if isinstance(expr, sp.Mul):
+            return mpmath.fprod(values)
+        if isinstance(expr, sp.Pow):
+            return values[0] ** values[1]
+        if expr.func in _FUNCTIONS:
+            return _FUNCTIONS[expr.func](*values)
+        raise NotEvaluated(f"{expr.func.__name__} cannot be evaluated")
+
+    def _case(self, expr: sp.Piecewise) -> mpf:
+        for value, condition in expr.args:
+            if self.holds(condition):
+                return self._value(value)
+        return mpf(0)
+
+    def holds(self, condition: Basic) -> bool:
+        if condition in (sp.true, sp.false):
+            return bool(condition)
+        if isinstance(condition, sp.And):
+            return all(self.holds(a) for a in condition.args)
+        if isinstance(condition, sp.Or):
+            return any(self.holds(a) for a in condition.args)
+        relation: Callable[[mpf, mpf], bool] = _RELATIONS[condition.func]
+        return bool(relation(self._value(condition.args[0]), self._value(condition.args[1])))
+
+
+def _number(value: object) -> mpf:
+    if isinstance(value, sp.Basic):
+        return mpf(sp.N(value, DIGITS + GUARD))
+    return mpf(value)
