@@ -31,7 +31,15 @@ def prologue(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """83 operations."""
+    """83 operations. Outputs:
+
+        r [m] pitch radius of the gear
+        dr [m] slope of the pitch radius, per polar angle
+        ddr [m] second derivative of the pitch radius, per polar angle
+        ratio [1] rotation of the conjugate per rotation of the gear
+        dratio [1] slope of the ratio, per polar angle
+        turned [rad] rotation of the conjugate since t = 0, whole turns included
+    """
     t = SX.sym("t")
     parameters = SX.sym("parameters", 3)
     hoisted = SX.sym("hoisted", 1 + terms)
@@ -85,7 +93,7 @@ def contact(terms: int) -> Function:
 
 
 def conditions() -> Function:
-    """0 operations."""
+    """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)
     A = parameters[0]  # [m] semi-axis of the ellipse
     k = parameters[1]  # [1] eccentricity of the ellipse

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 app = typer.Typer(
     name="planter",
     help="Planting-machine mechanisms, from the printed equation to the optimum.",
-    no_args_is_help=True,
+    invoke_without_command=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -60,11 +60,14 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def common(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
     ] = False,
 ) -> None:
     """Planting-machine mechanisms, from the printed equation to the optimum."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
 
 
 def overrides(settings: Sequence[str] | None, speed_rpm: float | None) -> dict[str, float]:
@@ -222,5 +225,14 @@ def example(
 
 
 def main() -> None:
-    """Entry point: bad arguments end in one message and exit code 2."""
-    app()
+    """Entry point: a call that cannot be understood ends in one sentence and exit code 2."""
+    import sys
+
+    try:
+        code = app(standalone_mode=False)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
+            raise
+        print(f"planter: {error.format_message()}", file=sys.stderr)
+        code = InputError.exit_code
+    sys.exit(code)

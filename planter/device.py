@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -96,27 +96,34 @@ class Device:
         self.machine, self.model = machine, model
         self.compiled = False
         self.sidecar = emitted.sidecar(f"planting_{model}")
-        vectors = self.sidecar["vectors"]
         families = [
-            emitted.family(s.family, f"{machine.source}: stage{i}.family")
-            for i, s in enumerate((machine.stage1, machine.stage2), 1)
+            emitted.family(stage.family, f"{machine.source}: stage{i}.family")
+            for i, stage in enumerate((machine.stage1, machine.stage2), 1)
         ]
-        gear_names = [gears.names(f, vectors[f"parameters{i}"]) for i, f in enumerate(families, 1)]
-        mounting = [entry["shown"] for entry in vectors["mounting"]]
-        self.names: tuple[str, ...] = (*mounting, *gear_names[0], *gear_names[1])
+        parts = self._parts(families)
+        self.names: tuple[str, ...] = tuple(name for part in parts for name in part)
         machine.check_names(self.names)
         self.scale = np.array([units.factor(name) for name in self.names])
         self.design = self.scale * [machine.design[name] for name in self.names]
-        bounds = np.array([machine.bounds[name] for name in self.names])
-        self.lower, self.upper = self.scale * bounds[:, 0], self.scale * bounds[:, 1]
-        self.constants = np.array([machine.si(entry["shown"]) for entry in vectors["machine"]])
-        starts = np.cumsum([len(mounting), *(len(n) for n in gear_names)])
+        self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
+        self.constants = np.array([machine.si(entry["shown"]) for entry in self._vectors["machine"]])
+        ends = np.cumsum([len(part) for part in parts])
         first, second = (
-            gears.build(family, vectors[f"parameters{i}"], self._candidates(slice(starts[i - 1], starts[i])))
+            gears.build(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
             for i, family in enumerate(families, 1)
         )
         self.stages = first, second
         self.functions = Functions(model, self.stages)
+
+    @property
+    def _vectors(self) -> dict[str, Any]:
+        vectors: dict[str, Any] = self.sidecar["vectors"]
+        return vectors
+
+    def _parts(self, families: list[str]) -> list[tuple[str, ...]]:
+        """Names of the design parameters: those of the mounting, then those of each stage."""
+        mounting = tuple(entry["shown"] for entry in self._vectors["mounting"])
+        return [mounting, *(gears.names(f, self._vectors[f"parameters{i}"]) for i, f in enumerate(families, 1))]
 
     def _candidates(self, part: slice) -> list[Candidate]:
         """The machine's design, then the corners of its box: what a stage must be able to build."""

@@ -92,13 +92,21 @@ def _casadi_function(function: Emitted) -> str:
     terms = "terms: int" if HOISTED in function.inputs else ""
     single = ", ".join(f'"{q.name}"' for q in function.output)
     return f'''def {function.name}({terms}) -> Function:
-    """{function.operations} operations."""
+    """{function.operations} operations. {_given(function)}"""
 {declared}
 {function.body(CASADI)}
     outputs = [
 {function.packed(CASADI)}
     ]
     return Function("{function.name}", [{function.names()}], outputs, [{names}], [{single}])'''
+
+
+def _given(function: Emitted) -> str:
+    """The outputs, each with unit and meaning, for a docstring; conditions speak in the sidecar."""
+    if function.results:
+        return "Each output must be positive; the sidecar names them."
+    lines = "\n    ".join(f"    {q.name} [{q.unit}] {q.meaning}" for q in function.output)
+    return f"Outputs:\n\n    {lines}\n    "
 
 
 def _size(vector: Vector | OpenVector | Quantity) -> str:

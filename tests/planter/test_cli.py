@@ -168,6 +168,24 @@ def test_bad_input_is_refused_in_one_sentence(case: str) -> None:
     assert re.search(sentence, refusal(*arguments))
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("simulate",),
+        ("frobnicate",),
+        ("simulate", "wang2017", "--model", "both"),
+        ("optimise", "wang2017", "--starts", "0"),
+    ],
+)
+def test_a_call_that_cannot_be_understood_is_refused_in_one_sentence(arguments: tuple[str, ...]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("planter: ")
+    assert done.stderr.count("\n") == 1
+
+
 def test_output_files(tmp_path: Path) -> None:
     answer("simulate", "wang2017", "--out", str(tmp_path / "run"))
     folder = tmp_path / "run"
