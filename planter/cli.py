@@ -144,7 +144,7 @@ def sensitivity(
         if out is not None:
             from planter.report import results as report
 
-            report.write_sensitivity(out, device, result)
+            report.write_result(out, device, result)
         console.result(result, lambda: tables.sensitivity(console, result))
 
 
@@ -191,6 +191,31 @@ def optimise(
 
             report.write_optimisation(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))
+
+
+@app.command()
+def calibrate(
+    machine: MachineArgument,
+    target: Annotated[str, typer.Option(help="what to fit to", show_default=False)],
+    model: ModelOption = Model.printed,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Fit what a paper does not disclose to the force that it reports, and say how little that settles."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter import calibrate as calibration
+        from planter import tables
+        from planter.report import results as report
+
+        device = device_of(machine, model, set_, speed_rpm)
+        other = device_of(machine, next(m for m in Model if m != model), set_, speed_rpm)
+        result = calibration.calibrate(device, other, target)
+        if out is not None:
+            report.write_result(out, device, result)
+        console.result(result, lambda: tables.calibration(console, result))
 
 
 @app.command()

@@ -93,3 +93,15 @@ def certificate(console: Console, result: Result) -> None:
         ("seconds", result["seconds"]),
     ]
     console.table("How sure", ("", "value"), rows)
+
+
+def calibration(console: Console, result: Result) -> None:
+    """Fitted inputs, how well the target is reached, what the other model says."""
+    rows = ((f["name"], f["value"], f["unit"], f["lower"], f["upper"]) for f in result["fitted"])
+    console.table("Fitted (calibrated, not the paper's)", ("input", "value", "unit", "lower", "upper"), rows)
+    reached = ((name, result["target"][name], result["reached"][name]) for name in result["target"])
+    console.table("Support force", ("", "target", "reached"), reached)
+    print(f"The target settles {result['rank']} combinations of {len(result['fitted'])} inputs.")
+    other = ", ".join(f"{name} {value:.6g}" for name, value in result["other_model"].items())
+    print(f"The other model with the same inputs: {other}.")
+    print(f"Largest range that inertia reaches within the bounds: {result['largest_inertia_range_N']:.6g} N.")

@@ -63,7 +63,8 @@ class Comparison:
 def judge(printed: Equation, derived: Equation | None, points: list[Point], words: Iterable[Quantity]) -> Judgement:
     """The verdict on one equation, both sides in the same symbols."""
     if derived is None:
-        return Judgement("definition", "nothing to derive")
+        mixed = "" if _consistent(printed.residual) else "; not dimensionally consistent"
+        return Judgement("definition", f"nothing to derive{mixed}")
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent = _consistent(printed.residual)

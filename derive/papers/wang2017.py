@@ -5,7 +5,7 @@ Transcriptions only, misprints included. Signs, symbols and rates are the paper'
 
 from __future__ import annotations
 
-from sympy import Piecewise, atan, cos, pi, sin, tan
+from sympy import Piecewise, Rational, atan, cos, pi, sin, tan
 
 from derive.chain import Chain, Solve
 from derive.equations import Balance
@@ -68,6 +68,16 @@ PAPER.equation(
     Balance("inner half", "moment", "y", "planet", "A"),
     "partly legible",
 )  # fmt: skip
+
+# coordinates below (8)
+PAPER.defines("theta3", theta3, theta30 + theta1, "angle of the line from the hinge to C1", "partly legible")
+PAPER.defines("theta4", theta4, theta40 + theta1, "angle of the line from the hinge to C2", "partly legible")
+PAPER.defines("x_E", x_E, x_A - L_AE * cos(psi + psi0), "place of the roller, x'", "partly legible")
+PAPER.defines("z_E", z_E, z_A + L_AE * sin(psi + psi0), "place of the roller, z'", "partly legible")
+PAPER.defines("x_C1", x_C1, x_A + L_AC1 * cos(theta3), "place of C1, x'", "partly legible")
+PAPER.defines("z_C1", z_C1, z_A - L_AC1 * sin(theta3), "place of C1, z'", "partly legible")
+PAPER.defines("x_C2", x_C2, x_A + L_AC2 * cos(theta4), "place of C2, x'", "partly legible")
+PAPER.defines("z_C2", z_C2, z_A - L_AC2 * sin(theta4), "place of C2, z'", "partly legible")
 
 # 2.2.1 sun
 PAPER.equation("9", F_Px2 + F_Px + F_Ox, Balance("sun", "force", "x", "frame"))
@@ -194,6 +204,11 @@ PAPER.equation(
     + M_L + M_T + M_T2,
     Balance("carrier", "moment", "z", "frame", "O"),
 )  # fmt: skip
+
+# 3.2 objective
+PAPER.defines("29", f_1, F_high - F_low, "definition: range of the support force")
+PAPER.defines("30", f_2, mean_square, "definition: variance of the support force")
+PAPER.defines("31", f_total, Rational("0.6") * f_1 + Rational("0.4") * f_2, "definition: objective")
 
 READING = {
     psi: theta1,

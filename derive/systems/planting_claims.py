@@ -21,7 +21,22 @@ from derive.quantity import Quantity
 from derive.systems import planting, planting_cycle
 from derive.systems import planting_quantities as q
 
-BETWEEN = (q.mu, q.M_T, q.phi_P1, q.phi_P2, q.phi_Q1, q.phi_Q2, q.F_fP, q.F_fQ)
+BETWEEN = (
+    q.L_AC1,
+    q.L_AC2,
+    q.theta30,
+    q.theta40,
+    q.theta3,
+    q.theta4,
+    q.mu,
+    q.M_T,
+    q.phi_P1,
+    q.phi_P2,
+    q.phi_Q1,
+    q.phi_Q2,
+    q.F_fP,
+    q.F_fQ,
+)
 """Quantities that the paper names between forces and geometry."""
 SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 """Places on the carrier and on the sun's pitch curve lie opposite each other on the two sides."""
@@ -31,7 +46,12 @@ SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 def claims() -> dict[str, Equation]:
     """Derived equations by what they claim to be."""
     side = planting.build_side()
-    found = _balances(side) + _cam(side) + _teeth("P", planting.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+    found = (
+        _balances(side)
+        + _cam(side)
+        + _places(side)
+        + _teeth("P", planting.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+    )
     found += _teeth("Q", planting.CONTACT_Q, q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
     return {str(e.claims): e for e in found}
 
@@ -69,6 +89,29 @@ def _cam(side: planting.Side) -> list[Equation]:
     ]
 
 
+def _places(side: planting.Side) -> list[Equation]:
+    """Places of points on the swinging half, and the polar coordinates that a paper may give them by."""
+    steps = {s.symbol: s.expr for s in side.kinematics.steps if isinstance(s, Let)}
+    found = [
+        _definition(f"place of {name}, {axis}'", symbol, steps[symbol])
+        for name, axis, symbol in (
+            ("the roller", "x", q.x_E), ("the roller", "z", q.z_E), ("C1", "x", q.x_C1), ("C1", "z", q.z_C1),
+            ("C2", "x", q.x_C2), ("C2", "z", q.z_C2),
+        )
+    ]  # fmt: skip
+    for name, (x, _, z), at, length, turned, closed in (
+        ("C1", q.c_C1, (q.x_C1, q.z_C1), q.L_AC1, q.theta3, q.theta30),
+        ("C2", q.c_C2, (q.x_C2, q.z_C2), q.L_AC2, q.theta4, q.theta40),
+    ):
+        down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
+        found += [
+            _definition(f"distance of {name} from the hinge", length, sp.sqrt(x**2 + z**2)),
+            _definition(f"angle of the line from the hinge to {name}, closed", closed, sp.atan2(-z, x)),
+            _definition(f"angle of the line from the hinge to {name}", turned, down),
+        ]
+    return found
+
+
 def _teeth(
     tag: str, contact: Contact, moment: Quantity, normal: Quantity, along: Quantity, across: Quantity, drag: Quantity
 ) -> list[Equation]:
@@ -94,6 +137,7 @@ def relations() -> dict[Quantity, Expr]:
     from_balance = {
         "M_Az": "inner half: moment along z of planet about A",
         "M_Aoz": "outer half: moment along z of planet about A outer",
+        "F_A1z": "middle body: force along z of frame",
         "M_K": "outer half: moment along y of planet about A outer",
     }
     unknowns = {u.name: u for u in mech.unknowns}

@@ -191,6 +191,21 @@ phi_Q2 = _reaction("phi_Q2", "rad", "direction of the friction force at Q, from 
 F_fP = _reaction("F_fP", "N", "friction force at P")
 F_fQ = _reaction("F_fQ", "N", "friction force at Q")
 
+theta3 = _kinematic("theta3", "rad", "angle from x' down to the line from the hinge to C1")
+theta4 = _kinematic("theta4", "rad", "angle from x' down to the line from the hinge to C2")
+theta30 = _kinematic("theta30", "rad", "theta3 with the nozzle closed")
+theta40 = _kinematic("theta40", "rad", "theta4 with the nozzle closed")
+L_AC1 = _kinematic("L_AC1", "m", "distance of C1 from the hinge, in the plane of the swing")
+L_AC2 = _kinematic("L_AC2", "m", "distance of C2 from the hinge, in the plane of the swing")
+F_high = _reaction("F_high", "N", "largest vertical support force of a turn")
+F_low = _reaction("F_low", "N", "least vertical support force of a turn")
+F_i = _reaction("F_i", "N", "vertical support force at sample i")
+F_mean = _reaction("F_mean", "N", "mean of the samples of the vertical support force")
+mean_square = _reaction("mean_square", "N2", "mean over the samples of (F_i - F_mean)^2")
+f_1 = _reaction("f_1", "N", "first objective: range of the vertical support force")
+f_2 = _reaction("f_2", "N2", "second objective: variance of the vertical support force")
+f_total = _reaction("f_total", "N", "objective: weighted sum of both")
+
 REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
             F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1)  # fmt: skip
 """What every model reports of one side."""

@@ -40,7 +40,7 @@ def write_simulation(out: Path, device: Device, found: Simulation) -> None:
     _write_page(folder, device, found.result, _forces(both, device.design) | _motion(device, device.design))
 
 
-def write_sensitivity(out: Path, device: Device, result: Mapping[str, Any]) -> None:
+def write_result(out: Path, device: Device, result: Mapping[str, Any]) -> None:
     """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
     folder = files.output_folder(out)
     files.write_summary(folder / "summary.json", _summary(device, result))

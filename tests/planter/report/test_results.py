@@ -72,7 +72,7 @@ def test_an_optimisation_leaves_the_optimum(tmp_path: Path, monkeypatch: pytest.
 def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
     result = sensitivity(device, 24)
-    report.write_sensitivity(tmp_path, device, result)
+    report.write_result(tmp_path, device, result)
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
     assert summary["input"] == device.machine.table()
@@ -83,5 +83,5 @@ def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
     occupied.write_text("a file")
     device = Device(load("wang2017"))
     with pytest.raises(InputError, match="occupied"):
-        report.write_sensitivity(occupied, device, {"objective": 1.0})
+        report.write_result(occupied, device, {"objective": 1.0})
     assert occupied.read_text() == "a file"
