@@ -249,6 +249,26 @@ def example(
             console.result({"name": name, "text": text}, lambda: print(text, end=""))
 
 
+@app.command()
+def audit(
+    paper: Annotated[
+        str | None, typer.Argument(help="one of the papers, by its short name", show_default=False)
+    ] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Verdicts on the printed equations, laws and numbers of the papers."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter import audit as trial
+        from planter.audit import page, tables
+
+        result = trial.audit(paper)
+        if out is not None:
+            page.write(out, result)
+        console.result(result, lambda: tables.show(console, result))
+
+
 def main() -> None:
     """Entry point: a call that cannot be understood ends in one sentence and exit code 2."""
     import sys

@@ -1,0 +1,150 @@
+"""Printed numbers on trial: each is computed anew from what its paper discloses, and judged by rule."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from planter.audit import dyads, gearing, hexagon, trials  # noqa: F401 (they enter the registry)
+from planter.audit.registry import FORMULAS, Inputs, Value
+from planter.textfile import parse_toml
+
+FILE = "printed_numbers.toml"
+_TIE = 1e-9
+"""Part of the last printed place by which a value may pass its half: a tie in decimals is not one in binary."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number as a paper prints it, and how it is computed anew."""
+
+    paper: str
+    quantity: str
+    unit: str
+    printed: str
+    by: str
+    arguments: Mapping[str, Any]
+    needs: Sequence[str] = field(default_factory=tuple)
+    reading: str = ""
+
+
+@dataclass(frozen=True)
+class Recomputed:
+    """A printed number beside the one that was computed, with the assumed inputs that this took."""
+
+    number: Number
+    value: Value
+    assumed: Sequence[str]
+
+    @property
+    def equal(self) -> bool:
+        """Whether both are equal at the printed precision."""
+        return self.value is not None and equal(self.number.printed, self.value)
+
+
+@cache
+def data() -> dict[str, Any]:
+    """The data file of printed numbers."""
+    text = resources.files("planter").joinpath("data", FILE).read_text(encoding="utf-8")
+    return parse_toml(text, FILE)
+
+
+def papers() -> dict[str, str]:
+    """Title of each paper by its short name."""
+    found: dict[str, str] = data()["papers"]
+    return found
+
+
+def judged(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Every printed number, or those of one paper, with its verdict, as the interface gives them.
+
+    A verdict depends on a paper's other numbers as well, so a paper is always judged as a whole.
+    """
+    table = data() if content is None else content
+    found = [recompute(number, table) for number in numbers(table) if paper in (None, number.paper)]
+    return [entry(one, verdict(one, found)) for one in found]
+
+
+def numbers(table: Mapping[str, Any]) -> Iterator[Number]:
+    """The numbers of a data file, rows of numbers one by one."""
+    for row in table["number"]:
+        each: Mapping[str, Sequence[Any]] = row.get("each", {})
+        texts: Sequence[str] = row["printed"] if each else [row["printed"]]
+        for index, text in enumerate(texts):
+            own = {name: values[index] for name, values in each.items()}
+            quantity = row["quantity"].format_map(own)
+            arguments = {**row.get("with", {}), **own}
+            origin = (row["paper"], quantity, row["unit"], text, row["by"], arguments)
+            yield Number(*origin, row.get("needs", ()), own.get("reading", row.get("reading", "")))
+
+
+def recompute(number: Number, table: Mapping[str, Any]) -> Recomputed:
+    """Computes a number from its paper's inputs; what was assumed is seen from what the formula reads."""
+    inputs = Inputs(number.arguments, table["disclosed"][number.paper], table["assumed"][number.paper])
+    value = FORMULAS[number.by](inputs)
+    return Recomputed(number, value, tuple(inputs.assumed))
+
+
+def equal(printed: str, value: float) -> bool:
+    """Whether a value rounds to a printed number: it is at most half of the last printed place away.
+
+    >>> equal("8.6", 8.649), equal("8.6", 8.66), equal("-8.52e-5", -8.517e-5), equal("45.5", 45.45)
+    (True, False, True, True)
+    """
+    exact = Decimal(printed)
+    exponent = exact.as_tuple().exponent
+    place = Decimal(1).scaleb(int(exponent))
+    return abs(Decimal(value) - exact) <= place * (Decimal("0.5") + Decimal(_TIE))
+
+
+def verdict(one: Recomputed, of_paper: Sequence[Recomputed]) -> str:
+    """The verdict by rule.
+
+    From disclosed inputs alone a number is reproduced or not. One that rests on assumed inputs is consistent if it is
+    hit and if the same inputs, or part of them, hit more printed values than they are many; else, or where an
+    undisclosed input is needed, it is not recomputable.
+    """
+    if one.number.needs:
+        return "not recomputable"
+    if not one.assumed:
+        return "reproduced" if one.equal else "not reproduced"
+    return "consistent" if one.equal and hits(one, of_paper) > len(one.assumed) else "not recomputable"
+
+
+def hits(one: Recomputed, of_paper: Sequence[Recomputed]) -> int:
+    """How many printed values of the paper are hit by nothing more than this number's assumed inputs.
+
+    Equal digits from one formula count once.
+    """
+    found = {
+        (other.number.by, other.number.printed)
+        for other in of_paper
+        if other.equal
+        and other.assumed
+        and not other.number.needs
+        and other.number.paper == one.number.paper
+        and set(other.assumed) <= set(one.assumed)
+    }
+    return len(found)
+
+
+def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
+    """A judged number as the interface gives it; `printed_text` holds the digits that are printed."""
+    number = one.number
+    return {
+        "paper": number.paper,
+        "quantity": number.quantity,
+        "unit": number.unit,
+        "printed": float(number.printed),
+        "recomputed": one.value,
+        "verdict": judgement,
+        "assumed_inputs": list(one.assumed),
+        "needs": list(number.needs),
+        "printed_text": number.printed,
+        "reading": number.reading,
+        "formula": number.by,
+    }

@@ -1,0 +1,54 @@
+"""How a printed number is computed anew: formulas by name, and inputs that note which of them were assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+Value = float | None
+"""What a formula gives; None where there is no such number."""
+
+
+class Inputs:
+    """Inputs of one computation: its own arguments, what the paper discloses, what had to be assumed.
+
+    A formula that reads an assumed input leaves a trace, so that no result can pass for one of disclosed inputs.
+
+    >>> inputs = Inputs({"side": 1}, {"width_mm": 20.0}, {"friction": 0.15})
+    >>> inputs["width_mm"], inputs.assumed
+    (20.0, [])
+    >>> inputs["friction"], inputs.assumed
+    (0.15, ['friction = 0.15'])
+    """
+
+    def __init__(self, own: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> None:
+        self._known = {**disclosed, **own}
+        self._assumed = assumed
+        self.assumed: list[str] = []
+
+    def __getitem__(self, name: str) -> Any:
+        if name in self._known:
+            return self._known[name]
+        value = self._assumed[name]
+        self.assume(f"{name} = {value}")
+        return value
+
+    def assume(self, text: str) -> None:
+        """Note an assumed input that a formula took from elsewhere."""
+        if text not in self.assumed:
+            self.assumed.append(text)
+
+
+Formula = Callable[[Inputs], Value]
+SomeFormula = TypeVar("SomeFormula", bound=Formula)
+FORMULAS: dict[str, Formula] = {}
+
+
+def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
+    """Enters a function in the registry under the name by which the data file calls it."""
+
+    def enter(function: SomeFormula) -> SomeFormula:
+        FORMULAS[name] = function
+        return function
+
+    return enter

@@ -1,0 +1,393 @@
+"""The audit: its keys, its verdicts by rule (each can be flipped), its page, and the formulas behind the numbers."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+import xml.etree.ElementTree as ET
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter import audit, emitted
+from planter.audit import dyads, gearing, hexagon, numbers, page, tables, typeset
+from planter.audit.registry import FORMULAS, Inputs
+from planter.cli import app
+from planter.errors import ComputationError
+
+PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
+EQUATION = {"paper", "equation", "legibility", "verdict", "finding", "correction", "reading", "terms"}
+NUMBER = {"paper", "quantity", "unit", "printed", "recomputed", "verdict", "assumed_inputs", "needs"}
+LAW = {"paper", "law", "violation", "unit", "caused_by"}
+VERDICTS = {"reproduced", "consistent", "not reproduced", "not recomputable"}
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["audit", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def answer(*arguments: str) -> dict[str, Any]:
+    code, out, err = run(*arguments, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+@pytest.fixture(scope="module")
+def whole() -> dict[str, Any]:
+    return answer()
+
+
+def found(entries: list[dict[str, Any]], paper: str, quantity: str) -> dict[str, Any]:
+    (entry,) = [e for e in entries if (e["paper"], e["quantity"]) == (paper, quantity)]
+    return entry
+
+
+def tampered(paper: str, quantity: str, printed: str) -> dict[str, Any]:
+    """The data file with another printed text for one number."""
+    table = copy.deepcopy(numbers.data())
+    for row in table["number"]:
+        each = row.get("each", {})
+        texts = row["printed"] if each else [row["printed"]]
+        for index in range(len(texts)):
+            own = {name: values[index] for name, values in each.items()}
+            if (row["paper"], row["quantity"].format_map(own)) == (paper, quantity):
+                texts[index] = printed
+        row["printed"] = texts if each else texts[0]
+    return table
+
+
+# ---- contract ------------------------------------------------------------------------------------------------------
+
+
+def test_it_has_the_keys_of_the_contract(whole: dict[str, Any]) -> None:
+    assert whole.keys() == {"equations", "laws", "numbers", "summary"}
+    assert all(e.keys() >= EQUATION for e in whole["equations"])
+    assert all(e.keys() >= NUMBER for e in whole["numbers"])
+    assert all(e.keys() >= LAW for e in whole["laws"])
+    assert {e["verdict"] for e in whole["numbers"]} <= VERDICTS
+    assert list(whole["summary"]) == PAPERS
+    for part in ("equations", "numbers"):
+        assert list(dict.fromkeys(e["paper"] for e in whole[part])) == PAPERS
+        assert sum(sum(s[part].values()) for s in whole["summary"].values()) == len(whole[part])
+
+
+def test_equations_are_those_that_were_committed(whole: dict[str, Any]) -> None:
+    committed = emitted.sidecar("audit")
+    assert whole["equations"] == [e for p in PAPERS for e in committed["equations"] if e["paper"] == p]
+    for paper, summary in whole["summary"].items():
+        verdicts = [e["verdict"] for e in committed["equations"] if e["paper"] == paper]
+        assert summary["equations"] == {verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))}
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_one_paper_is_a_part_of_the_whole(paper: str, whole: dict[str, Any]) -> None:
+    one = answer(paper)
+    assert list(one["summary"]) == [paper]
+    for part in ("equations", "laws", "numbers"):
+        assert one[part] == [e for e in whole[part] if e["paper"] == paper]
+
+
+@pytest.mark.parametrize(("given", "hint"), [("wang2016", "wang2017"), ("Yu2023", "yu2023"), ("", ""), ("moby", "")])
+def test_another_paper_is_refused_in_one_sentence(given: str, hint: str) -> None:
+    for extra in ((), ("--json",)):
+        code, out, err = run(given, *extra)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert all(paper in err for paper in PAPERS)
+        assert ("did you mean " + hint in err) == bool(hint)
+
+
+def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> dict[str, Any]:
+        raise FileNotFoundError(name)
+
+    monkeypatch.setattr(emitted, "sidecar", missing)
+    with pytest.raises(ComputationError, match="make audit"):
+        audit.audit()
+    code, out, _ = run("--json")
+    assert code == 1
+    assert json.loads(out)["error"]["name"] == "ComputationError"
+
+
+def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) -> None:
+    law = {"paper": "yu2023", "law": "momentum", "violation": 2.5, "unit": "N", "caused_by": ["1", "2"]}
+    verdicts = {**emitted.sidecar("audit"), "laws": [law]}
+    monkeypatch.setattr(emitted, "sidecar", lambda name: verdicts)
+    result = audit.audit("yu2023")
+    assert result["laws"] == [law]
+    assert result["summary"]["yu2023"]["laws_violated"] == 1
+    assert "momentum" in page.text(result)
+    assert "momentum" in run("yu2023")[1]
+    assert audit.audit("sun2019")["laws"] == []
+
+
+def test_tables_show_equations_numbers_and_counts() -> None:
+    code, out, _ = run("sun2019")
+    assert code == 0
+    for text in ("equations", "Numbers", "not reproduced", "consistent", "misprint"):
+        assert text in out
+
+
+# ---- verdicts by rule ----------------------------------------------------------------------------------------------
+
+
+def test_no_verdict_stands_in_the_data() -> None:
+    text = Path(numbers.__file__).parents[1].joinpath("data", numbers.FILE).read_text(encoding="utf-8").lower()
+    for word in ("reproduced", "consistent", "recomputable", "verdict", "confirmed", "misprint", "contradicted"):
+        assert word not in text
+
+
+def test_the_code_names_no_paper() -> None:
+    for module in Path(audit.__file__).parent.glob("*.py"):
+        assert not re.search("|".join(PAPERS), module.read_text(encoding="utf-8")), module.name
+
+
+def test_every_verdict_follows_the_rule(whole: dict[str, Any]) -> None:
+    for e in whole["numbers"]:
+        place = Decimal(1).scaleb(Decimal(e["printed_text"]).as_tuple().exponent)
+        hit = e["recomputed"] is not None and abs(e["recomputed"] - e["printed"]) <= 0.5 * float(place) * (1 + 1e-7)
+        assert e["printed"] == float(e["printed_text"])
+        expected = {
+            "reproduced": hit and not e["assumed_inputs"] and not e["needs"],
+            "not reproduced": not hit and not e["assumed_inputs"] and not e["needs"],
+            "consistent": hit and bool(e["assumed_inputs"]) and not e["needs"],
+            "not recomputable": bool(e["assumed_inputs"] or e["needs"]),
+        }
+        assert expected[e["verdict"]], e
+
+
+@pytest.mark.parametrize(
+    ("paper", "quantity", "before", "printed", "after"),
+    [
+        ("wang2017", "range of the support force, theory, from its extremes", "reproduced", "122.18", "not reproduced"),
+        ("shi2021", "Y1, F of A", "reproduced", "183.84", "not reproduced"),
+        ("shi2021", "Y2, mean at level 2 of B", "not reproduced", "-6.0", "reproduced"),
+        ("shi2021", "travel at 15 deg, printed formula", "consistent", "5.6", "not recomputable"),
+        ("shi2021", "reduction of the lag, engagement, from printed means", "reproduced", "82.3", "not reproduced"),
+        ("yu2023", "difference of the errors of both measured angles", "reproduced", "0.19", "not reproduced"),
+        ("sun2019", "real solutions, poses as printed", "not reproduced", "4", "reproduced"),
+        ("sun2019", "Z1 of pose 4", "reproduced", "72.5089", "not reproduced"),
+        ("sun2019", "first dyad, radius, pose 1 at -10 deg", "consistent", "99.725", "not recomputable"),
+    ],
+)
+def test_another_print_changes_the_verdict(paper: str, quantity: str, before: str, printed: str, after: str) -> None:
+    assert found(numbers.judged(paper), paper, quantity)["verdict"] == before
+    changed = numbers.judged(paper, tampered(paper, quantity, printed))
+    assert found(changed, paper, quantity)["verdict"] == after
+
+
+def test_as_many_hits_as_assumed_inputs_are_not_enough() -> None:
+    table = tampered("shi2021", "travel at 10 deg, printed formula", "8.5")
+    rows = numbers.judged("shi2021", table)
+    assert found(rows, "shi2021", "travel at 15 deg, printed formula")["verdict"] == "consistent"
+    table["number"] = [r for r in table["number"] if "travel" not in r["quantity"] or "printed" in r["quantity"]]
+    for row in table["number"]:
+        if row["by"] == "travel as printed":
+            row["printed"] = ["8.5", "5.6", "4.2"]
+    rows = numbers.judged("shi2021", table)
+    assert found(rows, "shi2021", "travel at 20 deg, printed formula")["verdict"] == "not recomputable"
+
+
+def test_a_disclosed_input_that_turns_out_to_be_assumed_changes_the_verdict() -> None:
+    table = copy.deepcopy(numbers.data())
+    table["assumed"]["shi2021"]["shaft_flats_mm"] = table["disclosed"]["shi2021"].pop("shaft_flats_mm")
+    entry = found(numbers.judged("shi2021", table), "shi2021", "distance of the tooth tip, (3) with equality")
+    assert entry["assumed_inputs"] == ["shaft_flats_mm = 20"]
+    assert entry["verdict"] != "reproduced"
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "same"),
+    [
+        ("8.6", 8.65, True), ("8.6", 8.651, False), ("134.00", 133.9956, True), ("134.00", 133.99, False),
+        ("-8.52e-5", -8.5151e-5, True), ("-8.52e-5", 8.52e-5, False), ("2", 2.0, True), ("2", 4.0, False),
+        ("0", 0.0, True), ("45.5", 45.45, True), ("1.1", 6.3 - 5.2, True),
+    ],
+)  # fmt: skip
+def test_equal_at_the_printed_precision(printed: str, value: float, same: bool) -> None:
+    assert numbers.equal(printed, value) is same
+
+
+def test_every_formula_is_used_and_every_number_has_one() -> None:
+    used = {number.by for number in numbers.numbers(numbers.data())}
+    assert used <= FORMULAS.keys()
+    assert FORMULAS.keys() == used
+
+
+def test_quantities_are_told_apart(whole: dict[str, Any]) -> None:
+    names = [(e["paper"], e["quantity"]) for e in whole["numbers"]]
+    assert len(names) == len(set(names))
+
+
+# ---- formulas ------------------------------------------------------------------------------------------------------
+
+
+def poses_of(point: tuple[float, float], angles: np.ndarray) -> np.ndarray:
+    """Five poses that carry a point round a circle of radius 40 about (30, -20)."""
+    rows = []
+    for turn, where in zip(angles, np.radians([10, 50, 95, 160, 230]), strict=True):
+        c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+        place = np.array([30, -20]) + 40 * np.array([np.cos(where), np.sin(where)])
+        rows.append([*(place - np.array([[c, -s], [s, c]]) @ point), turn])
+    return np.array(rows)
+
+
+def test_the_dyad_that_made_the_poses_is_found() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(10):
+        poses = poses_of((12.0, -7.0), rng.uniform(-80, 80, 5))
+        solutions = dyads.dyads(poses)
+        best = min(solutions, key=lambda d: float(np.linalg.norm(d.point - (12, -7))))
+        np.testing.assert_allclose([*best.point, *best.centre, best.radius], [12, -7, 30, -20, 40], rtol=1e-5)
+        assert len(solutions) in (2, 4)
+
+
+def test_dyads_keep_their_radius_in_all_poses() -> None:
+    table = numbers.data()["disclosed"]["sun2019"]
+    poses = np.array([table[f"pose {i}"] for i in range(1, 6)], dtype=float)
+    for dyad in dyads.dyads(poses):
+        reached = [np.linalg.norm(dyads.placed(dyad.point, pose) - dyad.centre) for pose in poses]
+        np.testing.assert_allclose(reached, dyad.radius, rtol=1e-8)
+
+
+def test_common_points_of_two_circles_and_of_circles_apart() -> None:
+    def circle(x: float, y: float, r: float) -> np.ndarray:
+        return np.array([[1, 0, -x], [0, 1, -y], [-x, -y, x * x + y * y - r * r]])
+
+    points = dyads.common_points(circle(0, 0, 5), circle(6, 0, 5))
+    assert sorted((u[0] / u[2], u[1] / u[2]) for u in points) == [pytest.approx((3, -4)), pytest.approx((3, 4))]
+    assert dyads.common_points(circle(0, 0, 1), circle(6, 0, 1)) == []
+
+
+def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
+    """C by its path; A and B by their own rules: |AC| = |BC| = R, both on their sides, 36 deg between them."""
+    side = 1 / np.sqrt(3)
+    path = hexagon.corner_path(np.radians(24))
+    centre = np.array([-side / 2, np.sqrt(3) * side / 2])
+    for theta in np.radians([60, 75, 90]):
+        c = centre + path @ [np.cos(theta), np.sin(theta)]
+        a = c - [np.cos(theta), -np.sin(theta)]
+        beta = theta + np.radians(24)
+        turned = np.array([[0.5, np.sqrt(3) / 2], [-np.sqrt(3) / 2, 0.5]])
+        b = turned @ c - [np.cos(beta), -np.sin(beta)]
+        assert a[1] == pytest.approx(np.sqrt(3) * side / 2)
+        assert b[1] == pytest.approx(np.sqrt(3) * side / 2)
+        chord = np.linalg.norm(a - turned.T @ b)
+        assert chord == pytest.approx(2 * np.sin(np.radians(18)))
+
+
+def test_the_path_curves_as_its_differences_say() -> None:
+    path, h = hexagon.corner_path(np.radians(24)), 1e-4
+    at = [path @ [np.cos(t), np.sin(t)] for t in np.radians(90) + h * np.array([-1, 0, 1])]
+    (dx, dy), (ddx, ddy) = (at[2] - at[0]) / (2 * h), (at[2] - 2 * at[1] + at[0]) / h**2
+    radius = np.hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
+    assert hexagon.contact_radius(Inputs({}, {"lead_deg": 24}, {})) == pytest.approx(radius, rel=1e-6)
+
+
+def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
+    """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
+    own = {"centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20, "teeth_2": 20, "face_width_mm": 10,
+           "normal_pressure_angle_deg": 20, "addendum_coefficient": 1}  # fmt: skip
+    base, tip = 20 * np.cos(np.radians(20)), 22.0
+    length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
+    expected = length / (2 * np.pi * np.cos(np.radians(20)))
+    assert gearing.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
+
+
+def test_split_of_a_ratio_with_a_known_mean() -> None:
+    """slope 1 + e cos: the mean of its root is 1 - e^2/16 - 15 e^4/1024 - ..."""
+    e, t = 0.2, np.linspace(0, 360, 181)
+    relative = -(t + np.degrees(e * np.sin(np.radians(t))))
+    found_mean = gearing.split(Inputs({"carrier_deg": t, "relative_deg": relative}, {}, {}))
+    assert found_mean == pytest.approx(1 - e**2 / 16 - 15 * e**4 / 1024, abs=2e-6)
+    back = -(t + np.degrees(1.5 * np.sin(np.radians(t))))
+    assert gearing.split(Inputs({"carrier_deg": t, "relative_deg": back}, {}, {})) is None
+
+
+def test_sums_of_squares_add_up() -> None:
+    rows = {e["quantity"]: e["recomputed"] for e in numbers.judged("shi2021")}
+    for response in ("Y1", "Y2"):
+        parts = [rows[f"{response}, sum of squares, {source}"] for source in ("A", "B", "C", "error")]
+        assert sum(parts) == pytest.approx(rows[f"{response}, sum of squares, total"], rel=1e-12)
+        for factor in "ABC":  # for two and two degrees of freedom P = 1/(1 + F)
+            chance = 1 / (1 + rows[f"{response}, F of {factor}"])
+            assert rows[f"{response}, P of {factor}"] == pytest.approx(chance, rel=1e-9)
+
+
+# ---- page ----------------------------------------------------------------------------------------------------------
+
+
+def tree(text: str) -> ET.Element:
+    return ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+
+
+def test_the_folder_holds_summary_and_page(tmp_path: Path, whole: dict[str, Any]) -> None:
+    code, _, err = run("--out", str(tmp_path / "there"))
+    assert code == 0, err
+    summary = json.loads((tmp_path / "there" / "summary.json").read_text(encoding="utf-8"))
+    assert {key: summary[key] for key in whole} == whole
+    text = (tmp_path / "there" / "report.html").read_text(encoding="utf-8")
+    root = tree(text)
+    assert not re.search(r"<script|<link|src=|url\(|http://", text)
+    assert len(list(root.iter("math"))) > 50
+    shown = " ".join(" ".join(root.itertext()).split())
+    for entry in whole["equations"]:
+        assert all(correction in shown for correction in entry["correction"])
+        assert all(term["term"] in shown for term in entry["terms"])
+    assert all(entry["quantity"] in shown for entry in whole["numbers"])
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    code, out, err = run("yu2023", "--out", str(tmp_path / "file" / "there"))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+
+
+def test_texts_on_the_page_are_escaped() -> None:
+    result = copy.deepcopy(audit.audit("yu2023"))
+    result["equations"][0] |= {"printed": "</p><script>x</script> = 0", "verdict": "misprint", "finding": "a < b & c"}
+    text = page.text(result)
+    tree(text)
+    assert "<script" not in text
+
+
+def test_every_committed_equation_can_be_set(whole: dict[str, Any]) -> None:
+    for entry in whole["equations"]:
+        if entry.get("printed"):
+            element = typeset.equation(entry["printed"])
+            assert element is not None, entry["printed"]
+            ET.fromstring(element)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("-a*(b - c)", "\N{MINUS SIGN}a\N{INVISIBLE TIMES}(b\N{MINUS SIGN}c)"),
+        ("a - (b - c)", "a\N{MINUS SIGN}(b\N{MINUS SIGN}c)"),
+        ("a*(-b)", "a\N{INVISIBLE TIMES}(\N{MINUS SIGN}b)"),
+        ("(a + b)**2", "(a+b)2"),
+        ("(a*b)**2", "(a\N{INVISIBLE TIMES}b)2"),
+        ("-(a + b)", "\N{MINUS SIGN}(a+b)"),
+        ("cos(a)*b", "cos\N{FUNCTION APPLICATION}(a)\N{INVISIBLE TIMES}b"),
+        ("Abs(y)", "|y|"),
+    ],
+)
+def test_brackets_stand_where_they_must(text: str, shown: str) -> None:
+    assert "".join(ET.fromstring(typeset.expression(text)).itertext()) == shown
+
+
+def test_what_cannot_be_set_stays_text() -> None:
+    for text in ("no relation", "a[0] = 0", "lambda: 0 = 0", "x ; y = 0"):
+        assert typeset.equation(text) is None
+    assert "<code>a[0] = 0</code>" in page.Formula("a[0] = 0").html("s1")
+
+
+def test_a_remark_names_correction_and_largest_term() -> None:
+    entry = {"verdict": "incomplete", "finding": "f", "correction": ["c"], "terms": [
+        {"term": "small", "share_of_largest": 0.1}, {"term": "big", "share_of_largest": 0.4}]}  # fmt: skip
+    assert tables.remark(entry) == "correct c; 2 terms missing, such as big, 40 % of the largest term"
