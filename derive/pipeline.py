@@ -6,13 +6,14 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 
 from derive.audit import record
+from derive.audit.laws import Trial, findings
 from derive.audit.subject import Subject
 from derive.curves import FAMILIES
 from derive.emit import array, casadi, curve, functions, sidecar
 from derive.emit.schedule import schedule
 from derive.model import System
 from derive.papers import shi2021, sun2019, wang2017, yu2023
-from derive.systems import clutch, mapping, pickup, planting, planting_claims
+from derive.systems import clutch, mapping, pickup, planting, planting_claims, planting_laws
 
 TRIALS = ((wang2017, planting_claims), (shi2021, clutch), (yu2023, pickup), (sun2019, mapping))
 """Each paper with the system that derives what it claims."""
@@ -46,9 +47,11 @@ def code() -> dict[str, str]:
 def verdicts() -> dict[str, str]:
     """Path inside `generated/` -> content: what the audit found of every equation."""
     with ProcessPoolExecutor() as pool:
+        laws = pool.submit(_laws)
         records = [found for paper in pool.map(_tried, range(len(TRIALS))) for found in paper]
+        found = laws.result()
     references = {paper.PAPER.name: paper.PAPER.reference for paper, _ in TRIALS}
-    return {"audit.json": record.as_json(records), "AUDIT.md": record.as_page(records, references)}
+    return {"audit.json": record.as_json(records, found), "AUDIT.md": record.as_page(records, references, found)}
 
 
 PARTS: dict[str, Callable[[], dict[str, str]]] = {"code": code, "audit": verdicts}
@@ -57,6 +60,10 @@ VERDICTS = frozenset({"audit.json", "AUDIT.md"})
 
 def _tried(index: int) -> list[record.Record]:
     return record.equations(Subject.of(*TRIALS[index]))
+
+
+def _laws() -> list[record.Record]:
+    return findings(wang2017.PAPER.name, Trial(wang2017.SIDE, wang2017.FRAME, planting_laws.machine()))
 
 
 def _named(name: str, for_casadi: str, for_arrays: str, description: str) -> dict[str, str]:

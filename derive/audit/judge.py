@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
-import sympy as sp
+import mpmath
 from mpmath import mpf
 from sympy import Expr
 
 from derive.audit.edits import Edit, edits
-from derive.audit.terms import Match, expanded, matched, remainder_vanishes
+from derive.audit.terms import Match, expanded, matched, remainder_vanishes, value
 from derive.dimensions import DimensionError, dimension
-from derive.equations import Equation
+from derive.equations import Equation, Relation
 from derive.evaluate import TOLERANCE, NotEvaluated, Point
 from derive.quantity import Quantity
 
 Word = Literal["confirmed", "misprint", "incomplete", "contradicted", "reconstructed", "definition"]
 PROMISING = 12
 """First edits that a second one is tried on."""
-FLIPPED = {"=": "=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
+EDITS = 2
+"""Most edits of a correction."""
+FLIPPED: dict[Relation, Relation] = {"=": "=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,16 @@ class Comparison:
 
     def _equal_at(self, point: Point) -> bool:
         size = max((abs(point(term)) for term in expanded(self.derived)), default=mpf(0))
-        given, meant = point(self.printed), point(self.derived)
-        return abs(given - meant) <= TOLERANCE * max(size, abs(given))
+        given, meant = value(self.printed, point), point(self.derived)
+        return given is not None and abs(given - meant) <= TOLERANCE * max(size, abs(given))
+
+    @property
+    def distance(self) -> tuple[int, int]:
+        """How far apart they are: by the printed terms that are not derived, then by those that are not printed."""
+        if self.equal:
+            return 0, 0
+        left = self.match()
+        return 1 + len(left.printed), len(left.derived)
 
     def match(self) -> Match:
         found = matched(expanded(self.printed), expanded(self.derived), self.points)
@@ -68,14 +78,24 @@ def judge(printed: Equation, derived: Equation | None, points: list[Point], word
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent = _consistent(printed.residual)
+    printed = turned(printed, derived, points)
     comparison = aligned(printed, derived, points)
-    relation_holds = printed.relation == derived.relation
-    if comparison.equal and consistent and relation_holds:
+    relation = () if printed.relation == derived.relation else (f"{derived.relation} for {printed.relation}",)
+    if comparison.equal and consistent and not relation:
         return Judgement("confirmed", "no difference left")
-    if comparison.equal and not relation_holds:
-        return Judgement("misprint", "the relation is another", ((f"{derived.relation} for {printed.relation}",),))
+    if comparison.equal and relation:
+        return Judgement("misprint", "the relation is another", (relation,))
     known = {*words, *(s for s in derived.residual.free_symbols if isinstance(s, Quantity))} - {printed.defines}
-    return _corrected(comparison, sorted(known, key=str), "" if consistent else "not dimensionally consistent; ")
+    remark = "" if consistent else "not dimensionally consistent; "
+    return _corrected(comparison, sorted(known, key=str), relation, remark)
+
+
+def turned(printed: Equation, derived: Equation, points: list[Point]) -> Equation:
+    """A printed condition with its sides exchanged, if so it is closer to the derived one."""
+    if printed.relation == "=":
+        return printed
+    other = replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation])
+    return min((printed, other), key=lambda e: Comparison(e.residual, derived.residual, points).distance)
 
 
 def aligned(printed: Equation, derived: Equation, points: list[Point]) -> Comparison:
@@ -86,20 +106,22 @@ def aligned(printed: Equation, derived: Equation, points: list[Point]) -> Compar
     if printed.relation != "=":
         return Comparison(printed.residual, derived.residual, points)
     both = [Comparison(printed.residual, sign * derived.residual, points) for sign in (1, -1)]
-    return min(both, key=lambda c: 0 if c.equal else 1 + len(c.match().printed))
+    return min(both, key=lambda c: c.distance)
 
 
-def _corrected(start: Comparison, words: list[Quantity], remark: str) -> Judgement:
+def _corrected(start: Comparison, words: list[Quantity], done: tuple[str, ...], remark: str) -> Judgement:
+    """The verdict on a difference; ``done`` are edits that are needed beside those of the residual."""
     first = list(edits(start.printed, words))
     exact = [edit for edit in first if _solves(start, edit)]
     if exact:
-        return _misprint([(edit.what,) for edit in exact], remark)
+        return _misprint([(*done, edit.what) for edit in exact], remark)
     found = start.match()
     ranked = _ranked(start, first, found)
-    pairs = [(one, two) for one, _ in ranked[:PROMISING] for two in edits(one.result, words) if _solves(start, two)]
+    tried = ranked[:PROMISING] if len(done) + 2 <= EDITS else []
+    pairs = [(one, two) for one, _ in tried for two in edits(one.result, words) if _solves(start, two)]
     if pairs:
         return _misprint([(one.what, two.what) for one, two in pairs], remark)
-    return _incomplete(start, found, ranked, words, remark)
+    return _incomplete(start, found, ranked, words, list(done), remark)
 
 
 def _misprint(corrections: Sequence[tuple[str, ...]], remark: str) -> Judgement:
@@ -108,21 +130,28 @@ def _misprint(corrections: Sequence[tuple[str, ...]], remark: str) -> Judgement:
 
 
 def _incomplete(
-    start: Comparison, found: Match, ranked: list[tuple[Edit, Match]], words: list[Quantity], remark: str
+    start: Comparison,
+    found: Match,
+    ranked: list[tuple[Edit, Match]],
+    words: list[Quantity],
+    done: list[str],
+    remark: str,
 ) -> Judgement:
     """After up to two edits that explain printed terms: what the print lacks, or what in it has no explanation."""
-    done: list[str] = []
-    while found.printed and ranked and len(done) < 2:
+    while found.printed and ranked and len(done) < EDITS:
         best, left = ranked[0]
         if len(left.printed) >= len(found.printed):
             break
         done.append(best.what)
         start, found = start.edited(best.result), left
-        ranked = _ranked(start, list(edits(start.printed, words)), found) if len(done) < 2 else []
+        ranked = _ranked(start, list(edits(start.printed, words)), found) if len(done) < EDITS else []
     corrections = (tuple(done),) if done else ()
     if not found.printed:
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", corrections, found.derived)
-    finding = f"{remark}printed, but not derived: {', '.join(map(str, found.printed))}"
+    where = start.points[0]
+    given, meant = (mpmath.nstr(where(side), 6) for side in (start.printed, start.derived))
+    terms = ", ".join(map(str, found.printed))
+    finding = f"{remark}printed, but not derived: {terms}; it fails at a random point: {given} against {meant}"
     return Judgement("contradicted", finding, corrections, found.derived, found.printed)
 
 
@@ -152,8 +181,3 @@ def _consistent(residual: Expr) -> bool:
     except DimensionError:
         return False
     return True
-
-
-def value_at(expr: Expr, point: Point) -> sp.Float:
-    """An expression's value at a point, to 15 digits."""
-    return sp.Float(point(expr), 15)

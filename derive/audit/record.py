@@ -12,6 +12,7 @@ import sympy as sp
 from sympy import Expr
 
 from derive.audit.judge import Judgement, judge
+from derive.audit.laws import as_lines
 from derive.audit.subject import Subject
 from derive.audit.terms import expanded
 from derive.dimensions import dimension, of_unit
@@ -98,13 +99,13 @@ def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
     return {paper: dict(sorted(found.items())) for paper, found in counts.items()}
 
 
-def as_json(records: Sequence[Record]) -> str:
-    content = {"equations": list(records), "summary": summary(records)}
+def as_json(records: Sequence[Record], laws: Sequence[Record] = ()) -> str:
+    content = {"equations": list(records), "laws": list(laws), "summary": summary(records)}
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def as_page(records: Sequence[Record], references: dict[str, str]) -> str:
-    """The findings to read: a table and, where there is something to say, a paragraph for each equation."""
+def as_page(records: Sequence[Record], references: dict[str, str], laws: Sequence[Record] = ()) -> str:
+    """The findings to read: a table and, where there is something to say, a paragraph for each equation; the laws."""
     lines = ["# Formula audit", "", "Written by `python -m derive audit`; do not edit.", ""]
     for paper, counts in summary(records).items():
         lines += [f"## {references[paper]}", "", ", ".join(f"{n} {word}" for word, n in counts.items()) + ".", ""]
@@ -113,7 +114,7 @@ def as_page(records: Sequence[Record], references: dict[str, str]) -> str:
         lines += [f"| ({r['equation']}) | {r['claims']} | {r['legibility']} | {r['verdict']} |" for r in own] + [""]
         for record in own:
             lines += _paragraph(record)
-    return "\n".join(lines)
+    return "\n".join(lines + as_lines(laws))
 
 
 def _paragraph(record: Record) -> list[str]:

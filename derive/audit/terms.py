@@ -10,13 +10,23 @@ import mpmath
 import sympy as sp
 from sympy import Expr, Rational, S
 
-from derive.evaluate import TOLERANCE, Point
+from derive.evaluate import TOLERANCE, NotEvaluated, Point
 
 
 @cache
 def expanded(expr: Expr) -> tuple[Expr, ...]:
     """Terms of an expression multiplied out; none for zero."""
     return tuple(t for t in sp.Add.make_args(sp.expand(expr, trig=False)) if t != 0)
+
+
+def value(expr: Expr, point: Point) -> mpmath.mpf | None:
+    """Value of an expression at a point; None where it has no real one, as the arc sine of 2. Symbols must be known."""
+    try:
+        return point(expr)
+    except (NotEvaluated, ZeroDivisionError, TypeError):
+        if not all(symbol in point for symbol in expr.free_symbols):
+            raise
+        return None
 
 
 @dataclass(frozen=True)
@@ -57,6 +67,8 @@ def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point
 
 def _key(monomial: Expr, points: list[Point]) -> tuple[int, tuple[str, ...]]:
     """Sign of a monomial at the first point, and its values with that sign taken out, to compare by."""
+    if any(value(monomial, point) is None for point in points):
+        return 1, (str(monomial),)
     first, *others = (point.digits(monomial) for point in points)
     sign = -1 if first.startswith("-") else 1
     flipped = first, *others
@@ -66,6 +78,8 @@ def _key(monomial: Expr, points: list[Point]) -> tuple[int, tuple[str, ...]]:
 def remainder_vanishes(match: Match, points: list[Point]) -> bool:
     """Whether what is left is zero as a whole, though not term by term."""
     for point in points:
+        if any(value(t, point) is None for t in match.printed):
+            return False
         values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
         size = max((abs(v) for v in values), default=mpmath.mpf(0))
         if abs(mpmath.fsum(values)) > TOLERANCE * size:
