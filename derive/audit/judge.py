@@ -47,9 +47,9 @@ class Comparison:
     @property
     def equal(self) -> bool:
         """Whether both have the same value at every point, to 50 digits of the largest term."""
-        return all(self._equal_at(point) for point in self.points)
+        return all(self.equal_at(point) for point in self.points)
 
-    def _equal_at(self, point: Point) -> bool:
+    def equal_at(self, point: Point) -> bool:
         size = max((abs(point(term)) for term in expanded(self.derived)), default=mpf(0))
         given, meant = value(self.printed, point), point(self.derived)
         return given is not None and abs(given - meant) <= TOLERANCE * max(size, abs(given))
@@ -148,11 +148,16 @@ def _incomplete(
     corrections = (tuple(done),) if done else ()
     if not found.printed:
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", corrections, found.derived)
-    where = start.points[0]
-    given, meant = (mpmath.nstr(where(side), 6) for side in (start.printed, start.derived))
+    where = next((point for point in start.points if not start.equal_at(point)), start.points[0])
+    given, meant = (_shown(side, where) for side in (start.printed, start.derived))
     terms = ", ".join(map(str, found.printed))
     finding = f"{remark}printed, but not derived: {terms}; it fails at a random point: {given} against {meant}"
     return Judgement("contradicted", finding, corrections, found.derived, found.printed)
+
+
+def _shown(expr: Expr, point: Point) -> str:
+    found = value(expr, point)
+    return "no real value" if found is None else mpmath.nstr(found, 6)
 
 
 def _solves(start: Comparison, edit: Edit) -> bool:

@@ -10,7 +10,7 @@ import mpmath
 import sympy as sp
 from sympy import Expr, Rational, S
 
-from derive.evaluate import TOLERANCE, NotEvaluated, Point
+from derive.evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
 
 
 @cache
@@ -80,8 +80,9 @@ def remainder_vanishes(match: Match, points: list[Point]) -> bool:
     for point in points:
         if any(value(t, point) is None for t in match.printed):
             return False
-        values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
-        size = max((abs(v) for v in values), default=mpmath.mpf(0))
-        if abs(mpmath.fsum(values)) > TOLERANCE * size:
-            return False
+        with mpmath.workdps(DIGITS + GUARD):
+            values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
+            size = max((abs(v) for v in values), default=mpmath.mpf(0))
+            if abs(mpmath.fsum(values)) > TOLERANCE * size:
+                return False
     return True

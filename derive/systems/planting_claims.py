@@ -228,7 +228,10 @@ def _between(point: Point) -> dict[sp.Symbol, mpf]:
 
 
 def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
-    """A random point of the device on the rising flank of its cam, kinematics consistent, reactions at will."""
+    """A random point of the device on the rising flank of its cam, kinematics consistent, reactions at will.
+
+    The rocker stays within a right angle of x', where the paper's arctangent is the pressure angle.
+    """
     side = planting.build_side()
     everything = (
         {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(side.mechanism.unknowns)
@@ -239,6 +242,7 @@ def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
     }
     known |= {q.alpha_n: pi / 9, q.T2_0: S.Zero, q.T2: sp.Rational(rng.randint(23, 29), 10)}
     known |= dict(zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True))
+    known |= {q.psi0: sp.Rational(rng.randint(-30, 20), 100), q.H: sp.Rational(rng.randint(20, 45), 100)}
     known |= {s: known[s] * rng.choice((-1, 1)) for s in (q.M_P, q.M_Q)}
     return _consistent(known, side)
 
