@@ -1,0 +1,124 @@
+"""The audit can fail: errors planted in papers and derivations change its verdicts, harmless rewrites do not."""
+
+import random
+import re
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+
+from derive.audit.judge import Judgement, judge
+from derive.audit.terms import expanded
+from derive.equations import Equation
+from tests.support import mutations
+from tests.support.mutations import REWRITES, SUBJECTS, outcome, subject, tried, untouched
+
+PLANTED = 20
+DERIVATIONS = 8
+PAPERS = tuple(SUBJECTS)
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("index", range(PLANTED))
+def test_a_planted_error_changes_what_the_audit_finds(paper: str, index: int) -> None:
+    mutant = mutations.mutants(paper, PLANTED)[index]
+    before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
+    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.what}"
+    assert not (before.verdict == after.verdict == "confirmed")
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_planted_errors_are_of_many_kinds_and_many_equations(paper: str) -> None:
+    planted = mutations.mutants(paper, PLANTED)
+    assert len({(m.equation.number, m.equation.residual, m.equation.relation) for m in planted}) == PLANTED
+    assert len({m.kind for m in planted}) >= 5
+    assert len({m.equation.number for m in planted}) >= 10
+
+
+def test_errors_of_every_kind_are_planted_in_some_paper() -> None:
+    kinds = {m.kind for paper in PAPERS for m in mutations.mutants(paper, PLANTED)}
+    assert kinds == set(mutations.KINDS)
+
+
+def test_a_single_error_in_a_confirmed_equation_is_named() -> None:
+    """Most errors of the kinds that the audit knows are removed by one edit."""
+    words: Counter[str] = Counter()
+    for paper in PAPERS:
+        for mutant in mutations.mutants(paper, PLANTED):
+            if untouched(paper, mutant.equation.number).verdict == "confirmed":
+                found = tried(paper, mutant.equation)
+                words[
+                    found.verdict if len(min(found.corrections, default=("", "", ""), key=len)) == 1 else "other"
+                ] += 1
+    assert words["misprint"] > 0.9 * words.total()
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("name", REWRITES)
+def test_a_harmless_rewrite_of_a_confirmed_equation_changes_nothing(paper: str, name: str) -> None:
+    for equation in _derivable(paper, sound=True):
+        assert tried(paper, REWRITES[name](equation)) == untouched(paper, equation.number), equation.number
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("name", mutations.PLACES_KEPT)
+def test_a_harmless_rewrite_of_a_faulty_equation_changes_only_the_text_of_places(paper: str, name: str) -> None:
+    for equation in _derivable(paper, sound=False):
+        before, after = untouched(paper, equation.number), tried(paper, REWRITES[name](equation))
+        assert _shape(after) == _shape(before), equation.number
+
+
+def test_there_are_twenty_rewrites_and_each_is_used() -> None:
+    assert len(REWRITES) >= 20
+    unused = {
+        name
+        for name, rewrite in REWRITES.items()
+        if not any(_differs(rewrite(e), e) for p in PAPERS for sound in (True, False) for e in _derivable(p, sound))
+    }
+    assert not unused
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_rewrites_are_harmless(paper: str) -> None:
+    for name, rewrite in REWRITES.items():
+        for equation in _derivable(paper, sound=True):
+            other = rewrite(equation)
+            if other.relation == equation.relation:
+                assert not mutations.changes(paper, other), f"({equation.number}) {name}"
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("index", range(DERIVATIONS))
+def test_an_error_in_the_derivation_is_never_confirmed(paper: str, index: int) -> None:
+    rng = random.Random(f"{paper} {index} derived")
+    chosen = rng.choice([e for e in _derivable(paper, sound=True) if _terms(paper, e)])
+    printed, derived = subject(paper).pair(chosen.number)
+    assert derived is not None
+    term = rng.choice(_terms(paper, chosen))
+    for change in (term, 2 * term):
+        spoiled = replace(derived, residual=sp.expand(derived.residual - change, trig=False))
+        found = judge(printed, spoiled, subject(paper).points, subject(paper).words)
+        assert found.verdict != "confirmed", f"({chosen.number}) without {change}"
+
+
+def _derivable(paper: str, sound: bool) -> list[Equation]:
+    equations = [subject(paper).paper.equations[n] for n in mutations.derivable(paper)]
+    return [e for e in equations if mutations.is_sound(paper, e) is sound]
+
+
+def _terms(paper: str, equation: Equation) -> list[sp.Expr]:
+    """Terms of the derivation but for the symbol that it defines."""
+    derived = subject(paper).pair(equation.number)[1]
+    terms = [t for t in expanded(derived.residual) if t != derived.defines]
+    return terms if derived.defines is not None or len(terms) > 1 else []
+
+
+def _differs(one: Equation, other: Equation) -> bool:
+    return (one.residual, one.relation) != (other.residual, other.relation)
+
+
+def _shape(found: Judgement) -> tuple[object, ...]:
+    """A judgement without the texts of places."""
+    kinds = {tuple(re.sub(r"(^sign of|on|of) .*", r"\1", edit) for edit in c) for c in found.corrections}
+    return found.verdict, kinds, len(found.missing), len(found.unexplained)
