@@ -230,7 +230,8 @@ def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:
 @pytest.mark.parametrize(
     "expr",
     [FORMULA, sp.sqrt(a / b) ** 3, sp.Abs(a - b), sp.atan2(-a, -b), sp.exp(u) * sp.log(1 + v), sp.Min(a, b, c),
-     sp.pi * a, sp.Piecewise((a, u > v), (b, True)), sp.acos(u / 2) + sp.tan(v), sp.Rational(1, 3) * sp.cosh(u), sp.floor(7 * u)],
+     sp.pi * a, sp.Piecewise((a, u > v), (b, True)), sp.acos(u / 2) + sp.tan(v), sp.Rational(1, 3) * sp.cosh(u),
+     sp.floor(7 * u)],
 )  # fmt: skip
 def test_values_have_fifty_digits(expr: sp.Expr) -> None:
     point = POINTS[0]
