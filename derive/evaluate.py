@@ -60,6 +60,7 @@ class Point:
         """Give a symbol another value; what was evaluated with the old one is forgotten."""
         with mpmath.workdps(DIGITS + GUARD):
             self._known = self.values() | {symbol: _number(value)}
+            self._digits = {}
 
     def __call__(self, expr: Expr) -> mpf:
         with mpmath.workdps(DIGITS + GUARD):

@@ -9,7 +9,7 @@ import sympy as sp
 
 
 class Quantity(sp.Symbol):
-    """A real symbol with unit, meaning and source; two quantities are equal when their names are.
+    """A real symbol with unit, meaning and source; two quantities are equal when their names and units are.
 
     ``unit`` is an SI unit such as ``"kg m2"``, ``"rad/s"`` or ``"1"``; ``shown`` is where a user finds the value
     (``"mass.sun_kg"``).
@@ -28,6 +28,9 @@ class Quantity(sp.Symbol):
         self = sp.Symbol.__xnew__(cls, name, real=True)
         self.unit, self.meaning, self.source, self.shown = unit, meaning, source, shown
         return self
+
+    def _hashable_content(self) -> tuple[object, ...]:
+        return (*super()._hashable_content(), self.unit)
 
     def __getnewargs_ex__(self) -> tuple[tuple[str, ...], dict[str, str]]:
         return (self.name, self.unit, self.meaning, self.source, self.shown), {}

@@ -66,6 +66,14 @@ def test_only_equation_7_of_wang2017_mixes_dimensions() -> None:
     assert mixed == ["7"]
 
 
+def test_one_name_with_two_units_is_two_quantities() -> None:
+    """SymPy remembers products; one paper's symbol must not come back for another's of the same name."""
+    length, number = Quantity("zz", "m", "test", "test"), Quantity("zz", "1", "test", "test")
+    assert dimension(2 * length) == of_unit("m")
+    assert dimension(2 * number) == of_unit("1")
+    assert length != number
+
+
 @pytest.mark.parametrize(
     ("unit", "exponents"),
     [

@@ -14,7 +14,6 @@ from functools import cache
 import sympy as sp
 from mpmath import mpf
 from sympy import Basic, Expr
-from sympy.core.cache import clear_cache
 
 from derive.audit.judge import Comparison, Judgement, judge
 from derive.audit.subject import Subject
@@ -57,18 +56,7 @@ def subject(name: str) -> Subject:
 def tried(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
     own = subject(name)
-    _open(name)
     return judge(*_pair(name, equation), own.points, own.words)
-
-
-_OPEN = [""]
-
-
-def _open(name: str) -> None:
-    """Papers use one name for quantities of different units, and SymPy would hand out those of another paper."""
-    if _OPEN[0] != name:
-        clear_cache()
-        _OPEN[0] = name
 
 
 @cache
