@@ -55,15 +55,15 @@ def test_every_step_has_the_dimension_of_what_it_defines(name: str) -> None:
         assert dimension(let.expr) in (None, of_unit(let.symbol.unit)), let.symbol
 
 
-def test_only_equation_7_of_wang2017_mixes_dimensions() -> None:
-    """It prints a rate where an acceleration has to stand."""
+def test_equations_7_and_31_of_wang2017_mix_dimensions() -> None:
+    """One prints a rate where an acceleration has to stand, the other adds a force to the square of one."""
     mixed = []
     for number, equation in wang2017.PAPER.equations.items():
         try:
             dimension(equation.residual)
         except DimensionError:
             mixed.append(number)
-    assert mixed == ["7"]
+    assert mixed == ["7", "31"]
 
 
 def test_one_name_with_two_units_is_two_quantities() -> None:

@@ -229,6 +229,11 @@ def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
     assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in found["design"].items())
 
 
+def _hears_interrupts() -> None:
+    """A process in the background of a script is started deaf to them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
     command = [
         sys.executable,
@@ -242,7 +247,9 @@ def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
         "--out",
         str(tmp_path),
     ]
-    search = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    search = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts
+    )
     assert search.stderr is not None
     assert "generation 20 of 200" in search.stderr.readline()
     search.send_signal(signal.SIGINT)
