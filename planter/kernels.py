@@ -51,6 +51,8 @@ class Kernel:
         try:
             results = self._mapped(count)(*arguments)
         except RuntimeError as error:
+            if "KeyboardInterrupt" in str(error):  # what CasADi makes of a Ctrl-C inside a call
+                raise KeyboardInterrupt from None
             raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
         many = results if len(self.outputs) > 1 else [results]
         return {n: self._finite(n, np.asarray(r, dtype=float)) for n, r in zip(self.outputs, many, strict=True)}

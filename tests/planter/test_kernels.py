@@ -65,6 +65,15 @@ def test_a_failed_root_is_an_error() -> None:
         kernel(start=1.0, p=4.0)
 
 
+def test_ctrl_c_inside_a_call_stays_an_interrupt(kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*arguments: object) -> None:
+        raise RuntimeError("Error in Function::call for 'f' at function.cpp:1:\nKeyboardInterrupt")
+
+    monkeypatch.setattr(kernel, "_mapped", lambda count: interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        kernel(phi=0.5, x=[1.0, 2.0])
+
+
 @pytest.mark.skipif(not HAS_COMPILER, reason="no C compiler")
 @pytest.mark.parametrize("model", MODELS)
 def test_machine_code_agrees_with_the_virtual_machine(
