@@ -6,7 +6,10 @@ name, in its exact shape and finite, and so is every output.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
@@ -16,6 +19,25 @@ from planter.compiled import compiled
 from planter.errors import ComputationError, PlanterError
 
 Array = NDArray[np.float64]
+
+
+T = TypeVar("T")
+
+
+def _uninterrupted(call: Callable[[], T]) -> T:
+    """Let a Ctrl-C wait for the end of a call: inside, CasADi's wrappers would turn it into other errors."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        return call()
+    pending: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: pending.append(number))
+    try:
+        result = call()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pending:
+        raise KeyboardInterrupt
+    return result
 
 
 class CallError(PlanterError):
@@ -47,12 +69,13 @@ class Kernel:
             raise CallError(f"{self._name} takes {self.names}, and was given {sorted(inputs)}")
         arrays = {name: self._array(name, value) for name, value in inputs.items()}
         count = self._count(arrays)
+        return _uninterrupted(lambda: self._evaluated(arrays, count))
+
+    def _evaluated(self, arrays: dict[str, Array], count: int) -> dict[str, Array]:
         arguments = [self._shaped(i, name, arrays[name], count) for i, name in enumerate(self.names)]
         try:
             results = self._mapped(count)(*arguments)
         except RuntimeError as error:
-            if "KeyboardInterrupt" in str(error):  # what CasADi makes of a Ctrl-C inside a call
-                raise KeyboardInterrupt from None
             raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
         many = results if len(self.outputs) > 1 else [results]
         return {n: self._finite(n, np.asarray(r, dtype=float)) for n, r in zip(self.outputs, many, strict=True)}
