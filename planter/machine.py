@@ -2,14 +2,12 @@
 
 import re
 from collections.abc import Mapping
-from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
-from planter import paths, units
+from planter import builtin, paths, units
 from planter.complaints import SET, explain, lacking, not_allowed, refused
 from planter.errors import InputError
 from planter.sections import (
@@ -29,7 +27,7 @@ from planter.sections import (
     Stage,
     least_inertia,
 )
-from planter.textfile import parse_toml, read_text
+from planter.textfile import parse_toml
 
 _ORIGIN = re.compile(r"(paper|assumed|calibrated|measured)\b")
 
@@ -221,39 +219,8 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Ma
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
     label = str(source)
-    text = example_text(label) if _is_built_in(source) else read_text(source)
-    machine = _validated(parse_toml(text, label), label)
+    machine = _validated(parse_toml(builtin.text(source, "planting"), label), label)
     return machine.with_numbers(overrides) if overrides else machine
-
-
-def built_in() -> list[str]:
-    """Names of the machines that come with the package, sorted."""
-    return sorted(file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml"))
-
-
-def example_text(name: str) -> str:
-    """The commented file of a built-in machine, to start from. Raises InputError for an unknown name."""
-    known = built_in()
-    if name not in known:
-        similar = paths.close(name, known)
-        hint = f"did you mean {similar[0]}? " if similar else ""
-        raise InputError(
-            f"{name}: there is no built-in machine of that name, {hint}(built in: {', '.join(known)}; "
-            "anything else must be the path of a .toml file)"
-        )
-    return _folder().joinpath(f"{name}.toml").read_text(encoding="utf-8")
-
-
-def _folder() -> Traversable:
-    return resources.files("planter").joinpath("machines")
-
-
-def _is_built_in(source: str | Path) -> bool:
-    if isinstance(source, Path):
-        return False
-    if source in built_in():
-        return True
-    return not (source.endswith(".toml") or Path(source).name != source or Path(source).exists())
 
 
 def _validated(table: Mapping[str, Any], source: str, overridden: tuple[str, ...] = ()) -> Machine:

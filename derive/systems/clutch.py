@@ -30,7 +30,7 @@ ASSUMPTIONS = (
 )
 
 Values = dict[Quantity, mpf]
-DATA = Path(__file__).parents[2] / "planter" / "data" / "shi2021.toml"
+DATA = Path(__file__).parents[2] / "planter" / "machines" / "clutch" / "shi2021.toml"
 DIGITS = 60
 _SCALES: dict[str, Callable[[], Any]] = {
     "_mm_s": lambda: mpf("1e-3"),

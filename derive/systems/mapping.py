@@ -28,7 +28,7 @@ ASSUMPTIONS = (
     "pitch curves roll without slip",
 )
 
-DATA = Path(__file__).parents[2] / "planter" / "data" / "sun2019.toml"
+DATA = Path(__file__).parents[2] / "planter" / "machines" / "mapping" / "sun2019.toml"
 DIGITS = 70
 REAL = mp.mpf(10) ** -25
 """Share of a root up to which its imaginary part is rounding."""

@@ -23,7 +23,7 @@ from derive.systems.pickup_geometry import Formula
 from derive.systems.pickup_spline import CONTROLS, INTERVALS, KNOTS
 
 DIGITS = 60
-MACHINE = Path(__file__).parents[2] / "planter" / "data" / "yu2023.toml"
+MACHINE = Path(__file__).parents[2] / "planter" / "machines" / "pickup" / "yu2023.toml"
 Values = dict[Quantity, mpf]
 
 

@@ -19,7 +19,7 @@ from derive.quantity import Quantity
 from derive.systems import planting
 from derive.systems import planting_quantities as q
 
-MACHINE = Path(__file__).parents[2] / "planter" / "machines" / "wang2017.toml"
+MACHINE = Path(__file__).parents[2] / "planter" / "machines" / "planting" / "wang2017.toml"
 WORKING_DIGITS = 25
 _FACTORS = {"mm": "1e-3", "deg": "pi/180", "rpm": "pi/30"}
 

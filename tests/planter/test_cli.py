@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from planter import machine
+from planter import builtin, machine
 from planter.cli import app
 
 ROOT = Path(__file__).parents[2]
@@ -131,8 +131,8 @@ def test_gradient_of_the_objective_against_differences(model: str) -> None:
 
 def test_examples_are_listed_printed_and_valid(tmp_path: Path) -> None:
     names = answer("example")["examples"]
-    assert {"wang2017", "compact"} <= set(names)
-    for name in names:
+    assert {"wang2017", "compact", "shi2021", "yu2023", "sun2019"} <= set(names)
+    for name in builtin.names("planting"):
         code, text, _ = run("example", name)
         assert code == 0
         path = tmp_path / f"{name}.toml"

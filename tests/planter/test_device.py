@@ -17,7 +17,7 @@ from derive.curves import Condition, PitchCurve
 from derive.emit import curve as emit_curve
 from derive.emit import sidecar as emit_sidecar
 from derive.quantity import Quantity
-from planter import emitted, machine
+from planter import builtin, emitted, machine
 from planter.device import MODELS, Device, Model
 from planter.errors import GeometryError, InputError
 
@@ -25,7 +25,7 @@ TEN = ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg", "R3_mm", "e3_mm", "m
 
 
 def edited(tmp_path: Path, *changes: tuple[str, str]) -> Path:
-    text = machine.example_text("wang2017")
+    text = builtin.example("wang2017")
     for old, new in changes:
         assert re.search(old, text, re.MULTILINE), old
         text = re.sub(old, new, text, count=1, flags=re.MULTILINE)
@@ -35,7 +35,7 @@ def edited(tmp_path: Path, *changes: tuple[str, str]) -> Path:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("name", machine.built_in())
+@pytest.mark.parametrize("name", builtin.names("planting"))
 def test_names_and_numbers_of_built_in_machines(name: str, model: Model) -> None:
     device = Device(machine.load(name), model)
     assert device.names == TEN

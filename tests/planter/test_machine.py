@@ -9,15 +9,16 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from planter import builtin
 from planter.errors import GeometryError, InputError
-from planter.machine import Machine, built_in, example_text, load
+from planter.machine import Machine, load
 
 INERTIA_C1 = "C1_centroidal_xx_yy_zz_kg_m2"
 
 
 def tampered(folder: Path, section: str, key: str, line: str | None) -> Path:
     """A copy of the wang2017 file in which the line of a key in a section is replaced, or taken out."""
-    before, header, rest = f"\n{example_text('wang2017')}".partition(f"\n[{section}]")
+    before, header, rest = f"\n{builtin.example('wang2017')}".partition(f"\n[{section}]")
     body, count = re.subn(rf"(?m)^{re.escape(key)} = .*$", lambda _: line or "", rest, count=1)
     assert header
     assert count == 1
@@ -39,8 +40,8 @@ def refusal(source: str | Path, overrides: dict[str, float] | None = None) -> st
 
 
 def test_built_in_machines_load_under_their_own_names() -> None:
-    assert {"wang2017", "compact"} <= set(built_in())
-    for name in built_in():
+    assert {"wang2017", "compact"} <= set(builtin.names("planting"))
+    for name in builtin.names("planting"):
         assert load(name).name == name
 
 
@@ -52,7 +53,7 @@ def test_wang2017_weighs_what_its_source_says() -> None:
 
 
 def test_every_value_of_the_file_is_in_the_machine() -> None:
-    text = example_text("wang2017")
+    text = builtin.example("wang2017")
     read, machine = tomllib.loads(text), load("wang2017").table()
     assert machine == read
 
@@ -67,14 +68,14 @@ def test_a_machine_survives_its_own_table_and_pickle() -> None:
 
 def test_the_example_is_a_file_to_start_from(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(example_text("compact"), encoding="utf-8")
+    path.write_text(builtin.example("compact"), encoding="utf-8")
     assert load(path).table() == load("compact").table()
     assert load(str(path)).source == str(path)
 
 
 def test_a_byte_order_mark_is_no_obstacle(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(example_text("compact"), encoding="utf-8-sig")
+    path.write_text(builtin.example("compact"), encoding="utf-8-sig")
     assert load(path).name == "compact"
 
 
@@ -96,7 +97,7 @@ def test_the_second_machine_differs_in_masses_speed_cam_and_box() -> None:
 
 
 def test_the_design_of_a_built_in_machine_lies_in_its_box() -> None:
-    for machine in map(load, built_in()):
+    for machine in map(load, builtin.names("planting")):
         for name, (lower, upper) in machine.bounds.items():
             assert lower <= machine.design[name] <= upper, (machine.name, name)
 
@@ -431,7 +432,7 @@ def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
     message = refusal(path)
     assert message.startswith(f"{path}: operation is missing")
     assert message.endswith("more problems)")
-    whole = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", example_text("wang2017"))
+    whole = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", builtin.example("wang2017"))
     path.write_text(f"mass = 3\n{whole}", encoding="utf-8")
     assert refusal(path).startswith(f"{path}: mass = 3 is not allowed: it must be a table")
 
@@ -445,7 +446,7 @@ def test_a_misspelt_built_in_name_gets_the_close_match_and_the_list() -> None:
     assert "did you mean wang2017?" in message
     assert "compact, wang2017" in message
     with pytest.raises(InputError, match="did you mean compact"):
-        example_text("compac")
+        builtin.example("compac")
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
@@ -459,7 +460,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "my.toml"
-    path.write_text(example_text("compact"), encoding="utf-8")
+    path.write_text(builtin.example("compact"), encoding="utf-8")
 
     def denied(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
@@ -472,7 +473,7 @@ def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytes
 
 def test_a_huge_file_is_refused_and_one_at_the_limit_is_not(tmp_path: Path) -> None:
     path = tmp_path / "my.toml"
-    text = example_text("compact") + "#"
+    text = builtin.example("compact") + "#"
     path.write_text(text + "x" * (1_000_000 - len(text)), encoding="utf-8")
     assert load(path).name == "compact"
     path.write_text(text + "x" * (1_000_001 - len(text)), encoding="utf-8")

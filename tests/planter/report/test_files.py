@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import machine
+from planter import builtin, machine
 from planter.errors import ComputationError, InputError
 from planter.report import files
 
@@ -101,7 +101,7 @@ def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
 
 def test_provenance_is_of_the_values_not_of_the_file(tmp_path: Path) -> None:
     copy = tmp_path / "copy.toml"
-    copy.write_text("# another comment\n" + machine.example_text("wang2017"), encoding="utf-8")
+    copy.write_text("# another comment\n" + builtin.example("wang2017"), encoding="utf-8")
     own = files.provenance(machine.load("wang2017"), seed=7)
     assert files.provenance(machine.load(copy), seed=7) == own
     assert own["seed"] == 7

@@ -1,31 +1,21 @@
-"""The command line: arguments in, results out. Heavy parts are loaded by the command that needs them."""
+"""Commands of the planting device."""
 
 from __future__ import annotations
 
 import enum
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from planter import __version__
 from planter import machine as machines
+from planter.cli.app import app
+from planter.cli.options import JsonOption, OutOption, SetOption, SpeedOption, overrides
 from planter.console import Console
-from planter.errors import InputError, Interrupted
+from planter.errors import Interrupted
 
 if TYPE_CHECKING:
     from planter.device import Device
-
-app = typer.Typer(
-    name="planter",
-    help="Planting-machine mechanisms, from the printed equation to the optimum.",
-    invoke_without_command=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
 
 
 class Model(enum.StrEnum):
@@ -43,46 +33,6 @@ MachineArgument = Annotated[
     str, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
 ]
 ModelOption = Annotated[Model, typer.Option(help="first principles, or the paper's equations as printed")]
-JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
-OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="change a value for this call", show_default=False),
-]
-SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        print(f"planter {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def common(
-    context: typer.Context,
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
-    ] = False,
-) -> None:
-    """Planting-machine mechanisms, from the printed equation to the optimum."""
-    if context.invoked_subcommand is None:
-        print(context.get_help())
-
-
-def overrides(settings: Sequence[str] | None, speed_rpm: float | None) -> dict[str, float]:
-    """Values to change, from `--set name=value` and `--speed-rpm`."""
-    found: dict[str, float] = {}
-    for setting in settings or ():
-        name, equals, text = setting.partition("=")
-        try:
-            found[name.strip()] = float(text)
-        except ValueError:
-            allowed = "it must be NAME=VALUE with a number" if equals else "it must be NAME=VALUE"
-            raise InputError(f"--set {setting} is not allowed: {allowed}") from None
-    if speed_rpm is not None:
-        found["operation.speed_rpm"] = speed_rpm
-    return found
 
 
 def device_of(source: str, model: str, settings: Sequence[str] | None, speed_rpm: float | None) -> Device:
@@ -231,53 +181,3 @@ def validate(
         device = device_of(machine, "exact", set_, speed_rpm)
         result: dict[str, Any] = {"machine": device.machine.name, "valid": True, "design": list(device.names)}
         console.result(result, lambda: print(f"{machine}: valid, design parameters {', '.join(device.names)}"))
-
-
-@app.command()
-def example(
-    name: Annotated[str | None, typer.Argument(help="a built-in machine", show_default=False)] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """List the built-in machines, or print one to start from."""
-    console = Console(as_json)
-    with console.outcome():
-        if name is None:
-            known = machines.built_in()
-            console.result({"examples": known}, lambda: print("\n".join(known)))
-        else:
-            text = machines.example_text(name)
-            console.result({"name": name, "text": text}, lambda: print(text, end=""))
-
-
-@app.command()
-def audit(
-    paper: Annotated[
-        str | None, typer.Argument(help="one of the papers, by its short name", show_default=False)
-    ] = None,
-    as_json: JsonOption = False,
-    out: OutOption = None,
-) -> None:
-    """Verdicts on the printed equations, laws and numbers of the papers."""
-    console = Console(as_json)
-    with console.outcome():
-        from planter import audit as trial
-        from planter.audit import page, tables
-
-        result = trial.audit(paper)
-        if out is not None:
-            page.write(out, result)
-        console.result(result, lambda: tables.show(console, result))
-
-
-def main() -> None:
-    """Entry point: a call that cannot be understood ends in one sentence and exit code 2."""
-    import sys
-
-    try:
-        code = app(standalone_mode=False)
-    except Exception as error:
-        if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
-            raise
-        print(f"planter: {error.format_message()}", file=sys.stderr)
-        code = InputError.exit_code
-    sys.exit(code)

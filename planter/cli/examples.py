@@ -1,0 +1,28 @@
+"""Built-in files to start from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter import builtin
+from planter.cli.app import app
+from planter.cli.options import JsonOption
+from planter.console import Console
+
+
+@app.command()
+def example(
+    name: Annotated[str | None, typer.Argument(help="a built-in machine or data file", show_default=False)] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the built-in machines and data files, or print one to start from."""
+    console = Console(as_json)
+    with console.outcome():
+        if name is None:
+            known = builtin.names()
+            console.result({"examples": known}, lambda: print("\n".join(known)))
+        else:
+            text = builtin.example(name)
+            console.result({"name": name, "text": text}, lambda: print(text, end=""))
