@@ -20,6 +20,8 @@ from planter.kernels import Array
 SEED = 0
 RANK = 1e-6
 """Singular values below this share of the largest count as zero."""
+CLOSE = 1e-12
+"""Relative change at which the last, local search ends: a target that can be met is met to rounding of the model."""
 GENERATIONS, MEMBERS = 100, 5
 """Generations of the global searches, and members of a population per input."""
 
@@ -125,7 +127,8 @@ def _fitted(force: Force, wanted: dict[str, float]) -> Array:
     """A global search in the bounds, then bounded least squares from there."""
     start = _searched(lambda z: float((_residuals(force, z, wanted) ** 2).sum()), len(force.start()), force.start())
     inside = np.clip(start, 1e-6, 1 - 1e-6)
-    found: Array = least_squares(lambda z: _residuals(force, z, wanted), inside, bounds=(0, 1)).x
+    exact = {"ftol": CLOSE, "xtol": CLOSE, "gtol": CLOSE}
+    found: Array = least_squares(lambda z: _residuals(force, z, wanted), inside, bounds=(0, 1), **exact).x
     return found
 
 

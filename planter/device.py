@@ -18,6 +18,7 @@ from planter import emitted, gears, units
 from planter.gears import Candidate, Stage
 from planter.kernels import Array, Kernel
 from planter.machine import Machine
+from planter.support import SupportForce
 
 Model = Literal["exact", "printed"]
 MODELS: tuple[Model, ...] = ("exact", "printed")
@@ -68,10 +69,14 @@ class Functions:
         packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
         return [phi, mounting, *packed, self.c, dynamics]
 
+    def side(self, phi: ca.SX) -> ca.SX:
+        """What the sidecar lists of a side, at its carrier angle."""
+        return self._lane(*self.lane_inputs(phi))
+
     @cached_property
     def both(self) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Side 1, side 2 (half a turn behind) and what both do to the frame."""
-        one, two = (self._lane(*self.lane_inputs(phi)) for phi in (self.phi, self.phi - np.pi))
+        one, two = self.side(self.phi), self.side(self.phi - np.pi)
         return one, two, self._frame(one, two, self.c)
 
     @cached_property
@@ -83,7 +88,16 @@ class Functions:
         return [self.phi, self.x, self.c, self.h]
 
     def total(self, name: str) -> ca.SX:
-        return self.both[2][[entry["name"] for entry in self.sidecar["vectors"]["totals"]].index(name)]
+        return self.both[2][self._index(name)]
+
+    def frame_total(self, name: str) -> ca.Function:
+        """(one, two, c) -> force: one of the totals, from both sides."""
+        one, two = (ca.SX.sym(side, self.side(self.phi).numel()) for side in ("one", "two"))
+        force = self._frame(one, two, self.c)[self._index(name)]
+        return ca.Function("frame_total", [one, two, self.c], [force], ["one", "two", "c"], ["force"])
+
+    def _index(self, name: str) -> int:
+        return [entry["name"] for entry in self.sidecar["vectors"]["totals"]].index(name)
 
 
 class Device:
@@ -134,24 +148,30 @@ class Device:
                 *(Candidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
 
     def compile(self) -> None:
-        """Run what an optimiser calls again and again in machine code, where there is a C compiler."""
-        for kernel in (self._support, self._slopes, self._hessian_sum):
+        """Run what an optimiser calls again and again in the fastest way that there is here."""
+        for kernel in (self.prologue_kernel, self.prologue_hessian_kernel):
             kernel.compile()
+        self.force.compile()
         self.compiled = True
+
+    @cached_property
+    def force(self) -> SupportForce:
+        """The vertical force on the support, with derivatives."""
+        return SupportForce(self)
 
     @property
     def size(self) -> int:
         return len(self.names)
 
     @cached_property
-    def _prologue(self) -> Kernel:
+    def prologue_kernel(self) -> Kernel:
         f = self.functions.prologue_function
         x, c = f.mx_in()
         h = f(x, c)
         return Kernel(ca.Function("prologue", [x, c], [h, ca.jacobian(h, x)], ["x", "c"], ["h", "dh"]))
 
     @cached_property
-    def _prologue_hessian(self) -> Kernel:
+    def prologue_hessian_kernel(self) -> Kernel:
         f = self.functions.prologue_function
         x, c = f.mx_in()
         weights = ca.MX.sym("weights", f.size1_out(0))
@@ -159,84 +179,27 @@ class Device:
         return Kernel(ca.Function("prologue_hessian", [x, c, weights], [hessian], ["x", "c", "weights"], ["hessian"]))
 
     def prologue(self, x: Array) -> Prologue:
-        found = self._prologue(x=x, c=self.constants)
+        found = self.prologue_kernel(x=x, c=self.constants)
         return Prologue(np.asarray(x, dtype=float), found["h"][:, 0], found["dh"])
-
-    def _lane_kernel(self, name: str, outputs: dict[str, ca.SX]) -> Kernel:
-        names = ["phi", "x", "c", "h"]
-        f = ca.Function(name, self.functions.inputs, list(outputs.values()), names, list(outputs))
-        return Kernel(f, lanes=["phi"])
 
     @cached_property
     def _cycle(self) -> Kernel:
-        return self._lane_kernel("cycle", dict(zip(("side1", "side2", "totals"), self.functions.both, strict=True)))
-
-    @cached_property
-    def _support(self) -> Kernel:
-        return self._lane_kernel("support", {"force": self.functions.total("F_support")})
-
-    @cached_property
-    def _slopes(self) -> Kernel:
-        force = self.functions.total("F_support")
-        phi, x, _, h = self.functions.inputs
-        return self._lane_kernel("slopes", {"force": force, "g": ca.gradient(force, ca.vertcat(phi, x, h))})
-
-    def _hessian_kernel(self, summed: bool) -> Kernel:
-        """Weighted Hessian in (phi, x) along the prologue's tangent, and the weighted slope in h."""
-        phi, x, c, h = self.functions.inputs
-        support = ca.Function("force", [phi, x, c, h], [self.functions.total("F_support")])
-        step, weight = ca.SX.sym("step", self.size), ca.SX.sym("weight")
-        dh = ca.SX.sym("dh", h.numel(), self.size)
-        tangent = ca.project(dh, self.functions.prologue_function.jac_sparsity(0, 0))
-        force = weight * support(phi, x + step, c, h + tangent @ step)
-        z = ca.vertcat(phi, step)
-        hessian, _ = ca.hessian(force, z)
-        slope = weight * ca.gradient(support(phi, x, c, h), h)
-        at_zero = ca.Function("hessian", [phi, weight, x, c, h, dh, step], [ca.vec(ca.densify(hessian)), slope])
-        outputs = at_zero(phi, weight, x, c, h, dh, ca.SX.zeros(self.size))
-        f = ca.Function("hessian", [phi, weight, x, c, h, dh], list(outputs),
-                        ["phi", "weight", "x", "c", "h", "dh"], ["hessian", "slope"])  # fmt: skip
-        return Kernel(f, lanes=["phi", "weight"], summed=summed)
-
-    @cached_property
-    def _hessian_sum(self) -> Kernel:
-        return self._hessian_kernel(summed=True)
-
-    @cached_property
-    def _hessian_rows(self) -> Kernel:
-        return self._hessian_kernel(summed=False)
-
-    def _at(self, at: Prologue) -> dict[str, Array]:
-        return {"x": at.x, "c": self.constants, "h": at.h}
+        names, outputs = ["phi", "x", "c", "h"], ["side1", "side2", "totals"]
+        f = ca.Function("cycle", self.functions.inputs, list(self.functions.both), names, outputs)
+        return Kernel(f, lanes=["phi"])
 
     def cycle(self, at: Prologue, phi: Array) -> dict[str, Array]:
         """`side1`, `side2` and `totals` at carrier angles; a row for each quantity of the sidecar."""
-        return self._cycle(phi=phi, **self._at(at))
+        return self._cycle(phi=phi, x=at.x, c=self.constants, h=at.h)
+
+    def prologue_curvature(self, x: Array, weights: Array) -> Array:
+        """Hessian (p, p) of weights . h in the design."""
+        return self.prologue_hessian_kernel(x=x, c=self.constants, weights=weights)["hessian"]
 
     def support(self, at: Prologue, phi: Array) -> Array:
         """Vertical support force [N], (n,)."""
-        return self._support(phi=phi, **self._at(at))["force"][0]
+        return self.force.value(at, phi)
 
     def support_slopes(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
         """Vertical support force (n,) and its Jacobian in (phi, x), (n, 1 + p)."""
-        found = self._slopes(phi=phi, **self._at(at))
-        g = found["g"].T
-        along_phi, along_x, along_h = np.split(g, [1, 1 + self.size], axis=1)
-        return found["force"][0], np.hstack([along_phi, along_x + along_h @ at.dh])
-
-    def support_hessian(self, at: Prologue, phi: Array, weights: Array) -> Array:
-        """Weighted sum over the angles of the Hessian of the support force in (phi, x), (1 + p, 1 + p)."""
-        found = self._hessian_sum(phi=phi, weight=weights, dh=at.dh, **self._at(at))
-        return self._with_prologue(at, found["hessian"][:, 0], found["slope"][:, 0])
-
-    def support_hessians(self, at: Prologue, phi: Array) -> Array:
-        """Hessian of the support force in (phi, x) at each angle, (n, 1 + p, 1 + p)."""
-        found = self._hessian_rows(phi=phi, weight=np.ones(len(phi)), dh=at.dh, **self._at(at))
-        columns = zip(found["hessian"].T, found["slope"].T, strict=True)
-        return np.array([self._with_prologue(at, hessian, slope) for hessian, slope in columns])
-
-    def _with_prologue(self, at: Prologue, hessian: Array, slope: Array) -> Array:
-        curved = self._prologue_hessian(x=at.x, c=self.constants, weights=slope)["hessian"]
-        full = hessian.reshape(1 + self.size, 1 + self.size).copy()
-        full[1:, 1:] += curved
-        return full
+        return self.force.slopes(at, phi)

@@ -6,38 +6,17 @@ name, in its exact shape and finite, and so is every output.
 
 from __future__ import annotations
 
-import signal
 import threading
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from planter.compiled import compiled
+from planter import ways
 from planter.errors import ComputationError, PlanterError
+from planter.ways import Array, Work
 
-Array = NDArray[np.float64]
-
-
-T = TypeVar("T")
-
-
-def _uninterrupted(call: Callable[[], T]) -> T:
-    """Let a Ctrl-C wait for the end of a call: inside, CasADi's wrappers would turn it into other errors."""
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
-        return call()
-    pending: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, frame: pending.append(number))
-    try:
-        result = call()
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if pending:
-        raise KeyboardInterrupt
-    return result
+__all__ = ["Array", "CallError", "Kernel"]
 
 
 class CallError(PlanterError):
@@ -55,13 +34,30 @@ class Kernel:
         self.names: list[str] = function.name_in()
         self.outputs: list[str] = function.name_out()
         self.lanes = tuple(lanes)
-        self.summed = summed
-        self._maps: dict[int, ca.Function] = {}
+        self._shapes = [function.size_in(i) for i in range(function.n_in())]
+        self.work = Work(function, self.lanes, summed)
+        self._way = ways.virtual_machine(self.work)
 
-    def compile(self) -> None:
-        """Run in machine code from now on, where there is a compiler."""
-        self.function = compiled(self.function)
-        self._maps.clear()
+    @property
+    def way(self) -> str:
+        """How the function is evaluated now: `lanes`, `casadi-c` or `casadi-vm`."""
+        return self._way.name
+
+    @property
+    def compiled(self) -> ca.Function | None:
+        """The function in CasADi's own C, for the use in its graphs; None where it is evaluated otherwise."""
+        return self._way.function if isinstance(self._way, ways.VirtualMachine) and self.way == "casadi-c" else None
+
+    def interface(self, count: int) -> ca.Function | None:
+        """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated in lanes (yet)."""
+        return self._way.interface(count) if isinstance(self._way, ways.Lanes) else None
+
+    def compile(self, wait: bool = True) -> None:
+        """Run the fastest way that there is here from now on; without waiting, from when it is compiled on."""
+        if wait:
+            self._way = ways.fastest(self.work)
+        else:
+            threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True).start()
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns); lane outputs have a column for each lane."""
@@ -69,16 +65,15 @@ class Kernel:
             raise CallError(f"{self._name} takes {self.names}, and was given {sorted(inputs)}")
         arrays = {name: self._array(name, value) for name, value in inputs.items()}
         count = self._count(arrays)
-        return _uninterrupted(lambda: self._evaluated(arrays, count))
+        return self._evaluated(arrays, count)
 
     def _evaluated(self, arrays: dict[str, Array], count: int) -> dict[str, Array]:
         arguments = [self._shaped(i, name, arrays[name], count) for i, name in enumerate(self.names)]
         try:
-            results = self._mapped(count)(*arguments)
+            results = self._way(arguments, count)
         except RuntimeError as error:
             raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
-        many = results if len(self.outputs) > 1 else [results]
-        return {n: self._finite(n, np.asarray(r, dtype=float)) for n, r in zip(self.outputs, many, strict=True)}
+        return {name: self._finite(name, result) for name, result in zip(self.outputs, results, strict=True)}
 
     @property
     def _name(self) -> str:
@@ -92,7 +87,7 @@ class Kernel:
     def _count(self, arrays: dict[str, Array]) -> int:
         """Number of lanes: a lane input that is scalar in the function may come as a row or as a plain list."""
         for name in self.lanes:
-            rows = self.function.size1_in(self.names.index(name))
+            rows = self._shapes[self.names.index(name)][0]
             if rows == 1 and arrays[name].shape[1] == 1:
                 arrays[name] = arrays[name].T
         counts = {arrays[name].shape[1] for name in self.lanes}
@@ -101,7 +96,7 @@ class Kernel:
         return counts.pop() if counts else 1
 
     def _shaped(self, index: int, name: str, array: Array, count: int) -> Array:
-        rows, columns = self.function.size_in(index)
+        rows, columns = self._shapes[index]
         expected = (rows, count if name in self.lanes else columns)
         if array.shape != expected:
             raise CallError(f"{self._name}: input {name} has the shape {array.shape}; expected {expected}")
@@ -114,12 +109,3 @@ class Kernel:
             row, lane = np.argwhere(~np.isfinite(array))[0]
             raise ComputationError(f"{self._name}: output {name}[{row}] is not finite in lane {lane}")
         return array
-
-    def _mapped(self, count: int) -> ca.Function:
-        if not self.lanes:
-            return self.function
-        if count not in self._maps:
-            fixed = [i for i, name in enumerate(self.names) if name not in self.lanes]
-            reduced = list(range(len(self.outputs))) if self.summed else []
-            self._maps[count] = self.function.map(self._name, "serial", count, fixed, reduced)
-        return self._maps[count]

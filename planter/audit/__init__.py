@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from planter import emitted
-from planter.audit import numbers
+from planter.audit import claims, consequences, numbers
 from planter.errors import ComputationError, InputError
 
 __all__ = ["audit", "checked", "committed", "numbers"]
@@ -28,10 +28,11 @@ def audit(paper: str | None = None) -> dict[str, Any]:
     verdicts = committed()
     equations, laws = (_of(verdicts.get(part, ()), wanted) for part in ("equations", "laws"))
     judged = _of(numbers.judged(paper), wanted)
+    trial = {"equations": equations, "laws": laws, "numbers": judged}
     return {
-        "equations": equations,
-        "laws": laws,
-        "numbers": judged,
+        **trial,
+        "claims": _of(claims.judged(paper), wanted),
+        "consequences": consequences.drawn(paper, numbers.data(), trial),
         "summary": {
             name: {
                 "title": numbers.papers()[name],

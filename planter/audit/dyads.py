@@ -141,6 +141,19 @@ def null_space_entry(inputs: Inputs) -> float:
     return float((basis @ weights)[inputs["entry"] - 1])
 
 
+@formula("entry of the nearest basis")
+def nearest_basis_entry(inputs: Inputs) -> float:
+    """An entry of that orthonormal basis of the null space which comes nearest to the printed one.
+
+    All such bases differ by a rotation: three numbers for the printed twenty-four (Schoenemann, Psychometrika, 1966).
+    """
+    basis = null_space(np.array([image(pose) for pose in _poses(inputs)]))
+    names = inputs["vectors"]
+    printed = np.array([[*inputs[f"{name}_head"], *inputs[name]] for name in names], dtype=float).T
+    left, _, right = np.linalg.svd(basis.T @ printed)
+    return float((basis @ left @ right)[inputs["entry"] - 1, names.index(inputs["vector"])])
+
+
 @formula("real dyads")
 def real_dyads(inputs: Inputs) -> float:
     """How many dyads of the five poses are real."""

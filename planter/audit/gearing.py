@@ -1,30 +1,37 @@
-"""Numbers of gear trains: helical pairs (ISO 21771), the split of a ratio, and the force of the planting device."""
+"""Numbers of gear trains: helical pairs (ISO 21771) and the split of a ratio."""
 
 from __future__ import annotations
-
-from functools import cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from planter import planting
 from planter.audit.registry import Inputs, Value, formula
-from planter.device import Device
-from planter.machine import Machine, load
-
-_DENSE = 20_001
-_IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
-"""What of a machine does not bear on the force of its own design, or is no input of it."""
 
 
 @formula("centre distance as printed, nearest")
 def centre_distance_printed(inputs: Inputs) -> float:
     """m_n (z1 + z2)/cos beta, without the half, at that helix angle of the printed range that comes nearest [mm]."""
+    return _nearest(inputs, 1.0)
+
+
+@formula("centre distance, nearest")
+def centre_distance(inputs: Inputs) -> float:
+    """m_n (z1 + z2)/(2 cos beta) at that helix angle of the printed range that comes nearest [mm]."""
+    return _nearest(inputs, 0.5)
+
+
+def _nearest(inputs: Inputs, factor: float) -> float:
     wanted = float(inputs["centre_distance_mm"])
-    least, largest = inputs["helix_range_deg"]
-    angles = np.radians(np.linspace(least, largest, _DENSE))
-    found = _teeth(inputs) * inputs["normal_module_mm"] / np.cos(angles)
-    return float(found[np.argmin(abs(found - wanted))])
+    largest_and_least = np.cos(np.radians(inputs["helix_range_deg"]))
+    shortest, longest = factor * _teeth(inputs) * inputs["normal_module_mm"] / largest_and_least
+    return float(np.clip(wanted, shortest, longest))
+
+
+@formula("plants in a square metre, nearest")
+def density(inputs: Inputs) -> float:
+    """Plants in a square metre [1/m2] at those spacings of the printed range that come nearest."""
+    least, largest = (float(spacing) / 100 for spacing in inputs["spacing_cm"])
+    return float(np.clip(inputs["density_per_m2"], 1 / largest**2, 1 / least**2))
 
 
 def helix_angle(inputs: Inputs) -> float:
@@ -58,28 +65,3 @@ def split(inputs: Inputs) -> Value:
     turned[-1] = turned[0]
     slope = 1 - CubicSpline(carrier, turned, bc_type="periodic")(np.arange(0.0, 360.0, 0.01), 1)
     return float(np.sqrt(slope).mean()) if slope.min() > 0 else None
-
-
-@formula("support force")
-def support_force(inputs: Inputs) -> float:
-    """Extreme or variance of the support force in the printed model of a built-in machine at its own samples."""
-    machine, found = _printed_cycle(inputs["machine"])
-    for text in _assumptions(machine):
-        inputs.assume(text)
-    return found[inputs["part"]]
-
-
-@cache
-def _printed_cycle(name: str) -> tuple[Machine, dict[str, float]]:
-    device = Device(load(name), "printed")
-    turn = planting.cycle(device, device.prologue(device.design), planting.angles(device.machine.objective.samples))
-    return device.machine, planting.statistics(turn.support)
-
-
-def _assumptions(machine: Machine) -> list[str]:
-    """Numbers of a machine that its paper does not give, and that bear on the force."""
-    return [
-        f"{path} = {value:g}"
-        for path, value in machine.numbers().items()
-        if not path.startswith(_IDLE) and not machine.origin(path).startswith("paper")
-    ]

@@ -14,6 +14,8 @@ APOTHEM = np.sqrt(3) / 2
 """Distance of a regular hexagon's sides from its centre, in side lengths."""
 TURN = np.radians(60)
 """Between the directions in which A and B slide."""
+CORNERS = 5
+_DENSE = 12_001
 
 
 def corner_path(lead: float) -> Array:
@@ -26,6 +28,77 @@ def corner_path(lead: float) -> Array:
     across = -np.array([np.sin(lead), np.cos(lead)])
     y = np.array([0.0, -1.0])
     return np.array([(y * np.cos(TURN) - across) / np.sin(TURN), y])
+
+
+@formula("distance from the centre of the corner's path")
+def centre_offset(inputs: Inputs) -> float:
+    """Distance of a printed centre of the ellipse from the corner between both sides, in widths of the pentagon."""
+    sides = np.array([[0.0, 1.0], [-np.sin(TURN), np.cos(TURN)]])
+    corner = np.linalg.solve(sides, [0.5, 0.5])
+    return float(np.linalg.norm(corner - inputs["centre_over_width"]))
+
+
+@formula("angle from the major axis of the corner's path")
+def axis_offset(inputs: Inputs) -> float:
+    """Angle between a printed line of the foci, by its slope, and the major axis of the ellipse [deg]."""
+    x, y = np.linalg.svd(_path(inputs))[0][:, 0]
+    apart = np.degrees(np.arctan2(y, x) - np.arctan(inputs["foci_slope"])) % 180
+    return float(min(apart, 180 - apart))
+
+
+def support(direction: Array) -> Array:
+    """Distance from the centre to the tangent of a Reuleaux pentagon of width 1, by direction [rad], a corner at 0.
+
+    Round a corner the tangent passes through it; elsewhere it touches the arc about the corner opposite.
+    """
+    pitch, outline = 2 * np.pi / CORNERS, 1 / (2 * np.sin(np.radians(72)))
+
+    def at_corner(angle: Array) -> Array:
+        return outline * np.cos(angle - pitch * np.round(angle / pitch))
+
+    from_corner = abs(direction - pitch * np.round(direction / pitch))
+    return np.where(from_corner <= pitch / 4, at_corner(direction), 1 - at_corner(direction + np.pi))
+
+
+@formula("mismatch with the third pair of sides")
+def mismatch(inputs: Inputs) -> float:
+    """Largest distance by which a Reuleaux pentagon misses a hexagon's third pair of sides, in its own widths.
+
+    The sides are one width apart and two pairs of them are held exactly. Across a pair the centre lies at 1/2 less the
+    support distance; the directions across three pairs, 60 deg apart, have n1 + n3 = n2.
+    """
+    turned = np.linspace(0, 2 * np.pi / CORNERS, _DENSE)
+    first, second, third = (0.5 - support(angle - turned) for angle in np.radians(inputs["across_deg"]))
+    return float(abs(first + third - second).max())
+
+
+@formula("play that the hexagon lacks")
+def lacking_play(inputs: Inputs) -> float:
+    """By how much opposite sides must stand further apart for the pentagon to turn freely, in its own widths.
+
+    A play d lets the centre stray by d/2 across each pair, so that three pairs close a mismatch of 3 d/2.
+    """
+    return mismatch(inputs) * 2 / 3
+
+
+@formula("outline by both sections")
+def outline_by_both(inputs: Inputs) -> float:
+    """Circumradius over side of the hexagon: by the rule for tooth tips less that by the rule for the outline."""
+    tips = APOTHEM / np.sin(np.radians(inputs["tip_angle_deg"]))
+    outline = np.sqrt(3 / (2 + 2 * np.cos(np.radians(inputs["outline_angle_deg"]))))
+    return float(tips - outline)
+
+
+@formula("width of the tips over the shaft")
+def tip_play(inputs: Inputs) -> float:
+    """Width of the pentagon of tooth tips with the printed tip radius less the shaft's across flats [mm]."""
+    return float(2 * inputs["tip_radius_mm"] * np.sin(np.radians(72)) - inputs["shaft_flats_mm"])
+
+
+@formula("curvature of the tips' path over the fillet")
+def fillet_play(inputs: Inputs) -> float:
+    """Curvature radius of the tooth tips' path at the corner less the printed fillet radius [mm]."""
+    return fillet(inputs) - float(inputs["fillet_mm"])
 
 
 @formula("semi-axis of the corner's path")

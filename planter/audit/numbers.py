@@ -9,7 +9,16 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from planter.audit import dyads, gearing, hexagon, trials  # noqa: F401 (they enter the registry)
+from planter.audit import (  # noqa: F401 (they enter the registry)
+    dyads,
+    force,
+    fourbar,
+    gearing,
+    hexagon,
+    impact,
+    inverse,
+    trials,
+)
 from planter.audit.registry import FORMULAS, Inputs, Value
 from planter.textfile import parse_toml
 

@@ -1,31 +1,30 @@
-"""The audit as files: summary.json, and report.html with every equation as printed beside its verdict."""
+"""The audit as files: summary.json, and report.html with every equation as printed and as derived, and its verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from planter import __version__
-from planter.audit import tables, typeset
+from planter.audit import article, markup, tables
+from planter.audit.consequences import HEADLINE
+from planter.audit.markup import Cell, Raw, mark
 from planter.report import files
-from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table, Text, page
+from planter.report.html import Keys, Section, page
 
 Entry = Mapping[str, Any]
-_QUIET = ("confirmed", "definition", "reconstructed")
-"""Verdicts that leave nothing to correct: their equations are folded."""
-
-
-@dataclass(frozen=True)
-class Formula:
-    """An equation, typeset where that can be done, else as its text."""
-
-    text: str
-
-    def html(self, name: str) -> str:
-        return typeset.equation(self.text) or f"<p><code>{escape(self.text)}</code></p>"
+PARTS = ("consequences", "laws", "equations", "claims", "numbers")
+TITLES = {
+    "consequences": "What follows",
+    "laws": "Laws of the chain as a whole",
+    "equations": "Equations",
+    "claims": "Statements",
+    "numbers": "Numbers",
+}
+_ORDER = ("not reproduced", "not recomputable", "consistent", "reproduced")
+"""Verdicts on numbers, the gravest first."""
 
 
 def write(out: str | Path, result: Mapping[str, Any]) -> None:
@@ -37,77 +36,120 @@ def write(out: str | Path, result: Mapping[str, Any]) -> None:
 
 def text(result: Mapping[str, Any]) -> str:
     """The page of an audit."""
-    subtitle = "Every equation and number of the papers, as printed and judged"
-    return page("Formula audit", list(sections(result)), subtitle)
+    subtitle = "Every equation, law, statement and number of the papers, as printed, derived anew and judged"
+    return page("Formula audit", list(sections(result)), subtitle, markup.STYLE)
 
 
 def sections(result: Mapping[str, Any]) -> Iterator[Section]:
-    """An overview, the equations and numbers of each paper, and what the verdicts mean."""
-    yield Section("Verdicts", [overview(result["summary"])])
-    for paper, summary in result["summary"].items():
-        mine = {part: [e for e in result[part] if e["paper"] == paper] for part in ("equations", "laws", "numbers")}
-        yield Section(f"{summary['title']}: equations", list(equations(mine["equations"])))
-        if mine["laws"]:
-            yield Section(f"{summary['title']}: violated laws", [laws(mine["laws"])])
-        yield Section(f"{summary['title']}: numbers", list(numbers(mine["numbers"])))
-    yield Section("What the verdicts mean", [Keys(MEANINGS)])
+    """A summary, each paper, and what the words mean."""
+    yield Section("Summary", [Raw(summary(result))])
+    for name, counted in result["summary"].items():
+        yield Section(counted["title"], [Raw(paper(name, result))])
+    yield Section("What the words mean", [Keys(MEANINGS)])
 
 
-def overview(summary: Mapping[str, Entry]) -> Block:
-    """How often each verdict was given."""
-    rows = [(s["title"], tables.tally(s["equations"]), tables.tally(s["numbers"])) for s in summary.values()]
-    return Table(("paper", "equations", "numbers"), rows)
+def summary(result: Mapping[str, Any]) -> str:
+    """How often each verdict was given, and what matters most in a few sentences for each paper."""
+    rows = [(s["title"], tables.tally(s["equations"]), tables.tally(s["numbers"])) for s in result["summary"].values()]
+    parts = [markup.table(("paper", "equations", "numbers"), rows, "tight")]
+    for name, counted in result["summary"].items():
+        found = list(findings({part: _of(result.get(part, ()), name) for part in PARTS}))
+        if found:
+            parts.append(f"<h3>{escape(counted['title'])}</h3>{markup.items(found)}")
+    return "\n".join(parts)
 
 
-def equations(found: Sequence[Entry]) -> Iterator[Block]:
-    """All equations in a table; those with something to correct in full, the others folded."""
-    head = ("equation", "claims to be", "legibility", "verdict")
-    rows = [(e["equation"], e.get("claims", ""), e["legibility"], e["verdict"]) for e in found]
-    yield Table(head, rows)
-    loud = [e for e in found if e["verdict"] not in _QUIET]
-    for entry in loud:
-        yield Folded(heading(entry), list(equation(entry)))
-    quiet = [e for e in found if e["verdict"] in _QUIET and e["legibility"] != "lost" and e.get("printed")]
-    blocks = [block for e in quiet for block in (Text(heading(e), "note"), Formula(e["printed"]))]
-    if blocks:
-        yield Folded("Equations without anything to correct", blocks)
+def findings(mine: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
+    """What matters most of one paper: broken laws, false statements, headline numbers that change, what follows."""
+    broken = [e for e in mine["laws"] if e["caused_by"]]
+    if broken:
+        listed = "; ".join(f"{e['law']} (by {tables.amount(e['violation'], e['unit'])})" for e in broken)
+        yield f"Of {len(mine['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
+    beside = [e for e in mine["consequences"] if e["printed"] is not None and e["about"] != HEADLINE]
+    if beside:
+        yield tables.side_by_side(beside)
+    for entry in mine["consequences"]:
+        if entry["statement"]:
+            yield entry["statement"]
+        elif entry["about"] == HEADLINE:
+            yield tables.headline(entry)
+    failing = [e for e in mine["claims"] if not e["holds"]]
+    for entry in failing:
+        yield f"Not so: {entry['claim']}. {tables.measured(entry)}."
 
 
-def heading(entry: Entry) -> str:
-    claims = f", {entry['claims']}" if entry.get("claims") else ""
-    return f"({entry['equation']}){claims}: {entry['verdict']}"
+def paper(name: str, result: Mapping[str, Any]) -> str:
+    """All of one paper, with a line of contents."""
+    mine = {part: _of(result.get(part, ()), name) for part in PARTS}
+    there = [part for part in PARTS if mine[part]]
+    links = "".join(f'<a href="#{name}-{part}">{TITLES[part]}</a>' for part in there)
+    bodies = (f'<h3 id="{name}-{part}">{TITLES[part]}</h3>{_BODIES[part](mine[part])}' for part in there)
+    return f'<nav class="paper" aria-label="{escape(name)}">{links}</nav>\n' + "\n".join(bodies)
 
 
-def equation(entry: Entry) -> Iterator[Block]:
-    """An equation as printed, what was found, corrections, missing terms with their sizes."""
-    if entry.get("printed"):
-        yield Formula(entry["printed"])
-    yield Text(f"{entry['finding']}.")
-    if entry["correction"]:
-        yield Items([f"Smallest correction: {text}" for text in entry["correction"]])
-    if entry["terms"]:
-        rows = [(t["term"], t["max_abs"], t["unit"], t["share_of_largest"]) for t in entry["terms"]]
-        yield Table(("missing term", "largest over the cycle", "unit", "share of the largest term"), rows)
-    if entry["reading"]:
-        yield Text(f"Read so: {entry['reading']}.", "note")
+def equations(found: Sequence[Entry]) -> str:
+    """All equations in a table, then the trial of each that has something to it, then the rest in short."""
+    loud = [e for e in found if e["verdict"] not in article.QUIET]
+    quiet = [e for e in found if e["verdict"] in article.QUIET]
+    return "\n".join([article.overview(found), *map(article.trial, loud), *map(article.trial, quiet)])
 
 
-def laws(found: Sequence[Entry]) -> Block:
-    """Laws that a printed chain as a whole violates."""
-    rows = [(e["law"], e["violation"], e["unit"], ", ".join(e["caused_by"])) for e in found]
-    return Table(("law", "violated by", "unit", "caused by"), rows)
+def laws(found: Sequence[Entry]) -> str:
+    """Laws that a printed chain as a whole obeys or breaks, and which equations break them."""
+    rows = [(e["law"], float(e["violation"]), e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
+    head = ("law", "broken by", "unit", "restored by repairing", "search for the smallest set")
+    return markup.table(head, rows, "tight")
 
 
-def numbers(found: Sequence[Entry]) -> Iterator[Block]:
-    """Numbers in a table, then what was assumed for some of them."""
-    head = ("quantity", "unit", "printed", "recomputed", "verdict", "rests on")
-    rows: list[Sequence[Cell]] = [
-        (e["quantity"], e["unit"], e["printed_text"], e["recomputed"], e["verdict"], tables.basis(e)) for e in found
-    ]
-    yield Table(head, rows)
-    longest: list[str] = max((e["assumed_inputs"] for e in found), key=len, default=[])
-    if len(longest) > 2:
-        yield Folded("Assumed inputs", [Items(longest)])
+def claims(found: Sequence[Entry]) -> str:
+    """Statements of the text, each with what was measured."""
+    head = ("statement", "measure", "value", "unit", "must", "verdict", "assumed")
+    return markup.table(head, map(_claim, found), "tight")
+
+
+def _claim(entry: Entry) -> tuple[Cell, ...]:
+    must = Raw(f'<span class="must">{escape(entry["must"])}</span>')
+    verdict = mark("holds" if entry["holds"] else "fails")
+    value, assumed = tables.plain(entry["value"]), ", ".join(entry["assumed_inputs"])
+    return entry["claim"], entry["measure"], value, entry["unit"], must, verdict, assumed
+
+
+def consequences(found: Sequence[Entry]) -> str:
+    """Headline numbers by the equations as printed and as derived, then what that means."""
+    parts = []
+    for about in dict.fromkeys(e["about"] for e in found):
+        rows = [(e["quantity"], e["unit"], e["printed"] if e["printed"] is None else float(e["printed"]),
+                 tables.plain(e["as_printed"]), tables.plain(e["as_derived"]), ", ".join(e["rests_on"])) for e in found
+                if e["about"] == about]  # fmt: skip
+        head = (about, "unit", "in the paper", "by the print", "as derived", "rests on")
+        parts.append(markup.table(head, rows, "tight"))
+    said = [e["statement"] for e in found if e["statement"]]
+    parts += [markup.items(said)] if said else []
+    assumed: list[str] = max((e["assumed_inputs"] for e in found), key=len, default=[])
+    if assumed:
+        parts.append(markup.paragraph(f"Assumed for this: {', '.join(assumed)}.", "note"))
+    return "\n".join(parts)
+
+
+def numbers(found: Sequence[Entry]) -> str:
+    """Numbers in a table for each verdict; what they rest on is said once, in notes."""
+    notes = tables.Notes()
+    parts = []
+    for verdict in (v for v in _ORDER if any(e["verdict"] == v for e in found)):
+        mine = [e for e in found if e["verdict"] == verdict]
+        rows = [(e["quantity"], e["unit"], Raw(escape(e["printed_text"])), e["recomputed"], notes.mark(tables.basis(e)))
+                for e in mine]  # fmt: skip
+        parts.append(f"<h4>{mark(verdict).markup} {len(mine)}</h4>")
+        parts.append(markup.table(("quantity", "unit", "printed", "recomputed", "note"), rows, "tight"))
+    listed = "".join(f"<li>{escape(text)}</li>" for text in notes.texts)
+    return "\n".join([*parts, f'<ol class="notes">{listed}</ol>' if listed else ""])
+
+
+_BODIES = {"consequences": consequences, "laws": laws, "equations": equations, "claims": claims, "numbers": numbers}
+
+
+def _of(entries: Sequence[Entry], paper: str) -> list[Entry]:
+    return [e for e in entries if e["paper"] == paper]
 
 
 MEANINGS = {
@@ -121,4 +163,7 @@ MEANINGS = {
     "consistent": "equal, and the assumed inputs hit more printed values than they are many",
     "not reproduced": "differs, from disclosed inputs only",
     "not recomputable": "rests on inputs that the paper does not disclose",
+    "by the print": "computed with the equations as printed, misprints included",
+    "as derived": "computed with the same inputs from the equations derived here",
+    "holds, fails": "the measure is, or is not, what the statement needs; with assumed inputs, for these alone",
 }

@@ -1,45 +1,159 @@
-"""The audit as tables on a terminal."""
+"""The audit as tables on a terminal, and the short texts that terminal and page share."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from string import ascii_lowercase
 from typing import Any
 
-from planter.console import Console
+from planter.console import Console, shown
 
 Entry = Mapping[str, Any]
+PARTS = ("equations", "laws", "claims", "numbers", "consequences")
+ROUNDING = 1e-9
+"""Size below which a computed value of ordinary magnitude is shown as zero."""
+_SHORT = 60
+"""Characters of a term or finding that a line of a table has room for."""
 
 
 def show(console: Console, result: Mapping[str, Any]) -> None:
-    """Per paper: equations, violated laws, numbers, and how often each verdict was given."""
+    """Per paper: equations, laws, statements, numbers, consequences, and how often each verdict was given."""
     for paper, summary in result["summary"].items():
-        mine = {part: [e for e in result[part] if e["paper"] == paper] for part in ("equations", "laws", "numbers")}
+        mine = {part: [e for e in result.get(part, ()) if e["paper"] == paper] for part in PARTS}
         equations = ((e["equation"], e.get("claims", ""), e["verdict"], remark(e)) for e in mine["equations"])
         console.table(f"{summary['title']}: equations", ("", "claims to be", "verdict", "why"), equations)
         if mine["laws"]:
-            laws = ((e["law"], e["violation"], e["unit"], ", ".join(e["caused_by"])) for e in mine["laws"])
-            console.table("Violated laws", ("law", "by", "unit", "caused by"), laws)
-        numbers = ((e["quantity"], e["unit"], e["printed_text"], e["recomputed"], e["verdict"], basis(e))
-                   for e in mine["numbers"])  # fmt: skip
-        console.table("Numbers", ("quantity", "unit", "printed", "recomputed", "verdict", "rests on"), numbers)
+            laws = ((e["law"], e["violation"], e["unit"], blamed(e)) for e in mine["laws"])
+            console.table("Laws", ("law", "broken by", "unit", "restored by repairing"), laws)
+        if mine["claims"]:
+            claims = ((e["claim"], amount(e["value"], e["unit"]), e["must"], "yes" if e["holds"] else "no")
+                      for e in mine["claims"])  # fmt: skip
+            console.table("Statements", ("statement", "measure", "must", "holds"), claims)
+        _numbers(console, mine["numbers"])
+        if mine["consequences"]:
+            _consequences(console, mine["consequences"])
         for part in ("equations", "numbers"):
-            print(f"{part}: {tally(summary[part])}")
+            _say(f"{part}: {tally(summary[part])}")
         print()
+
+
+@dataclass
+class Notes:
+    """Texts that are said once, below a table, and marked by letters in it."""
+
+    texts: list[str] = field(default_factory=list)
+
+    def mark(self, text: str) -> str:
+        """The letter of a text; nothing for an empty one."""
+        if not text:
+            return ""
+        if text not in self.texts:
+            self.texts.append(text)
+        first, second = divmod(self.texts.index(text), len(ascii_lowercase))
+        return (ascii_lowercase[first - 1] if first else "") + ascii_lowercase[second]
+
+
+def _numbers(console: Console, found: list[Entry]) -> None:
+    notes = Notes()
+    rows = [(e["quantity"], e["unit"], e["printed_text"], shown(e["recomputed"]), e["verdict"], notes.mark(basis(e)))
+            for e in found]  # fmt: skip
+    console.table("Numbers", ("quantity", "unit", "printed", "computed", "verdict", ""), rows)
+    if notes.texts:
+        console.table("", ("", "numbers rest on"), ((notes.mark(text), text) for text in notes.texts))
+
+
+def _consequences(console: Console, found: list[Entry]) -> None:
+    for about in dict.fromkeys(e["about"] for e in found):
+        rows = [(e["quantity"], e["unit"], *(_value(e[key]) for key in ("printed", "as_printed", "as_derived")),
+                 ", ".join(e["rests_on"])) for e in found if e["about"] == about]  # fmt: skip
+        head = (about, "unit", "in paper", "by print", "derived", "rests on")
+        console.table("What follows" if about == found[0]["about"] else "", head, rows)
+    for entry in found:
+        if entry["statement"]:
+            _say(entry["statement"])
+    print()
+
+
+def _value(value: float | None) -> str:
+    return shown(None if value is None else plain(float(value)))
+
+
+def _say(text: str) -> None:
+    """A sentence over as many lines as it needs."""
+    import textwrap
+
+    print(textwrap.fill(text, shutil.get_terminal_size().columns, break_on_hyphens=False))
 
 
 def remark(equation: Entry) -> str:
     """What is wrong with an equation, in a few words: its correction, and the largest of its missing terms."""
-    parts = [equation["finding"]] if equation["verdict"] == "contradicted" else []
+    parts = [_cut(equation["finding"])] if equation["verdict"] == "contradicted" else []
     parts += [f"correct {text}" for text in equation["correction"]]
     if equation["terms"]:
         largest = max(equation["terms"], key=lambda term: term["share_of_largest"] or 0)
         count = len(equation["terms"])
         share = largest["share_of_largest"]
         size = "" if share is None else f", {100 * share:.3g} % of the largest term"
-        parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {largest['term']}{size}")
-    if not parts and equation["verdict"] != "confirmed":
+        parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_cut(largest['term'])}{size}")
+    if not parts and equation["verdict"] not in ("confirmed", "definition", "reconstructed"):
         parts.append(equation["finding"])
     return "; ".join(parts)
+
+
+def _cut(text: str) -> str:
+    """A text as far as a line has room for it.
+
+    >>> _cut("a + b"), len(_cut("x" * 200))
+    ('a + b', 60)
+    """
+    return text if len(text) <= _SHORT else text[: _SHORT - 4].rstrip(" ,;*+-(") + " ..."
+
+
+def blamed(law: Entry) -> str:
+    """The smallest sets of equations whose repair restores a law."""
+    sets = [law["caused_by"], *law.get("or_by", ())] if law["caused_by"] else []
+    return " or ".join(", ".join(chosen) for chosen in sets) or "kept"
+
+
+def amount(value: float | None, unit: str) -> str:
+    """A value with its unit, to three digits.
+
+    >>> amount(0.00275414, ""), amount(31.2514, "deg"), amount(None, "N")
+    ('0.00275', '31.3 deg', '-')
+    """
+    return "-" if value is None else f"{plain(value):.3g} {unit}".strip()
+
+
+def plain(value: float | None) -> float | None:
+    """A value without the rounding errors that stand for zero.
+
+    >>> plain(-1.8e-14), plain(1.8e-6), plain(None)
+    (0.0, 1.8e-06, None)
+    """
+    return 0.0 if value is not None and abs(value) < ROUNDING else value
+
+
+def headline(entry: Entry) -> str:
+    """A headline number by the print and as derived, in a sentence."""
+    printed, derived = (amount(entry[key], entry["unit"]) for key in ("as_printed", "as_derived"))
+    own = "" if entry["printed"] is None else f" (in the paper {entry['printed']:g})"
+    return f"{entry['quantity'][:1].upper()}{entry['quantity'][1:]}{own}: {printed} by the print, {derived} as derived."
+
+
+def side_by_side(found: Sequence[Entry]) -> str:
+    """Numbers that belong together, in the paper, by the print and as derived, in a sentence."""
+    parts = (f"{e['quantity']} {e['printed']:g}, {plain(e['as_printed']):.3g}, {amount(e['as_derived'], e['unit'])}"
+             for e in found)  # fmt: skip
+    about = found[0]["about"]
+    return f"{about[:1].upper()}{about[1:]}, in the paper, by the print and as derived: {'; '.join(parts)}."
+
+
+def measured(claim: Entry) -> str:
+    """What was measured of a statement, in a sentence without its full stop."""
+    text = f"{claim['measure']}: {amount(claim['value'], claim['unit'])}, where it must {claim['must']}"
+    return text[:1].upper() + text[1:]
 
 
 def basis(number: Entry) -> str:

@@ -5,7 +5,9 @@ Montgomery, Design and Analysis of Experiments, chapters 3 (sums of squares) and
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy import stats
@@ -77,6 +79,53 @@ def reduction(inputs: Inputs) -> float:
     return 100 * (before - after) / before
 
 
+@formula("place in the order of influence")
+def place(inputs: Inputs) -> float:
+    """Place of a factor when the factors are put in the order of their ranges of level means, the largest first."""
+    ranges = [float(np.ptp(_means(inputs, name))) for name in inputs["factors"]]
+    own = ranges[inputs["factors"].index(inputs["factor"])]
+    return 1.0 + sum(other > own for other in ranges)
+
+
+@formula("best level by level means")
+def best_level(inputs: Inputs) -> float:
+    """Level of a factor whose mean response is least in size."""
+    return 1.0 + float(np.argmin(abs(_means(inputs, inputs["factor"]))))
+
+
+@formula("best level by prediction")
+def best_predicted_level(inputs: Inputs) -> float:
+    """Level of a factor where the sum of the sizes of some predicted responses is least, over all combinations."""
+    best = min(_combinations(inputs), key=lambda levels: sum(abs(_predicted(inputs, name, levels))
+                                                             for name in inputs["responses"]))  # fmt: skip
+    return float(best[inputs["factors"].index(inputs["factor"])])
+
+
+@formula("excess of a predicted response")
+def excess(inputs: Inputs) -> float:
+    """Size of a predicted response at some levels less its size at others."""
+    own, other = (_predicted(inputs, inputs["response"], inputs[name]) for name in ("levels", "against"))
+    return abs(own) - abs(other)
+
+
+@formula("chance that two means differ so")
+def welch(inputs: Inputs) -> float:
+    """Two-sided chance of a difference of two means at least as large if there is none, from printed mean, SD, count.
+
+    Welch, Biometrika 34, 1947.
+    """
+    (first, first_sd), (second, second_sd) = inputs["first"], inputs["second"]
+    runs = inputs["repeats"]
+    found = stats.ttest_ind_from_stats(first, first_sd, runs, second, second_sd, runs, equal_var=False)
+    return float(found.pvalue)
+
+
+@formula("mean of two")
+def mean_of_two(inputs: Inputs) -> float:
+    """Mean of two printed numbers."""
+    return (float(inputs["first"]) + float(inputs["second"])) / 2
+
+
 @formula("product of counts")
 def product_of_counts(inputs: Inputs) -> float:
     """Product of printed counts, over a printed divisor."""
@@ -101,6 +150,17 @@ def _runs(inputs: Inputs) -> Array:
 def _means(inputs: Inputs, column: str) -> Array:
     levels, runs = np.asarray(inputs[f"column_{column}"]), _runs(inputs)
     return np.array([runs[levels == level].mean() for level in np.unique(levels)])
+
+
+def _combinations(inputs: Inputs) -> Iterator[tuple[int, ...]]:
+    return itertools.product(*(sorted(set(inputs[f"column_{name}"])) for name in inputs["factors"]))
+
+
+def _predicted(inputs: Inputs, response: str, levels: Sequence[int]) -> float:
+    runs = np.asarray(inputs[response], dtype=float)
+    columns = [np.asarray(inputs[f"column_{name}"]) for name in inputs["factors"]]
+    effects = (runs[column == level].mean() - runs.mean() for column, level in zip(columns, levels, strict=True))
+    return float(runs.mean() + sum(effects))
 
 
 def _error(inputs: Inputs) -> Inputs:

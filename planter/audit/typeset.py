@@ -18,13 +18,20 @@ DOTS = {"dot": "\u02d9", "ddot": "\u00a8"}
 RELATIONS = {"<=": "\N{LESS-THAN OR EQUAL TO}", ">=": "\N{GREATER-THAN OR EQUAL TO}", "=": "=", "<": "<", ">": ">"}
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 _SUM, _SIGN, _PRODUCT, _POWER, _ATOM = range(5)
+COMPONENTS = tuple(kind + axis for kind in "av" for axis in "xyz")
+"""Letters of accelerations and velocities with their axis."""
+WIDE = 105
+"""Signs of a sum after which it is broken."""
 
 Set = tuple[str, int]
 """MathML of an expression, and how tightly it holds together."""
 
 
-def equation(text: str) -> str | None:
+def equation(text: str, solve: bool = False, defines: str = "") -> str | None:
     """An equation or inequality as a MathML element; None where it is not one of expressions that can be set.
+
+    One with zero on the right may be solved for what it `defines`, or for the only name that is a term of its own. A
+    long sum is broken before its signs.
 
     >>> equation("F_Ey = 0")
     '<math display="block"><mrow><msub><mi>F</mi><mtext>Ey</mtext></msub><mo>=</mo><mn>0</mn></mrow></math>'
@@ -33,15 +40,104 @@ def equation(text: str) -> str | None:
     if found is None:
         return None
     try:
-        left, right = expression(found[1]), expression(found[3])
+        left, right = (_terms(_parsed(side)) for side in (found[1], found[3]))
+        if solve and found[2] == "=" and found[3] == "0":
+            left, right = _solved(left, right, defines)
+        return _math(_set(left, found[2], right), "block")
     except (SyntaxError, ValueError):
         return None
-    return f'<math display="block"><mrow>{left}{_sign(found[2])}{right}</mrow></math>'
+
+
+def term(text: str) -> str | None:
+    """A term as a MathML element for running text; None where it cannot be set.
+
+    >>> term("x_A")
+    '<math><msub><mi>x</mi><mtext>A</mtext></msub></math>'
+    """
+    try:
+        lines = _lines_of(_terms(_parsed(text)))
+    except (SyntaxError, ValueError):
+        return None
+    return _math(lines[0] if len(lines) == 1 else _stacked(lines), "inline")
+
+
+def _math(content: str, display: str) -> str:
+    return f'<math display="block">{content}</math>' if display == "block" else f"<math>{content}</math>"
+
+
+def _stacked(lines: list[str]) -> str:
+    rows = "".join(f"<mtr>{_cell(_row(line))}</mtr>" for line in lines)
+    return f'<mtable displaystyle="true">{rows}</mtable>'
+
+
+Terms = list[tuple[bool, ast.expr]]
+"""A sum: for each of its terms whether it is taken away, and the term without that sign."""
+
+
+def _parsed(text: str) -> ast.expr:
+    return ast.parse(text.strip(), mode="eval").body
+
+
+def _terms(node: ast.expr, minus: bool = False) -> Terms:
+    """The terms of a sum, out of which a leading sign is taken."""
+    match node:
+        case ast.BinOp(left=left, op=ast.Add(), right=right):
+            return _terms(left, minus) + _terms(right, minus)
+        case ast.BinOp(left=left, op=ast.Sub(), right=right):
+            return _terms(left, minus) + _terms(right, not minus)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return _terms(operand, not minus)
+        case ast.BinOp(left=left, op=ast.Mult() | ast.Div() as op, right=right):
+            (negative, first), *more = _terms(left)
+            if not more:
+                return [(minus != negative, ast.BinOp(first, op, right))]
+    return [(minus, node)]
+
+
+def _solved(left: Terms, right: Terms, defines: str) -> tuple[Terms, Terms]:
+    """Both sides with one name alone on the left, where there is such a one."""
+    alone = [i for i, (_, node) in enumerate(left) if isinstance(node, ast.Name)]
+    named = [i for i in alone if ast.unparse(left[i][1]) == defines]
+    chosen = named or alone
+    if len(chosen) != 1 or len(left) < 2:
+        return left, right
+    minus, node = left[chosen[0]]
+    rest = [(negative == minus, term) for i, (negative, term) in enumerate(left) if i != chosen[0]]
+    first = next((i for i, (negative, _) in enumerate(rest) if not negative), 0)
+    return [(False, node)], [rest[first], *rest[:first], *rest[first + 1 :]]
+
+
+def _set(left: Terms, relation: str, right: Terms) -> str:
+    """An equation in one line, or in lines that begin with a sign."""
+    head, tail = _lines_of(left), _lines_of(right)
+    if len(head) == 1 and len(tail) == 1:
+        return _row(head[0], _sign(relation), tail[0])
+    if len(head) == 1:
+        first, *rest = tail
+        lines = [_row(head[0], _sign(relation), first), *rest]
+    else:
+        lines = [*head[:-1], _row(head[-1], _sign(relation), *tail)]
+    return _stacked(lines)
+
+
+def _lines_of(terms: Terms) -> list[str]:
+    """A sum as lines that are not much wider than a page."""
+    lines = [""]
+    width = 0
+    for i, (minus, node) in enumerate(terms):
+        shown = _held(node, _PRODUCT) if minus else _node(node)[0]
+        size = len(re.sub(r"<[^>]*>", "", shown)) + 2
+        if width and width + size > WIDE:
+            lines.append("")
+            width = 0
+        lines[-1] += ("<mo>\N{MINUS SIGN}</mo>" if minus else "<mo>+</mo>" if i else "") + shown
+        width += size
+    return lines
 
 
 def expression(text: str) -> str:
     """An expression as MathML. Raises SyntaxError or ValueError for what cannot be set."""
-    return _node(ast.parse(text.strip(), mode="eval").body)[0]
+    return _node(_parsed(text))[0]
 
 
 def _node(node: ast.expr) -> Set:
@@ -75,7 +171,7 @@ def _binary(left: ast.expr, op: ast.operator, right: ast.expr) -> Set:
         case ast.Pow():
             return f"<msup>{_row(_held(left, _ATOM))}{_row(_node(right)[0])}</msup>", _POWER
         case ast.BitAnd():
-            return _row(_node(left)[0], "<mtext> and </mtext>", _node(right)[0]), _SUM
+            return _row(_node(left)[0], "<mtext>\N{NO-BREAK SPACE}and\N{NO-BREAK SPACE}</mtext>", _node(right)[0]), _SUM
     raise ValueError(f"cannot set {op}")
 
 
@@ -99,8 +195,12 @@ def _cases(arguments: list[ast.expr]) -> str:
         value, condition = argument.elts
         otherwise = isinstance(condition, ast.Constant)
         when = "<mtext>otherwise</mtext>" if otherwise else _node(condition)[0]
-        rows.append(f"<mtr><mtd>{_node(value)[0]}</mtd><mtd>{when}</mtd></mtr>")
+        rows.append(f"<mtr>{_cell(_node(value)[0])}{_cell(when)}</mtr>")
     return _row("<mo>{</mo>", f"<mtable>{''.join(rows)}</mtable>")
+
+
+def _cell(content: str) -> str:
+    return f'<mtd style="text-align: left">{content}</mtd>'
 
 
 def _held(node: ast.expr, least: int) -> str:
@@ -124,13 +224,14 @@ def symbol(name: str) -> str:
     """A name as a letter with index and dots.
 
     >>> symbol("phi72_dot")
-    '<mover><msub><mi>φ</mi><mtext>72</mtext></msub><mo>\\u02d9</mo></mover>'
+    '<msub><mover><mi>φ</mi><mo stretchy="false">\\u02d9</mo></mover><mtext>72</mtext></msub>'
     """
     stem, _, last = name.rpartition("_")
-    if stem and last in DOTS:
-        return f"<mover>{symbol(stem)}<mo>{DOTS[last]}</mo></mover>"
-    letter, index = _split(name)
+    dotted = stem and last in DOTS
+    letter, index = _split(stem if dotted else name)
     shown = f"<mi>{escape(GREEK.get(letter, letter))}</mi>"
+    if dotted:
+        shown = f'<mover>{shown}<mo stretchy="false">{DOTS[last]}</mo></mover>'
     return f"<msub>{shown}<mtext>{escape(index)}</mtext></msub>" if index else shown
 
 
@@ -138,6 +239,8 @@ def _split(name: str) -> tuple[str, str]:
     """Letter and index: what stands after the first underscore, or digits at the end of the letter."""
     letter, _, index = name.partition("_")
     found = re.fullmatch(r"([A-Za-z]+)(\d+\w*)", letter)
-    if found:
+    if letter in COMPONENTS:
+        letter, index = letter[0], f"{letter[1]} {index}"
+    elif found:
         letter, index = found[1], found[2] + (f" {index}" if index else "")
     return letter, index.replace("_", " ")

@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise import certificate, ipopt
+from planter.optimise import certificate, direct, ipopt
 from planter.optimise.conditions import Local
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
-from planter.optimise.problem import Problem
+from planter.optimise.problem import Counts, Problem
 from planter.optimise.samples import MARGIN, Hold, SampledRows, Samples
 
 MOST_ITERATIONS = 60
@@ -77,7 +77,7 @@ def _complete(problem: Problem, start: Array, local: Local, most_iterations: int
     u, iterations, found = start, 0, []
     for _ in range(ROUNDS):
         programme = Epigraph(problem, local, u)
-        solution = ipopt.solve(programme, programme.start, most_iterations)
+        solution = _solved(programme, most_iterations)
         iterations += solution.iterations
         u = problem.point(np.clip(solution.z[:-2], 0, 1))
         found.append(_minimum(problem, u, iterations))
@@ -90,6 +90,16 @@ def _complete(problem: Problem, start: Array, local: Local, most_iterations: int
         local = local.grown(problem.design(u), high, low)
     best = min(found, key=lambda minimum: (not minimum.stationary, minimum.objective))
     return replace(best, iterations=iterations)
+
+
+def _solved(programme: Epigraph, most_iterations: int) -> ipopt.Solution:
+    """By compiled functions where the programme has them; they do their own counting."""
+    compiled = direct.functions(programme)
+    solution = ipopt.solve(programme, programme.start, most_iterations, compiled)
+    if compiled:
+        called = Counts(*(solution.calls[name] for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")))
+        programme.problem.counts = programme.problem.counts + called
+    return solution
 
 
 def _through_cells(problem: Problem, turn: Samples, found: Minimum, most_iterations: int) -> Minimum:

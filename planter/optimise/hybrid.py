@@ -61,7 +61,7 @@ def _beside(
     device: Device, method: Method, sampling: Sampling, seed: int, starts: int
 ) -> AbstractContextManager[Aside | None]:
     """The starts in a second process, where there is something to run beside them and a core for it."""
-    if method != "hybrid" or (os.cpu_count() or 1) < 2:
+    if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.slopes_kernel.way == "lanes":
         return nullcontext()
     return Aside(device, sampling, seed, starts)
 

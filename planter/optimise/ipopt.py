@@ -1,18 +1,19 @@
 """IPOPT, through CasADi, for a nonlinear programme given as plain functions with exact first and second derivatives.
 
-CasADi takes the functions as callbacks (`grad_f`, `jac_g`, `hess_lag`), so nothing is differentiated twice. Only MUMPS
-is used for the linear systems: it comes with CasADi.
+CasADi takes the functions as callbacks (`grad_f`, `jac_g`, `hess_lag`), or compiled, so nothing is differentiated
+twice. Only MUMPS is used for the linear systems: it comes with CasADi.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 
+from planter.interrupts import uninterrupted
 from planter.kernels import Array
 
 OPTIONS: dict[str, Any] = {
@@ -64,12 +65,16 @@ class Programme(Protocol):
 
 @dataclass(frozen=True)
 class Solution:
-    """Where IPOPT stopped, with the multipliers of the constraints (m,), positive at upper bounds."""
+    """Where IPOPT stopped, with the multipliers of the constraints (m,), positive at upper bounds.
+
+    `calls` says how often `nlp_f`, `nlp_grad_f` and `nlp_hess_l` were evaluated.
+    """
 
     z: Array
     multipliers: Array
     converged: bool
     iterations: int
+    calls: dict[str, int]
 
 
 class _Function(ca.Callback):
@@ -126,19 +131,27 @@ def _functions(p: Programme, failures: list[BaseException]) -> dict[str, _Functi
     }  # fmt: skip
 
 
-def solve(programme: Programme, start: Array, most_iterations: int = 100) -> Solution:
+def solve(
+    programme: Programme,
+    start: Array,
+    most_iterations: int = 100,
+    compiled: Mapping[str, ca.Function] | None = None,
+) -> Solution:
     """A local minimum from `start` (n,), or where IPOPT gave up: see `converged`.
 
+    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of the programme's own.
     Raises what the programme's functions raise, KeyboardInterrupt included.
     """
     failures: list[BaseException] = []
-    functions = _functions(programme, failures)
+    functions = compiled or _functions(programme, failures)
     given = {key: function for key, function in functions.items() if key != "nlp"}
     settings: dict[str, Any] = {**given, **QUIET, "ipopt": {**OPTIONS, "max_iter": most_iterations}}
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
-    found = solver(x0=start, lbx=programme.lower, ubx=programme.upper, lbg=programme.g_lower, ubg=programme.g_upper)
+    bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}
+    found = uninterrupted(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
     if failures:
         raise failures[0]
     stats = solver.stats()
     z, constraints = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_g"))
-    return Solution(z, constraints, bool(stats["success"]), int(stats["iter_count"]))
+    calls = {name: int(stats[f"n_call_{name}"]) for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")}
+    return Solution(z, constraints, bool(stats["success"]), int(stats["iter_count"]), calls)

@@ -90,29 +90,19 @@ class Planting:
         self.design = device.design
         self.events = tuple(Event(**entry) for entry in device.sidecar["events"])
         self.prologue = device.prologue
-        self.support, self.support_slopes = device.support, device.support_slopes
-        self.support_hessian, self.support_hessians = device.support_hessian, device.support_hessians
+        force = device.force
+        self.support, self.support_slopes = force.value, force.slopes
+        self.support_hessian, self.support_hessians = force.hessian, force.hessians
 
     def _kernel(self, name: str, outputs: dict[str, ca.SX]) -> Kernel:
         """Outputs at many angles; in machine code if the device is."""
         names = ["phi", "x", "c", "h"]
-        f = ca.Function(name, self.device.functions.inputs, list(outputs.values()), names, list(outputs))
+        values = [ca.densify(value) for value in outputs.values()]
+        f = ca.Function(name, self.device.functions.inputs, values, names, list(outputs))
         kernel = Kernel(f, lanes=["phi"])
         if self.device.compiled:
             kernel.compile()
         return kernel
-
-    @cached_property
-    def _rate(self) -> Kernel:
-        functions = self.device.functions
-        force = functions.total("F_support")
-        return self._kernel("rate", {"force": force, "first": ca.gradient(force, functions.phi)})
-
-    @cached_property
-    def _rates(self) -> Kernel:
-        functions = self.device.functions
-        first = ca.gradient(functions.total("F_support"), functions.phi)
-        return self._kernel("rates", {"first": first, "second": ca.gradient(first, functions.phi)})
 
     @cached_property
     def _events(self) -> Kernel:
@@ -144,13 +134,12 @@ class Planting:
 
     def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """F [N] and dF/dphi at angles, (n,) each."""
-        found = self._rate(**self._inputs(at, phi))
-        return found["force"][0], found["first"][0]
+        force, first, _ = self.device.force.rates(at, phi)
+        return force, first
 
     def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """dF/dphi and d2F/dphi2 at angles, (n,) each."""
-        found = self._rates(**self._inputs(at, phi))
-        return found["first"][0], found["second"][0]
+        return self.device.force.rates(at, phi)[1:]
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """g of every event of side 1 and its derivative in phi, (k, n) each."""

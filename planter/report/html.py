@@ -134,8 +134,8 @@ def inlined(svg: str, name: str, label: str = "") -> str:
     return body.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1).strip()
 
 
-def page(title: str, sections: Sequence[Section], subtitle: str = "") -> str:
-    """The whole page as text."""
+def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "") -> str:
+    """The whole page as text; `extra_style` is CSS for blocks of its own kind."""
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
     links = (f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(sections, 1))
     return _PAGE.substitute(
@@ -143,7 +143,7 @@ def page(title: str, sections: Sequence[Section], subtitle: str = "") -> str:
         subtitle=f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else "",
         links="\n".join(links),
         body="\n".join(bodies),
-        style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER),
+        style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER) + extra_style,
     )
 
 

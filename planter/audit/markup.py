@@ -1,0 +1,152 @@
+"""Parts of the audit's page that the report's blocks do not have: typeset cells, bars of shares, marks of verdicts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+from planter.audit import typeset
+from planter.report.html import shown
+
+
+@dataclass(frozen=True)
+class Raw:
+    """Markup that is finished: a block of the page, or a cell of a table."""
+
+    markup: str
+
+    def html(self, name: str) -> str:
+        return self.markup
+
+
+Cell = Raw | str | float | None
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[Cell]], kind: str = "") -> str:
+    """A table with numbers to six digits, set flush right; its first column names the rows."""
+    named = f' class="{kind}"' if kind else ""
+    top = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
+    body = "\n".join(f"<tr>{''.join(_cell(i, cell) for i, cell in enumerate(row))}</tr>" for row in rows)
+    return f'<div class="wide"><table{named}><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+
+
+def _cell(index: int, cell: Cell) -> str:
+    content = cell.markup if isinstance(cell, Raw) else number(cell) if isinstance(cell, float) else shown(cell)
+    if index == 0:
+        return f'<th scope="row">{content}</th>'
+    return f'<td class="number">{content}</td>' if cell is None or isinstance(cell, float) else f"<td>{content}</td>"
+
+
+def number(value: float) -> str:
+    """Six digits, a power of ten as one.
+
+    >>> number(0.5), number(62.33105858)
+    ('0.5', '62.3311')
+    """
+    mantissa, _, exponent = f"{value:.6g}".replace("-", "\N{MINUS SIGN}").partition("e")
+    if not exponent:
+        return mantissa
+    power = exponent.lstrip("+").replace("\N{MINUS SIGN}0", "\N{MINUS SIGN}")
+    return f"{mantissa}\N{MULTIPLICATION SIGN}10<sup>{power.lstrip('0')}</sup>"
+
+
+def mark(word: str, kind: str = "") -> Raw:
+    """A verdict, coloured by what it says."""
+    return Raw(f'<span class="mark {escape((kind or word).replace(" ", "-"))}">{escape(word)}</span>')
+
+
+def bar(share: float | None) -> Raw:
+    """A share of the largest term as a bar and in per cent."""
+    if share is None:
+        return Raw("\N{EN DASH}")
+    width = min(100.0, 100 * share)
+    return Raw(f'<span class="bar"><span style="width: {width:.3g}%"></span></span> {number(100 * share)} %')
+
+
+def equation(text: str, solve: bool = False, defines: str = "") -> str:
+    """An equation, typeset where that can be done; its text goes with it, for who wants to copy it."""
+    return _with_text(typeset.equation(text, solve, defines), text) or f"<p><code>{escape(text)}</code></p>"
+
+
+def term(text: str) -> Raw:
+    """A term in a line, typeset where that can be done."""
+    return Raw(_with_text(typeset.term(text), text) or f"<code>{escape(text)}</code>")
+
+
+_WORDS = re.compile(
+    r"(; | = |: |, |\b(?:sign of|factor|for|on the whole|on the argument of|on|and|exchanged|of|read as|atan of)\b)"
+)
+_SYMBOLIC = re.compile(r"[\d_*/+]|^-|^[A-Za-z]$")
+
+
+def prose(text: str) -> str:
+    """A sentence with the expressions in it typeset."""
+    return "".join(_prose_part(part) for part in _WORDS.split(text))
+
+
+def _prose_part(part: str) -> str:
+    inner = part.strip()
+    plain = re.fullmatch(r"[\d.]*", inner) or not (_SYMBOLIC.search(inner) or inner in typeset.GREEK)
+    if plain or typeset.term(inner) is None:
+        return escape(part)
+    before, after = part[: len(part) - len(part.lstrip())], part[len(part.rstrip()) :]
+    return f"{before}{term(inner).markup}{after}"
+
+
+def _with_text(math: str | None, text: str) -> str | None:
+    if math is None:
+        return None
+    start = math.index(">") + 1
+    inner = math[start : -len("</math>")]
+    note = f'<annotation encoding="text/plain">{escape(text)}</annotation>'
+    return f"{math[:start]}<semantics><mrow>{inner}</mrow>{note}</semantics></math>"
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
+
+
+def items(texts: Iterable[str]) -> str:
+    return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>"
+
+
+STYLE = """\
+:root { --good: #0b6b50; --doubt: #8a5a00; --bad: #a8321a; --bar: #0072b2; }
+@media (prefers-color-scheme: dark) { :root { --good: #6fd3b1; --doubt: #e9b75a; --bad: #ff9d84; --bar: #56b4e9; } }
+body { max-width: 60rem; }
+h3 { font-size: 1.05rem; margin: 1.8rem 0 .4rem; }
+h4 { font-size: 1rem; font-weight: 600; margin: 0 0 .3rem; }
+article { margin: 1rem 0; padding: .7rem 0 .2rem .9rem; border-left: 3px solid var(--rule); }
+article.incomplete { border-left-color: var(--doubt); }
+article.misprint { border-left-color: var(--doubt); }
+article.contradicted { border-left-color: var(--bad); }
+article > p { margin: .5rem 0; }
+.label { color: var(--soft); font-size: .85rem; margin: .5rem 0 0; }
+.formula { overflow-x: auto; overflow-y: hidden; padding: .15rem 0; }
+math { font-size: 1.1em; font-family: "STIX Two Math", "Cambria Math", "Latin Modern Math", "Libertinus Math", math; }
+math[display="block"] { margin: .2rem 0 .2rem 1rem; text-align: left; display: block math; width: fit-content; }
+math mtd { padding: .12em 0; }
+math mtd + mtd { padding-left: 1.2em; }
+.long math { font-size: 1em; }
+td math, th math { font-size: 1em; }
+.mark { font-size: .85em; white-space: nowrap; color: var(--soft); }
+.mark.confirmed, .mark.reproduced, .mark.holds { color: var(--good); }
+.mark.misprint, .mark.incomplete, .mark.not-recomputable { color: var(--doubt); }
+.mark.contradicted, .mark.not-reproduced, .mark.fails { color: var(--bad); font-weight: 600; }
+h4 .mark { margin-left: .4rem; font-size: .9em; }
+.bar { display: inline-block; width: 5rem; height: .55rem; background: var(--rule); margin-right: .4rem; }
+.bar > span { display: block; height: 100%; background: var(--bar); }
+table.terms td:last-child { white-space: nowrap; }
+table.tight { font-size: .82rem; }
+.must { white-space: nowrap; }
+nav.paper { margin: .4rem 0 0; font-size: .92rem; }
+nav.paper a { margin-right: 1rem; }
+sup { font-size: .75em; line-height: 0; }
+ol.notes { font-size: .85rem; color: var(--soft); list-style: lower-alpha; }
+@media print { :root { --good: #0b6b50; --doubt: #8a5a00; --bad: #a8321a; --bar: #0072b2; }
+  article { break-inside: auto; } h3, h4, .label { break-after: avoid; } .formula { overflow: visible; }
+  .bar, .bar > span { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  .long math { font-size: .95em; } nav.paper { display: none; } }
+"""

@@ -1,0 +1,167 @@
+"""Main effects of an orthogonal or any other design: range analysis, analysis of variance, additive prediction.
+
+Montgomery, Design and Analysis of Experiments, chapters 3 and 8.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter.clutch.field.trial import Factor, Response, Trial
+from planter.errors import InputError
+
+if TYPE_CHECKING:
+    from planter.kernels import Array
+
+ROUNDING = 100 * np.finfo(float).eps
+"""Residuals below this share of the response are rounding: there is no error to compare effects with."""
+LARGEST = 5_000_000
+"""Runs times effects that are analysed at most."""
+
+
+def is_orthogonal(factors: Sequence[Factor]) -> bool:
+    """Whether all levels of a factor occur equally often, and so do all pairs of levels of two factors."""
+    single = (np.bincount(factor.codes) for factor in factors)
+    pairs = (
+        np.bincount(a.codes * len(b.levels) + b.codes, minlength=len(a.levels) * len(b.levels))
+        for a, b in itertools.combinations(factors, 2)
+    )
+    return all(np.ptp(counts) == 0 for counts in itertools.chain(single, pairs))
+
+
+@dataclass(frozen=True)
+class Effects:
+    """Main effects of one response: mean of all combinations of levels, and what each level adds to it."""
+
+    mean: float
+    levels: tuple[Array, ...]
+
+    def predicted(self) -> Array:
+        """Additive prediction for every combination of levels, the last factor's changing fastest."""
+        total = np.array([self.mean])
+        for level in self.levels:
+            total = np.add.outer(total, level)
+        return total.ravel()
+
+
+class Model:
+    """Main effects of all factors of a trial, each coded so that the effects of its levels sum to zero.
+
+    Raises InputError, naming the factors, for a design with fewer runs than effects, or one in which effects cannot
+    be told apart.
+    """
+
+    def __init__(self, trial: Trial) -> None:
+        _check_size(trial)
+        self.trial = trial
+        self.blocks = [_coded(factor) for factor in trial.factors]
+        self.matrix = self._columns(range(len(self.blocks)))
+        effects = self.matrix.shape[1]
+        if np.linalg.matrix_rank(self.matrix) < effects:
+            raise InputError(
+                f"{trial.source}: the effects of {' and '.join(self._mixed())} cannot be told apart by these runs, "
+                f"but the levels of factors must vary independently"
+            )
+        self.freedom = trial.runs - effects
+
+    def effects(self, response: Response) -> Effects:
+        """Least-squares effects; in an orthogonal design, level means less the mean of all runs."""
+        middle, size = _scaled(response.values)
+        fit = _fit((response.values - middle) / size, self.matrix)
+        ends = np.cumsum([1, *(block.shape[1] for block in self.blocks)])
+        parts = [fit.params[start:end] for start, end in itertools.pairwise(ends)]
+        levels = tuple(size * np.append(part, -part.sum()) for part in parts)
+        return Effects(float(middle + size * fit.params[0]), levels)
+
+    def anova(self, response: Response) -> dict[str, dict[str, float | None]]:
+        """Sums of squares of each factor over all others (type II), of the error and of all runs.
+
+        F and p are None where the error has no degrees of freedom, or is rounding.
+        """
+        from scipy import stats
+
+        middle, size = _scaled(response.values)
+        scaled = (response.values - middle) / size
+        rest = float(_fit(scaled, self.matrix).ssr)
+        noise = rest / self.freedom if self.freedom else None
+        if noise is not None and rest <= ROUNDING**2 * np.sum((response.values / size) ** 2):
+            noise = None
+        found: dict[str, dict[str, float | None]] = {}
+        for index, (factor, block) in enumerate(self._pairs()):
+            others = self._columns(i for i in range(len(self.blocks)) if i != index)
+            ss, df = max(float(_fit(scaled, others).ssr) - rest, 0.0), block.shape[1]
+            ratio = None if noise is None else ss / df / noise
+            p = None if ratio is None else float(stats.f.sf(ratio, df, self.freedom))
+            found[factor.name] = {"ss": ss * size**2, "df": df, "ms": ss * size**2 / df, "F": ratio, "p": p}
+        ms = rest * size**2 / self.freedom if self.freedom else None
+        found["error"] = {"ss": rest * size**2, "df": self.freedom, "ms": ms}
+        found["total"] = {"ss": float(scaled @ scaled) * size**2, "df": self.trial.runs - 1}
+        return found
+
+    def _pairs(self) -> Iterator[tuple[Factor, Array]]:
+        return zip(self.trial.factors, self.blocks, strict=True)
+
+    def _columns(self, indices: Any) -> Array:
+        return np.hstack([np.ones((self.trial.runs, 1)), *(self.blocks[i] for i in indices)])
+
+    def _mixed(self) -> list[str]:
+        """Factors that lose nothing, or less than their effects, when they are left out."""
+        rank = np.linalg.matrix_rank(self.matrix)
+        names = []
+        for index, (factor, block) in enumerate(self._pairs()):
+            others = self._columns(i for i in range(len(self.blocks)) if i != index)
+            if rank - np.linalg.matrix_rank(others) < block.shape[1]:
+                names.append(factor.name)
+        return names
+
+
+def range_analysis(trial: Trial, response: Response) -> dict[str, dict[str, Any]]:
+    """Mean of the runs at each level of a factor, and the largest less the least of them."""
+    found = {}
+    for factor in trial.factors:
+        means = [float(response.values[factor.codes == code].mean()) for code in range(len(factor.levels))]
+        found[factor.name] = {"k": means, "R": max(means) - min(means)}
+    return found
+
+
+def first_least(values: Array) -> int:
+    """Index of the first value that is the least, rounding apart."""
+    slack = ROUNDING * float(np.max(np.abs(values)))
+    return int(np.argmax(values <= values.min() + slack))
+
+
+def _check_size(trial: Trial) -> None:
+    effects = 1 + sum(len(factor.levels) - 1 for factor in trial.factors)
+    if trial.runs < effects:
+        counted = ", ".join(f"{len(factor.levels) - 1} of {factor.name}" for factor in trial.factors)
+        raise InputError(
+            f"{trial.source}: there are {trial.runs} runs for {effects} effects (the mean, {counted}), "
+            f"there must be at least as many runs (is a column no factor? see --response, --blank and --ignore)"
+        )
+    if trial.runs * effects > LARGEST:
+        raise InputError(
+            f"{trial.source}: {trial.runs} runs times {effects} effects are too many, there must be at most {LARGEST}"
+        )
+
+
+def _coded(factor: Factor) -> Array:
+    """Columns (n, levels - 1) that sum to zero over the levels."""
+    free = len(factor.levels) - 1
+    return np.vstack([np.eye(free), -np.ones(free)])[factor.codes]
+
+
+def _scaled(values: Array) -> tuple[float, float]:
+    """Mean of a response and its largest distance from there: without them squares neither over- nor underflow."""
+    middle = float(np.mean(values))
+    return middle, float(np.max(np.abs(values - middle)))
+
+
+def _fit(values: Array, columns: Array) -> Any:
+    from statsmodels.regression.linear_model import OLS
+
+    return OLS(values, columns).fit()

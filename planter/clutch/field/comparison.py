@@ -1,0 +1,127 @@
+"""Comparison of clutches from means, standard deviations and numbers of measurements."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.clutch.field import rows
+from planter.errors import InputError
+
+MOST_CLUTCHES = 20
+HEADER = ("clutch", "speed_m_s", "measure", "mean", "sd", "n")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Summary of the measurements of one clutch at one speed; `sd` is the sample standard deviation."""
+
+    clutch: str
+    speed_m_s: float
+    measure: str
+    mean: float
+    sd: float
+    n: int
+
+
+def read(text: str, source: str) -> list[Sample]:
+    """The samples of a CSV text with the columns of `HEADER`. Raises InputError, naming line and column."""
+    table = rows.read(text, source)
+    if set(table.header) != set(HEADER):
+        raise InputError(f"{source}: the columns are {', '.join(table.header)}, they must be {', '.join(HEADER)}")
+    _check(table)
+    numbers = zip(*(table.numbers(name) for name in ("speed_m_s", "mean", "sd", "n")), strict=True)
+    found = [
+        Sample(clutch, speed, measure, mean, sd, int(n))
+        for clutch, measure, (speed, mean, sd, n) in zip(
+            table.column("clutch"), table.column("measure"), numbers, strict=True
+        )
+    ]
+    _check_distinct(table, found)
+    return found
+
+
+def _check(table: rows.Table) -> None:
+    for row, sd in enumerate(table.numbers("sd")):
+        if sd < 0:
+            raise InputError(f"{table.place(row, 'sd')}: {sd:g} is not allowed, it must not be negative")
+    for row, n in enumerate(table.numbers("n")):
+        if n < 2 or not n.is_integer():
+            raise InputError(f"{table.place(row, 'n')}: {n:g} is not allowed, it must be a whole number from 2 on")
+
+
+def _check_distinct(table: rows.Table, samples: Sequence[Sample]) -> None:
+    seen: dict[tuple[str, float, str], int] = {}
+    for sample, line in zip(samples, table.lines, strict=True):
+        before = seen.setdefault((sample.clutch, sample.speed_m_s, sample.measure), line)
+        if before != line:
+            raise InputError(
+                f"{table.source}: line {line} gives {sample.measure} of {sample.clutch} at {sample.speed_m_s:g} m/s "
+                f"again after line {before}, but each must be given once"
+            )
+    clutches = len({sample.clutch for sample in samples})
+    if not 2 <= clutches <= MOST_CLUTCHES:
+        raise InputError(f"{table.source}: column clutch names {clutches}, there must be 2 to {MOST_CLUTCHES}")
+
+
+def compare(samples: Sequence[Sample]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Every pair of clutches at each speed and measure that both have: the first two clutches, then all other pairs.
+
+    `reduction_percent` is (reference - clutch) / reference of the means, None for a reference of zero; `p_value` is
+    that of Welch's two-sided test, None where neither clutch scatters; `p_holm` is the same by Holm's procedure over
+    all pairs: what is called significant by it holds for all of them together.
+    """
+    clutches = list(dict.fromkeys(sample.clutch for sample in samples))
+    at = {(sample.clutch, sample.speed_m_s, sample.measure): sample for sample in samples}
+    found = [
+        (sample, at.get((second, sample.speed_m_s, sample.measure)))
+        for first, second in itertools.combinations(clutches, 2)
+        for sample in samples
+        if sample.clutch == first
+    ]
+    pairs = [_pair(new, reference) for new, reference in found if reference]
+    _adjust(pairs)
+    main = [pair for pair in pairs if (pair["clutch"], pair["reference"]) == tuple(clutches[:2])]
+    return main, pairs[len(main) :]
+
+
+def _pair(new: Sample, reference: Sample) -> dict[str, Any]:
+    with np.errstate(all="ignore"):
+        reduction = float(100 * (1 - np.float64(new.mean) / reference.mean))
+    return {
+        "speed_m_s": new.speed_m_s,
+        "measure": new.measure,
+        "clutch": new.clutch,
+        "reference": reference.clutch,
+        "difference": new.mean - reference.mean,
+        "reduction_percent": reduction if math.isfinite(reduction) else None,
+        "p_value": welch(new, reference),
+    }
+
+
+def welch(a: Sample, b: Sample) -> float | None:
+    """Chance of a difference of means at least as large if there is none, variances unequal (Welch 1947)."""
+    from scipy import stats
+
+    scale = max(a.sd, b.sd)
+    if scale == 0:
+        return None
+    gap = (a.mean - b.mean) / scale
+    found = stats.ttest_ind_from_stats(gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False)
+    return float(found.pvalue)
+
+
+def _adjust(pairs: Iterable[dict[str, Any]]) -> None:
+    from statsmodels.stats.multitest import multipletests
+
+    tested = [pair for pair in pairs if pair["p_value"] is not None]
+    adjusted = multipletests([pair["p_value"] for pair in tested], method="holm")[1] if tested else []
+    for pair in pairs:
+        pair["p_holm"] = None
+    for pair, p in zip(tested, adjusted, strict=True):
+        pair["p_holm"] = float(p)

@@ -1,0 +1,79 @@
+"""A field test's evaluation as tables that a person likes to read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from planter.console import Console
+
+Result = Mapping[str, Any]
+Rows = Iterator[Sequence[Any]]
+
+RANGE = ("response", "factor", "level", "mean", "range")
+ANOVA = ("response", "source", "sum of squares", "df", "mean square", "F", "p", "")
+PAIR = ("measure", "speed_m_s", "clutch", "reference", "difference", "reduction_percent", "p_value", "p_holm")
+COMPARISON = ("measure", "m/s", "clutch", "against", "difference", "reduction %", "p", "p (Holm)")
+SHOWN = 5
+"""Combinations of levels that the console shows, closest to zero first."""
+
+
+def show(console: Console, result: Result) -> None:
+    """Everything but the long list of predictions, of which the best are shown."""
+    print(f"{result['source']}: {result['runs']} runs, factors {', '.join(result['factors'])}\n")
+    if result["range"]:
+        console.table("Range analysis", RANGE, ranges(result))
+    console.table(f"Analysis of variance, sums of squares: {result['sums_of_squares']}", ANOVA, anova(result))
+    factors = tuple(result["factors"])
+    if result["best"]:
+        console.table("Best levels", ("", *factors), best(result))
+    head = (*factors, *result["responses"])
+    console.table("Additive prediction", head, list(predictions(result))[:SHOWN])
+    _comparisons(console, [*result["comparison"], *result["other_comparisons"]])
+    for warning in result["warnings"]:
+        print(f"Note: {warning}.")
+
+
+def ranges(result: Result) -> Rows:
+    """Level means, the range beside the first of each factor."""
+    for response, factors in result["range"].items():
+        for name, found in factors.items():
+            for index, (level, mean) in enumerate(zip(result["factors"][name]["levels"], found["k"], strict=True)):
+                yield response, name, str(level), mean, None if index else found["R"]
+
+
+def anova(result: Result) -> Rows:
+    """Rows of all responses, with the usual stars: two for p < 0.01, one for p < 0.05."""
+    for response, sources in result["anova"].items():
+        for name, row in sources.items():
+            p = row.get("p")
+            stars = "" if p is None else "**" if p < 0.01 else "*" if p < 0.05 else ""
+            yield response, name, row["ss"], row["df"], row.get("ms"), row.get("F"), p, stars
+
+
+def best(result: Result) -> Rows:
+    """Levels with the smallest predicted size of each response, and of all together."""
+    for name, levels in result["best"].items():
+        yield (f"|{name}|" if name != "both" else "all together", *(str(level) for level in levels))
+
+
+def predictions(result: Result) -> Rows:
+    """Combinations of levels, those with the smallest sum of sizes first."""
+    responses = list(result["responses"])
+    listed = sorted(result["prediction"], key=lambda row: sum(abs(row[name]) for name in responses))
+    for row in listed:
+        yield (*(str(level) for level in row["levels"]), *(row[name] for name in responses))
+
+
+def comparisons(found: Sequence[Result]) -> Rows:
+    """Rows under the heads of `COMPARISON`."""
+    for row in found:
+        yield tuple(row[key] for key in PAIR)
+
+
+def _comparisons(console: Console, found: Sequence[Result]) -> None:
+    """A table for each pair of clutches: narrow enough for a terminal."""
+    for pair in dict.fromkeys((row["clutch"], row["reference"]) for row in found):
+        mine = [row for row in found if (row["clutch"], row["reference"]) == pair]
+        rows = [(measure, speed, *rest) for measure, speed, _, _, *rest in comparisons(mine)]
+        console.table(f"{pair[0]} against {pair[1]} (Welch)", (*COMPARISON[:2], *COMPARISON[4:]), rows)

@@ -1,0 +1,123 @@
+/* A whole turn of a device in one call: what a design fixes, the force in every lane, what the objective makes of it.
+ *
+ * A lane is an angle and a share: the force at angle i is the sum of the shares' forces in lanes i, i + angles, ...
+ */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+typedef long long casadi_int;
+
+int prologue(const double **arg, double **res, casadi_int *iw, double *w, int mem);
+void support(long lanes, const double *phi, const double *x, const double *c, const double *h, double *force);
+void slopes(long lanes, const double *phi, const double *x, const double *c, const double *h, const double *dh,
+            double *force, double *g);
+
+typedef struct {
+  long parameters, angles, shares;
+  double weight_range, weight_variance;
+  long newton;                           /* the spread is the standard deviation, not the variance */
+  const double *phi, *c;                 /* (lanes), machine */
+  double *h, *dh, *force, *g, *weights;  /* (lanes) force and weights, (1 + parameters, lanes) g */
+  const double **arg;
+  double **res;
+  casadi_int *iw;
+  double *w;
+} turn;
+
+typedef struct {
+  double objective, range, variance, mean;
+} found;
+
+/* Finite-math flags make isfinite() constant: look at the exponent. */
+static int is_finite(double value)
+{
+  uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return (bits >> 52 & 0x7ff) != 0x7ff;
+}
+
+static int designed(const turn *t, const double *x)
+{
+  t->arg[0] = x;
+  t->arg[1] = t->c;
+  t->res[0] = t->h;
+  t->res[1] = t->dh;
+  return prologue(t->arg, t->res, t->iw, t->w, 0);
+}
+
+static void folded(const turn *t)
+{
+  for (long share = 1; share < t->shares; ++share)
+    for (long i = 0; i < t->angles; ++i) t->force[i] += t->force[share * t->angles + i];
+}
+
+static double spread_rate(const turn *t, double variance)
+{
+  return t->newton ? t->weight_variance / (2.0 * sqrt(variance)) : t->weight_variance;
+}
+
+static found summary(const turn *t, long *highest, long *lowest)
+{
+  const double *force = t->force;
+  double sum = 0.0, squares = 0.0;
+  long high = 0, low = 0;
+  for (long i = 0; i < t->angles; ++i) sum += force[i];
+  const double mean = sum / t->angles;
+  for (long i = 0; i < t->angles; ++i) squares += (force[i] - mean) * (force[i] - mean);
+  for (long i = 1; i < t->angles; ++i) {
+    if (force[i] > force[high]) high = i;
+    if (force[i] < force[low]) low = i;
+  }
+  found f = {0.0, force[high] - force[low], squares / t->angles, mean};
+  const double spread = t->newton ? sqrt(f.variance) : f.variance;
+  f.objective = t->weight_range * f.range + t->weight_variance * spread;
+  *highest = high;
+  *lowest = low;
+  return f;
+}
+
+/* The objective and what it is made of; nonzero where a result is not finite. */
+int turn_value(const turn *t, const double *x, found *f)
+{
+  long high, low;
+  if (designed(t, x)) return 1;
+  support(t->angles * t->shares, t->phi, x, t->c, t->h, t->force);
+  folded(t);
+  *f = summary(t, &high, &low);
+  return !is_finite(f->objective) || !is_finite(f->mean);
+}
+
+/* The same, and the gradient (parameters) of the objective: that of the samples where the extremes stand. */
+int turn_gradient(const turn *t, const double *x, found *f, double *gradient)
+{
+  const long lanes = t->angles * t->shares;
+  long high, low;
+  if (designed(t, x)) return 1;
+  slopes(lanes, t->phi, x, t->c, t->h, t->dh, t->force, t->g);
+  folded(t);
+  *f = summary(t, &high, &low);
+  const double rate = 2.0 * spread_rate(t, f->variance) / t->angles;
+  for (long i = 0; i < t->angles; ++i) t->weights[i] = rate * (t->force[i] - f->mean);
+  t->weights[high] += t->weight_range;
+  t->weights[low] -= t->weight_range;
+  for (long share = 1; share < t->shares; ++share)
+    memcpy(t->weights + share * t->angles, t->weights, t->angles * sizeof *t->weights);
+  int failed = !is_finite(f->objective) || !is_finite(f->mean);
+  for (long j = 0; j < t->parameters; ++j) {
+    const double *row = t->g + (1 + j) * lanes;
+    double sum = 0.0;
+    for (long i = 0; i < lanes; ++i) sum += t->weights[i] * row[i];
+    gradient[j] = sum;
+    failed |= !is_finite(sum);
+  }
+  return failed;
+}
+
+/* Many designs (designs, parameters); the number of the first that fails, from 1, or 0. */
+long turn_values(const turn *t, long designs, const double *x, found *f)
+{
+  for (long d = 0; d < designs; ++d)
+    if (turn_value(t, x + d * t->parameters, f + d)) return d + 1;
+  return 0;
+}

@@ -1,0 +1,181 @@
+"""The epigraph form of a sampled turn for IPOPT without Python in the loop.
+
+Prologue and lanes are compiled CasADi functions; what the objective makes of them is a few matrix operations of
+CasADi's. The same programme as `planter.optimise.epigraph.Epigraph` in plain functions, for rows without holds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from planter.device import Device
+from planter.optimise.arrays import Integers
+from planter.optimise.epigraph import Epigraph
+from planter.optimise.response import Planting
+from planter.optimise.samples import SampledRows
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """The functions of a device over n angles, for the use in CasADi's graphs."""
+
+    prologue: ca.Function
+    curvature: ca.Function
+    force: ca.Function
+    slopes: ca.Function
+    bending: ca.Function
+
+
+def functions(programme: Epigraph) -> dict[str, ca.Function] | None:
+    """CasADi functions `nlp`, `grad_f`, `jac_g`, `hess_lag` of a programme; None where it is not all compiled."""
+    response, local = programme.problem.response, programme.local
+    if not isinstance(response, Planting) or not isinstance(local, SampledRows) or local.holds:
+        return None
+    compiled = _compiled(response.device, len(local.angles))
+    return None if compiled is None else _Graph(programme, local, response.device, compiled).functions()
+
+
+def _compiled(device: Device, angles: int) -> Compiled | None:
+    force, lanes = device.force, angles * len(device.force.shares.offsets)
+    loops = [k.interface(lanes) for k in (force.value_kernel, force.slopes_kernel, force.hessian_kernel)]
+    found = [
+        f for f in (device.prologue_kernel.compiled, device.prologue_hessian_kernel.compiled, *loops) if f is not None
+    ]
+    return Compiled(*found) if len(found) == len(fields(Compiled)) else None
+
+
+class _Graph:
+    """Expressions of a programme in z = (u of the free parameters, t_max, t_min)."""
+
+    def __init__(self, programme: Epigraph, local: SampledRows, device: Device, compiled: Compiled) -> None:
+        self.programme, self.local, self.compiled = programme, local, compiled
+        self.n, self.angles, self.shares = programme.n, len(local.angles), device.force.shares
+        self.z = ca.MX.sym("x", self.n + 2)
+        self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", len(programme.g_lower))
+        self.c = ca.MX(ca.DM(device.constants))
+        self.phi = ca.MX(ca.DM(np.add.outer(self.shares.offsets, local.angles).ravel()))
+        self.width = ca.DM(programme.problem.width[programme.free])
+
+    @cached_property
+    def x(self) -> ca.MX:
+        problem = self.programme.problem
+        u = ca.MX(ca.DM(problem.start))
+        u[self.programme.free.tolist()] = self.z[: self.n]
+        lower, upper = ca.DM(problem.response.lower), ca.DM(problem.response.upper)
+        return ca.fmin(ca.fmax(lower + u * problem.width, lower), upper)
+
+    @cached_property
+    def prologue(self) -> tuple[ca.MX, ca.MX]:
+        """h, and the entries of its tangent."""
+        h, dh = self.compiled.prologue(self.x, self.c)
+        return h, dh.nz[:]
+
+    def _folded(self, lanes: ca.MX) -> ca.MX:
+        """Rows of the lanes as rows of the angles."""
+        parts = [lanes[k * self.angles : (k + 1) * self.angles, :] for k in range(len(self.shares.offsets))]
+        total = parts[0]
+        for part in parts[1:]:
+            total = total + part
+        return total
+
+    @cached_property
+    def force(self) -> ca.MX:
+        return self._folded(self.compiled.force(self.phi, self.x, self.c, self.prologue[0]))
+
+    @cached_property
+    def slopes(self) -> tuple[ca.MX, ca.MX]:
+        """Force (angles,) and its gradients in the free coordinates (angles, n)."""
+        force, g = self.compiled.slopes(self.phi, self.x, self.c, *self.prologue)
+        columns = [1 + k for k in self.programme.free.tolist()]
+        return self._folded(force), self._folded(g)[:, columns] @ ca.diag(self.width)
+
+    def _spread(self, variance: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """The weighted spread as a function of the variance: value, first and second derivative."""
+        objective = self.programme.problem.objective
+        v = ca.MX.sym("v")
+        spread = objective.weight_variance * (v if objective.kind == "paper" else ca.sqrt(v))
+        first = ca.jacobian(spread, v)
+        f = ca.Function("spread", [v], [spread, first, ca.densify(ca.jacobian(first, v))])
+        value, slope, bend = f(variance)
+        return value, slope, bend
+
+    def _value(self, force: ca.MX) -> ca.MX:
+        p = self.programme
+        span = p.problem.objective.weight_range * p.unit * (self.z[-2] - self.z[-1])
+        return (span + self._spread(_variance(force))[0]) / p.problem.scale
+
+    def _rows(self, force: ca.MX) -> ca.MX:
+        p = self.programme
+        scaled = (force - p.level) / p.unit
+        upper, lower = (scaled[rows.tolist()] for rows in (self.local.upper, self.local.lower))
+        return ca.vertcat(upper - self.z[-2], self.z[-1] - lower)
+
+    def functions(self) -> dict[str, ca.Function]:
+        z, p = self.z, ca.MX.sym("p", 0, 0)
+        force, slopes = self.slopes
+        inputs, names = [z, p], ["x", "p"]
+        dual, dual_names = [z, p, self.lam_f, self.lam_g], ["x", "p", "lam_f", "lam_g"]
+        return {
+            "nlp": ca.Function("nlp", inputs, [self._value(self.force), self._rows(self.force)], names, ["f", "g"]),
+            "grad_f": ca.Function("nlp_grad_f", inputs, [self._value(force), self._gradient(force, slopes)],
+                                  names, ["f", "grad_f_x"]),
+            "jac_g": ca.Function("nlp_jac_g", inputs, [self._rows(force), self._jacobian(slopes)],
+                                 names, ["g", "jac_g_x"]),
+            "hess_lag": ca.Function("nlp_hess_l", dual, [ca.triu(self._hessian(force, slopes))],
+                                    dual_names, ["triu_hess_gamma_x_x"]),
+        }  # fmt: skip
+
+    def _along(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
+        """Gradient of the variance (n,)."""
+        return 2 / self.angles * slopes.T @ (force - _mean(force))
+
+    def _gradient(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
+        p = self.programme
+        along = self._spread(_variance(force))[1] * self._along(force, slopes)
+        end = p.problem.objective.weight_range * p.unit
+        return ca.vertcat(along, end, -end) / p.problem.scale
+
+    def _jacobian(self, slopes: ca.MX) -> ca.MX:
+        p, a, b = self.programme, len(self.local.upper), len(self.local.lower)
+        upper, lower = (slopes[rows.tolist(), :] / p.unit for rows in (self.local.upper, self.local.lower))
+        ones, nothing = ca.DM.ones, ca.DM.zeros
+        return ca.vertcat(ca.horzcat(upper, -ones(a), nothing(a)), ca.horzcat(-lower, nothing(b), ones(b)))
+
+    def _hessian(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
+        p, a, n = self.programme, len(self.local.upper), self.angles
+        _, first, second = self._spread(_variance(force))
+        share = self.lam_f / p.problem.scale
+        weights = 2 / n * share * first * (force - _mean(force))
+        upper, lower = self.lam_g[:a] / p.unit, self.lam_g[a:] / p.unit
+        weights = weights + _scattered(self.local.upper, n) @ upper - _scattered(self.local.lower, n) @ lower
+        centred, along = slopes - ca.repmat(ca.sum1(slopes) / n, n, 1), self._along(force, slopes)
+        outer = 2 / n * share * first * centred.T @ centred + share * second * along @ along.T
+        return ca.diagcat(outer + self._bent(weights), ca.DM.zeros(2, 2))
+
+    def _bent(self, weights: ca.MX) -> ca.MX:
+        """Weighted sum of the force's Hessians in the free coordinates (n, n)."""
+        lanes = ca.repmat(weights, len(self.shares.offsets), 1)
+        h, dh = self.prologue
+        packed, slope = self.compiled.bending(self.phi, self.x, self.c, h, dh, lanes)
+        size = 1 + self.x.numel()
+        whole = ca.triu2symm(ca.MX(ca.Sparsity.upper(size), packed.T))[1:, 1:]
+        whole = whole + self.compiled.curvature(self.x, self.c, slope.T)
+        free = self.programme.free.tolist()
+        return whole[free, free] * (self.width @ self.width.T)
+
+
+def _mean(force: ca.MX) -> ca.MX:
+    return ca.sum1(force) / force.numel()
+
+
+def _variance(force: ca.MX) -> ca.MX:
+    return ca.sumsqr(force - _mean(force)) / force.numel()
+
+
+def _scattered(rows: Integers, count: int) -> ca.DM:
+    """The matrix (count, rows) that puts each row's number in its place."""
+    return ca.DM.triplet(rows.tolist(), list(range(len(rows))), ca.DM.ones(len(rows)), count, len(rows))

@@ -1,0 +1,296 @@
+"""Main effects of field tests: laws first, then the same numbers by other ways."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from planter.clutch.field import Factor, Response, Trial, trial
+from planter.clutch.field import evaluation as field
+from planter.clutch.field.analysis import Model, is_orthogonal
+from planter.clutch.field.arrays import array
+from planter.errors import InputError
+
+
+def runs_of(codes: np.ndarray, *responses: np.ndarray) -> Trial:
+    """A trial with factors F0, F1, ... and responses Y1, Y2, ... whose levels count from 0."""
+    factors = []
+    for index, column in enumerate(codes.T):
+        levels, inverse = np.unique(column, return_inverse=True)
+        factors.append(Factor(f"F{index}", tuple(int(level) for level in levels), inverse))
+    measured = (Response(f"Y{i}", np.asarray(values, dtype=float)) for i, values in enumerate(responses, 1))
+    return Trial("test", tuple(factors), tuple(measured))
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20210206)
+
+
+def l9() -> Trial:
+    return runs_of(array("L9").codes[:, :3], *rng().normal(5, 3, (2, 9)))
+
+
+def l18() -> Trial:
+    return runs_of(array("L18").codes[:, [0, 1, 2, 4, 6]], *rng().gamma(2.0, 1.0, (2, 18)))
+
+
+def l27() -> Trial:
+    return runs_of(np.vstack([array("L27").codes[:, [0, 1, 4, 8]]] * 2), rng().normal(-5, 3, 54))
+
+
+def unbalanced() -> Trial:
+    """Factors of 2, 3 and 4 levels, in no order and not equally often."""
+    random = rng()
+    codes = np.column_stack([random.integers(0, size, 23) for size in (2, 3, 4)])
+    return runs_of(codes, random.normal(100, 3, 23), codes[:, 0] + random.normal(0, 1, 23))
+
+
+BALANCED = {"L9": l9, "L18": l18, "L27 twice": l27}
+ANY = {**BALANCED, "unbalanced": unbalanced}
+balanced = pytest.mark.parametrize("make", BALANCED.values(), ids=BALANCED)
+any_design = pytest.mark.parametrize("make", ANY.values(), ids=ANY)
+
+
+def changed(of: Trial, values: object, rows: object = slice(None)) -> Trial:
+    """The trial with other responses, runs reordered by `rows`."""
+    factors = tuple(Factor(f.name, f.levels, f.codes[rows]) for f in of.factors)
+    responses = tuple(Response(r.name, values(r.values)[rows]) for r in of.responses)  # type: ignore[operator]
+    return Trial(of.source, factors, responses)
+
+
+def frame(of: Trial, response: Response):  # type: ignore[no-untyped-def]
+    import pandas
+
+    return pandas.DataFrame({f.name: f.codes for f in of.factors} | {"y": response.values})
+
+
+def by_formula(of: Trial, response: Response, typ: int):  # type: ignore[no-untyped-def]
+    """Analysis of variance as statsmodels writes it: {factor: (ss, df, F, p)}, residual (ss, df)."""
+    from statsmodels.formula.api import ols
+    from statsmodels.stats.anova import anova_lm
+
+    fit = ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in of.factors), frame(of, response)).fit()
+    table = anova_lm(fit, typ=typ)
+    rows = {f.name: table.loc[f"C({f.name}, Sum)"] for f in of.factors}
+    found = {name: (row["sum_sq"], row["df"], row["F"], row["PR(>F)"]) for name, row in rows.items()}
+    return found, (table.loc["Residual", "sum_sq"], table.loc["Residual", "df"]), fit
+
+
+def assert_same(of: Trial, typ: int) -> None:
+    model = Model(of)
+    for response in of.responses:
+        mine = model.anova(response)
+        other, residual, _ = by_formula(of, response, typ)
+        for name, row in other.items():
+            assert [mine[name][key] for key in ("ss", "df", "F", "p")] == pytest.approx(row, rel=1e-8, abs=1e-13)
+        assert (mine["error"]["ss"], mine["error"]["df"]) == pytest.approx(residual, rel=1e-9)
+
+
+@balanced
+def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> None:  # type: ignore[no-untyped-def]
+    of = make()
+    assert is_orthogonal(of.factors)
+    for response in of.responses:
+        table = Model(of).anova(response)
+        parts = [row for name, row in table.items() if name != "total"]
+        assert sum(row["ss"] for row in parts) == pytest.approx(table["total"]["ss"], rel=1e-12)
+        assert sum(row["df"] for row in parts) == table["total"]["df"] == of.runs - 1
+        assert table["total"]["ss"] == pytest.approx(of.runs * np.var(response.values), rel=1e-12)
+
+
+def test_they_do_not_add_up_in_an_unbalanced_one() -> None:
+    of = unbalanced()
+    assert not is_orthogonal(of.factors)
+    table = Model(of).anova(of.responses[1])
+    assert abs(sum(r["ss"] for n, r in table.items() if n != "total") / table["total"]["ss"] - 1) > 1e-4
+
+
+@any_design
+def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no-untyped-def]
+    of = make()
+    other = changed(of, lambda y: y, rng().permutation(of.runs))
+    for one, two in zip(of.responses, other.responses, strict=True):
+        mine, theirs = Model(of).anova(one), Model(other).anova(two)
+        for name, row in mine.items():
+            assert theirs[name] == pytest.approx(row, rel=1e-9, abs=1e-13)
+        assert Model(other).effects(two).predicted() == pytest.approx(Model(of).effects(one).predicted(), rel=1e-11)
+
+
+@any_design
+@pytest.mark.parametrize(("shift", "scale"), [(1e4, 1.0), (0.0, -3.0), (-7.0, 1e-80), (0.0, 1e80)])
+def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> None:  # type: ignore[no-untyped-def]
+    of = make()
+    other = changed(of, lambda y: scale * y + shift * abs(scale))
+    model = Model(of)
+    for one, two in zip(of.responses, other.responses, strict=True):
+        mine, theirs = model.anova(one), model.anova(two)
+        for name in (f.name for f in of.factors):
+            assert theirs[name]["ss"] == pytest.approx(scale**2 * mine[name]["ss"], rel=1e-7, abs=0)
+            assert [theirs[name][key] for key in "Fp"] == pytest.approx([mine[name][key] for key in "Fp"], rel=1e-7)
+        wanted = scale * model.effects(one).predicted() + shift * abs(scale)
+        assert model.effects(two).predicted() == pytest.approx(wanted, rel=1e-9, abs=0)
+
+
+@balanced
+def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore[no-untyped-def]
+    of = make()
+    result = field.of(of).result
+    for response, factor in itertools.product(of.responses, of.factors):
+        found = result["range"][response.name][factor.name]
+        k = np.array(found["k"])
+        repeated = of.runs / len(factor.levels)
+        ss = result["anova"][response.name][factor.name]["ss"]
+        assert repeated * np.sum((k - response.values.mean()) ** 2) == pytest.approx(ss, rel=1e-10)
+        assert found["R"] == pytest.approx(k.max() - k.min(), rel=1e-15)
+
+
+@any_design
+def test_projections_give_the_same(make) -> None:  # type: ignore[no-untyped-def]
+    """Sums of squares from projections on indicator columns, without any coding or regression."""
+    of = make()
+
+    def projected(factors, y):  # type: ignore[no-untyped-def]
+        columns = [np.ones((of.runs, 1)), *(np.eye(len(f.levels))[f.codes] for f in factors)]
+        x = np.hstack(columns)
+        return x @ np.linalg.pinv(x) @ y
+
+    for response in of.responses:
+        table = Model(of).anova(response)
+        full = projected(of.factors, response.values)
+        for factor in of.factors:
+            rest = projected([f for f in of.factors if f is not factor], response.values)
+            assert table[factor.name]["ss"] == pytest.approx(np.sum((full - rest) ** 2), rel=1e-8)
+        assert table["error"]["ss"] == pytest.approx(np.sum((response.values - full) ** 2), rel=1e-8)
+
+
+@any_design
+def test_statsmodels_formula_interface_gives_the_same(make) -> None:  # type: ignore[no-untyped-def]
+    of = make()
+    for typ in (1, 2, 3) if is_orthogonal(of.factors) else (2, 3):
+        assert_same(of, typ)
+
+
+def test_that_comparison_can_fail() -> None:
+    of = unbalanced()
+    with pytest.raises(AssertionError):
+        assert_same(of, 1)
+
+
+@any_design
+def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: ignore[no-untyped-def]
+    import pandas
+
+    of = make()
+    result = field.of(of).result
+    combinations = list(itertools.product(*(range(len(f.levels)) for f in of.factors)))
+    assert len(result["prediction"]) == len(combinations)
+    for response in of.responses:
+        *_, fit = by_formula(of, response, 2)
+        rows = {f.name: [c[i] for c in combinations] for i, f in enumerate(of.factors)}
+        mine = [row[response.name] for row in result["prediction"]]
+        assert mine == pytest.approx(fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11)
+
+
+def test_one_factor_is_the_one_way_test_of_scipy() -> None:
+    codes = np.repeat([0, 1, 2], [4, 6, 9])
+    y = rng().normal(codes, 1.0)
+    row = Model(runs_of(codes[:, None], y)).anova(Response("Y", y))["F0"]
+    other = stats.f_oneway(*(y[codes == code] for code in range(3)))
+    assert (row["F"], row["p"]) == pytest.approx((other.statistic, other.pvalue), rel=1e-10)
+
+
+def test_best_levels_are_found_by_trying_all() -> None:
+    of = l18()
+    result = field.of(of).result
+    for name, score in {
+        "Y1": lambda row: abs(row["Y1"]),
+        "Y2": lambda row: abs(row["Y2"]),
+        "both": lambda row: abs(row["Y1"]) + abs(row["Y2"]),
+    }.items():
+        assert result["best"][name] == min(result["prediction"], key=score)["levels"]
+
+
+def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
+    codes = array("L9").codes[:, :2]
+    y = np.array([3.0, 1.0, 1.0])[codes[:, 0]] + 0.1
+    random = rng()
+    for _ in range(20):
+        of = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
+        assert field.of(of).result["best"]["Y1"] == [1, 0]
+
+
+def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
+    result = field.of(unbalanced()).result
+    assert result["range"] is result["order"] is result["range_best"] is None
+    assert result["sums_of_squares"] == "type II"
+    assert "not orthogonal" in result["warnings"][0]
+    assert all(row["p"] is not None for row in result["anova"]["Y1"].values() if "p" in row)
+
+
+def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
+    codes = array("L9").codes[:, :2].copy()
+    assert is_orthogonal(runs_of(codes, np.arange(9.0)).factors)
+    codes[[0, 4], 1] = codes[[4, 0], 1]
+    of = runs_of(codes, np.arange(9.0))
+    assert all(np.ptp(np.bincount(f.codes)) == 0 for f in of.factors)
+    assert not is_orthogonal(of.factors)
+
+
+def test_without_freedom_for_the_error_there_is_no_test() -> None:
+    result = field.of(runs_of(array("L9").codes, rng().normal(0, 1, 9))).result
+    assert result["anova"]["Y1"]["error"]["df"] == 0
+    assert result["anova"]["Y1"]["error"]["ms"] is None
+    assert all(result["anova"]["Y1"][f"F{i}"]["F"] is None for i in range(4))
+    assert result["anova"]["Y1"]["F0"]["ss"] > 0
+    assert "degrees of freedom" in result["warnings"][0]
+
+
+def test_responses_without_any_error_have_no_test() -> None:
+    codes = array("L9").codes[:, :3]
+    result = field.of(runs_of(codes, 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3)).result
+    assert result["anova"]["Y1"]["F0"]["p"] is None
+    assert "to the last digit" in result["warnings"][0]
+    nearly = 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3 + 1e-9 * rng().normal(0, 1, 9)
+    assert field.of(runs_of(codes, nearly)).result["anova"]["Y1"]["F0"]["p"] > 0
+
+
+def test_fewer_runs_than_effects_are_counted() -> None:
+    codes = array("L9").codes[:6]
+    with pytest.raises(InputError, match=r"6 runs for 8 effects \(the mean, 1 of F0, 2 of F1, 2 of F2, 2 of F3\)"):
+        Model(runs_of(codes, np.arange(6.0)))
+    assert Model(runs_of(array("L9").codes, np.arange(9.0))).freedom == 0
+
+
+def test_effects_that_cannot_be_told_apart_are_named() -> None:
+    codes = array("L27").codes[:, [0, 1, 4, 0]]
+    with pytest.raises(InputError, match="effects of F0 and F3 cannot be told apart"):
+        Model(runs_of(codes, np.arange(27.0)))
+
+
+def test_more_than_can_be_analysed_is_refused() -> None:
+    codes = np.column_stack([np.arange(4000) % 2000, np.arange(4000) % 2])
+    with pytest.raises(InputError, match="4000 runs times 2001 effects are too many"):
+        Model(runs_of(codes, np.arange(4000.0)))
+
+
+@pytest.mark.parametrize(("listed", "searched"), [(18, 18), (17, 18), (17, 17)])
+def test_long_lists_of_predictions_are_left_out_loudly(
+    monkeypatch: pytest.MonkeyPatch, listed: int, searched: int
+) -> None:
+    monkeypatch.setattr(field, "LISTED", listed)
+    monkeypatch.setattr(field, "SEARCHED", searched)
+    result = field.of(runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))).result
+    assert len(result["prediction"]) == (18 if listed >= 18 else 0)
+    assert (result["best"] is None) == (searched < 18)
+    assert any("of 18 combinations" in warning for warning in result["warnings"]) == (listed < 18)
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_a_blank_column_that_is_none_is_told(good: bool) -> None:
+    pairs = list(itertools.product((0, 1, 2), repeat=2))
+    rows = [f"{a},{b},{(a + b) % 3 if good else a},{a + 2 * b + 0.1 * a * b}" for a, b in pairs]
+    result = field.of(trial.read("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
+    assert any("blank column blank" in warning for warning in result["warnings"]) != good

@@ -1,0 +1,183 @@
+"""Files of runs: what columns are, and every complaint by its place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planter import builtin
+from planter.clutch.field import Columns, evaluation, trial
+from planter.errors import InputError
+
+GOOD = builtin.example("shi2021-field")
+RUNS = "run,A,B,Y\n1,1,1,2\n2,1,2,5\n3,2,1,3\n4,2,2,6\n"
+
+
+def refusal(text: str, columns: Columns | None = None) -> str:
+    """What is said of a text that is read and evaluated."""
+    with pytest.raises(InputError) as refused:
+        evaluation.of(trial.read(text, "x.csv", columns))
+    message = str(refused.value)
+    assert "\n" not in message
+    return message
+
+
+def test_the_header_says_what_columns_are() -> None:
+    read = trial.read(GOOD, "x.csv")
+    assert [f.name for f in read.factors] == ["A", "B", "C"]
+    assert [r.name for r in read.responses] == ["Y1", "Y2"]
+    assert [b.name for b in read.blanks] == ["blank"]
+    assert read.factors[0].values == (10, 15, 20)
+    assert read.factors[0].label == "axial angle / deg"
+    assert read.responses[1].values[4] == -3.9
+
+
+def test_options_say_otherwise() -> None:
+    text = GOOD.replace("run,A,B,C,blank,Y1,Y2", "run,A,B,C,D,lag,note").replace("response Y1", "response lag")
+    text = text.replace("# response Y2", "#")
+    read = trial.read(text, "x.csv", Columns(responses=("lag",), blanks=("D",), ignored=("note",)))
+    assert [f.name for f in read.factors] == ["A", "B", "C"]
+    assert [b.name for b in read.blanks] == ["D"]
+    original = evaluation.of(trial.read(GOOD, "x.csv")).result["anova"]["Y1"]
+    assert evaluation.of(read).result["anova"]["lag"] == original
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_line_ends_spaces_and_empty_lines_do_not_matter(end: str) -> None:
+    text = GOOD.replace(",", " , ").replace("\n", "\n\n").replace(" , 15 , 20", ", 15, 20").replace("\n", end)
+    assert evaluation.of(trial.read(text, "x.csv")).result == evaluation.of(trial.read(GOOD, "x.csv")).result
+
+
+def test_levels_are_numbers_in_order_or_words_as_they_come() -> None:
+    text = "A,B,Y\n10,soft,1\n9,hard,2.5\n10.0,hard,3\n9,soft,5\n"
+    a, b = trial.read(text, "x.csv").factors
+    assert (a.levels, b.levels) == ((9, 10), ("soft", "hard"))
+    assert a.codes.tolist() == [1, 0, 1, 0]
+    assert (a.scale, b.scale) == ((9, 10), None)
+    assert trial.read("# factor B: = hard, soft\n" + text, "x.csv").factors[1].levels == ("hard", "soft")
+
+
+def test_results_name_the_levels_of_the_file() -> None:
+    codes, levels = GOOD.split("run,")[1].splitlines(), {"A": "10 15 20", "B": "0.3 0.4 0.5", "C": "1.5 2 2.5"}
+    rows = [line.split(",") for line in codes[1:]]
+    shown = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
+    text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
+    result = evaluation.of(trial.read(text, "x.csv")).result
+    assert result["best"] == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
+    assert result["anova"] == evaluation.of(trial.read(GOOD, "x.csv")).result["anova"]
+
+
+def test_repetitions_of_a_run_add_to_the_error() -> None:
+    twice = RUNS + "".join(
+        f"{line.rpartition(',')[0]},{float(line.rpartition(',')[2]) + (-1) ** i}\n"
+        for i, line in enumerate(RUNS.splitlines()[1:])
+    )
+    result = evaluation.of(trial.read(twice, "x.csv")).result
+    assert result["orthogonal"]
+    assert result["anova"]["Y"]["error"]["df"] == 5
+
+
+def test_a_run_that_is_left_out_is_missed_and_at_the_end_the_rest_is_unbalanced() -> None:
+    lines = GOOD.splitlines()
+    assert "run 8 is missing between 1 and 9" in refusal("\n".join([*lines[:-2], lines[-1]]))
+    for text, columns in (
+        ("\n".join(lines[:-1]), None),
+        ("\n".join([*lines[:-2], lines[-1]]), Columns(ignored=("run",))),
+    ):
+        result = evaluation.of(trial.read(text, "x.csv", columns)).result
+        assert result["range"] is None
+        assert result["sums_of_squares"] == "type II"
+        assert result["anova"]["Y1"]["error"]["df"] == 1
+
+
+BAD = {
+    "nothing": ("", "the file is empty"),
+    "comments alone": ("# nothing\n\n", "the file is empty"),
+    "header alone": ("A,B,Y\n", "nothing below the header in line 1"),
+    "duplicate header": ("A,A,Y\n1,2,3\n", "line 1: the header names A twice"),
+    "nameless column": ("A,,Y\n1,2,3\n", "line 1: column 2 has no name"),
+    "semicolons": ("A;B;Y\n1;2;3\n", "separated by commas"),
+    "short row": (GOOD.replace("3,1,3,3,3,12.2,-2.6", "3,1,3,3,3,12.2"), "line 10 has 6 cells, but it must have 7"),
+    "long row": (GOOD.replace("12.2,-2.6", "12.2,-2.6,1"), "line 10 has 8 cells"),
+    "empty response": (GOOD.replace("12.2,-2.6", ",-2.6"), "line 10, column Y1: nothing stands there"),
+    "empty level": (GOOD.replace("3,1,3,3,3,12.2", "3,1,,3,3,12.2"), "line 10, column B: nothing stands there"),
+    "text": (GOOD.replace("12.2", "twelve"), "line 10, column Y1: 'twelve' is not allowed"),
+    "decimal comma": (GOOD.replace("12.2", '"12,2"'), "line 10, column Y1: '12,2' is not allowed"),
+    "nan": (GOOD.replace("12.2", "nan"), "line 10, column Y1: 'nan' is not allowed, it must be a finite number"),
+    "inf": (GOOD.replace("12.2", "-inf"), "line 10, column Y1: '-inf' is not allowed"),
+    "overflow": (GOOD.replace("12.2", "1e999"), "column Y1: '1e999' is not allowed"),
+    "too large": (GOOD.replace("12.2", "1e200"), "at most 1e\\+100"),
+    "underscore": (GOOD.replace("12.2", "1_2"), "column Y1: '1_2' is not allowed"),
+    "nan level": (GOOD.replace("3,1,3,3,3,12.2", "3,1,nan,3,3,12.2"), "line 10, column B: 'nan' is not allowed"),
+    "text level": (GOOD.replace("3,1,3,3,3,12.2", "3,1,x,3,3,12.2"), "line 10, column B: 'x' is not a number"),
+    "constant factor": ("A,B,Y\n1,2,3\n1,3,4\n1,2,5\n", "column A is 1 in every run"),
+    "constant response": ("A,Y\n1,3\n2,3\n1,3\n", "column Y is 3 in every run"),
+    "constant blank": ("A,blank,Y\n1,1,3\n2,1,4\n1,1,3\n", "column blank is 1 in every run"),
+    "no response": ("A,B,C\n1,1,1\n2,2,2\n", "no column is a response .columns: A, B, C., it must be called Y"),
+    "no factor": ("run,Y1,Y2\n1,1,1\n2,2,2\n", "no column is a factor"),
+    "fewer runs than effects": (
+        "A,B,C,Y\n1,1,1,7.2\n1,2,2,10\n1,3,3,12.2\n2,1,2,4.8\n2,2,3,7.7\n3,2,1,1.9\n",
+        r"6 runs for 7 effects \(the mean, 2 of A, 2 of B, 2 of C\)",
+    ),
+    "response not named": ("A,yield\n1,2\n2,2.5\n1,3\n2,3.7\n1,4\n", "no column is a response"),
+    "run not whole": (RUNS.replace("2,1,2", "1.5,1,2"), "line 3, column run: 1.5 is not allowed"),
+    "run in words": (RUNS.replace("2,1,2", "two,1,2"), "line 3, column run: 'two' is not allowed"),
+    "run twice": (
+        RUNS.replace("2,1,2", "1,1,2"),
+        "line 3, column run: run 1 stands in line 2 already with other levels",
+    ),
+    "factor of a reserved name": (RUNS.replace("A", "total"), "the column total is a factor, but results"),
+    "open quote": ('A,Y\n1,"2\n', "line 3 is not valid CSV"),
+    "legend of no column": ("# factor Q: speed\n" + RUNS, "line 1 explains the factor Q, .* must be one of A, B"),
+    "legend of the wrong kind": ("# response A: speed\n" + RUNS, "line 1 explains the response A, .* one of Y"),
+    "legend too short": (
+        GOOD.replace("10, 15, 20", "10, 15"),
+        "line 2 gives A the values 10, 15, but the runs have the levels 1, 2, 3",
+    ),
+    "level that no run has": (
+        "".join(line + "\n" for line in GOOD.splitlines()[:13]),
+        "line 2 gives A the values 10, 15, 20, but the runs have the levels 1, 2: there must be one number for each",
+    ),
+    "legend in words": (GOOD.replace("10, 15, 20", "10, 15, more"), "line 2 gives A the values 10, 15, more"),
+    "legend of other words": (
+        "# factor A: = x, z\nA,Y\nx,1\ny,2\nx,4\n",
+        "the values x, z, but the runs have the levels x, y",
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD)
+def test_bad_files_are_refused_by_place(text: str, message: str) -> None:
+    import re
+
+    said = refusal(text)
+    assert said.startswith("x.csv:")
+    assert re.search(message, said), said
+
+
+def test_columns_that_options_name_must_be_there() -> None:
+    for columns, option in ((Columns(("lag",)), "--response"), (Columns((), ("D",)), "--blank"),
+                            (Columns((), (), ("D",)), "--ignore")):  # fmt: skip
+        assert f"{option} " in refusal(GOOD, columns)
+    assert "must be one of run, A, B, C, blank, Y1, Y2" in refusal(GOOD, Columns(("lag",)))
+    assert "is a response, but results use" in refusal(RUNS.replace("Y", "both"), Columns(("both",)))
+
+
+def test_any_text_gives_a_result_or_one_sentence() -> None:
+    random = np.random.default_rng(7)
+    signs = list(GOOD) + list('",;#\n\t-eEnaN=:$_\x00é')
+    said: list[str] = []
+    for _ in range(400):
+        text = list(GOOD)
+        for place in random.integers(0, len(text), random.integers(1, 6)):
+            text[place] = signs[random.integers(len(signs))]
+        try:
+            read = trial.read("".join(text), "x.csv")
+            found = evaluation.of(read).result
+        except InputError as error:
+            said.append(str(error))
+        else:
+            numbers = [row[name] for row in found["prediction"] for name in found["responses"]]
+            assert np.isfinite(numbers).all()
+    assert 100 < len(said) < 400
+    assert not any("\n" in message for message in said)

@@ -1,0 +1,181 @@
+"""The commands `clutch field` and `clutch plan`, and the files that they leave."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter import builtin
+from planter.cli import app
+from planter.clutch.field import evaluate, evaluation, figures, page, trial
+from planter.clutch.field.analysis import Model
+
+KEYS = {"range", "anova", "best", "prediction", "comparison"}
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["clutch", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def answer(*arguments: str) -> dict:
+    code, out, err = run(*arguments, "--json")
+    assert code == 0, err
+    return json.loads(out, parse_constant=pytest.fail)
+
+
+def refusal(*arguments: str) -> str:
+    for extra in ((), ("--json",)):
+        code, out, err = run(*arguments, *extra)
+        assert (code, out) == (2, "")
+        assert err.count("\n") == 1
+    return err.strip()
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
+
+
+def test_field_has_the_keys_of_the_contract() -> None:
+    found = answer("field")
+    assert found.keys() >= KEYS
+    assert found == answer("field", "shi2021-field")
+    assert len(found["range"]["Y1"]["A"]["k"]) == 3
+    assert found["anova"]["Y1"]["A"].keys() == {"ss", "df", "ms", "F", "p"}
+    assert list(found["anova"]["Y2"]) == ["A", "B", "C", "error", "total"]
+    assert [row.keys() for row in found["prediction"]] == [{"levels", "Y1", "Y2"}] * 27
+    assert all(row.keys() >= {"speed_m_s", "measure", "reduction_percent", "p_value"} for row in found["comparison"])
+    assert len(found["comparison"]) == 6
+
+
+def test_a_users_own_file_is_read_and_compared_only_with_a_second_one(tmp_path: Path) -> None:
+    path, statistics = tmp_path / "mine.csv", tmp_path / "clutches.csv"
+    path.write_text(builtin.example("shi2021-field"))
+    statistics.write_text(builtin.example("shi2021-comparison"))
+    own, paper = answer("field", str(path)), answer("field")
+    assert own["comparison"] == own["other_comparisons"] == []
+    assert own["anova"] == paper["anova"]
+    assert answer("field", str(path), "--comparison", str(statistics))["comparison"] == paper["comparison"]
+    assert answer("field", str(path), "--comparison", "shi2021-comparison")["comparison"] == paper["comparison"]
+
+
+def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) -> None:
+    code, out, _ = run("field")
+    assert code == 0
+    assert all(text in out for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529"))
+    path = tmp_path / "rest.csv"
+    path.write_text("".join(builtin.example("shi2021-field").splitlines(keepends=True)[:-1]))
+    code, out, _ = run("field", str(path))
+    assert code == 0
+    assert "Range analysis" not in out
+    assert "type II" in out
+
+
+def test_bad_calls_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_text(builtin.example("shi2021-field").replace("12.2", "twelve"))
+    assert refusal("field", str(path)).startswith(f"planter: {path}: line 10, column Y1: 'twelve' is not allowed")
+    assert "nowhere.csv" in refusal("field", "nowhere.csv")
+    assert "did you mean shi2021-field" in refusal("field", "shi2021-feild")
+    assert "--response Y9: shi2021-field has no such column" in refusal("field", "--response", "Y9")
+    assert "L10: there is no plan" in refusal("plan", "L10")
+    assert "the columns are run, A, B, C" in refusal("field", "--comparison", "shi2021-field")
+    path.write_text("")
+    assert "the file is empty" in refusal("field", str(path))
+    assert "cannot be written" in refusal("field", "--out", str(path))
+
+
+def test_a_plan_is_printed_and_written(tmp_path: Path) -> None:
+    arguments = ("plan", "L9", "--factor", "angle_deg=10,15,20", "--factor", "k=0.3,0.4,0.5", "--seed", "4")
+    code, out, _ = run(*arguments, "--out", str(tmp_path))
+    assert code == 0
+    assert (tmp_path / "plan.csv").read_text() == out
+    found = answer(*arguments, "--response", "Y1", "--response", "Y2")
+    assert list(found["columns"]) == ["run", "angle_deg", "k", "blank1", "blank2", "Y1", "Y2"]
+    assert sorted(found["columns"]["k"]) == ["0.3"] * 3 + ["0.4"] * 3 + ["0.5"] * 3
+    assert "column Y1: nothing stands there" in refusal("field", str(tmp_path / "plan.csv"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("field")
+    page.write(out, evaluate())
+    return out
+
+
+def test_files_hold_the_result(folder: Path) -> None:
+    found = evaluate().result
+    summary = json.loads((folder / "summary.json").read_text())
+    assert len(summary.pop("provenance")["data_sha256"]) == 64
+    assert summary == json.loads(json.dumps(found))
+    anova = {(row["response"], row["source"]): row for row in rows_of(folder / "anova.csv")}
+    assert len(anova) == 10
+    assert float(anova["Y2", "B"]["F"]) == found["anova"]["Y2"]["B"]["F"]
+    assert anova["Y1", "total"]["F"] == anova["Y1", "error"]["p"] == ""
+    predicted = [
+        [float(row[name]) for name in ("A", "B", "C", "Y1", "Y2")] for row in rows_of(folder / "prediction.csv")
+    ]
+    assert predicted == [[*row["levels"], row["Y1"], row["Y2"]] for row in found["prediction"]]
+    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == found["range"]["Y1"]["A"]["k"]
+    assert len(rows_of(folder / "comparison.csv")) == 10
+
+
+def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
+    text = (folder / "report.html").read_text()
+    ElementTree.fromstring(text.replace("<!DOCTYPE html>", ""))
+    assert all(word in text for word in ("183.828", "axial angle / deg", "qualified_percent"))
+    for name in ("effects", "surface_Y1", "surface_Y2", "comparison"):
+        assert (folder / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+        ElementTree.parse(folder / "figures" / f"{name}.svg")
+    assert text.count("<figure>") == 4
+
+
+def test_other_data_have_another_hash() -> None:
+    text = builtin.example("shi2021-field")
+    one, same, other = (
+        page.provenance(evaluation.of(trial.read(t, "x.csv")))["data_sha256"]
+        for t in (text, "# a comment\n" + text, text.replace("12.2", "12.3"))
+    )
+    assert one == same != other
+
+
+def test_names_of_any_kind_are_drawn_and_escaped(tmp_path: Path) -> None:
+    text = "# factor a$b: cost / $ = 1, 3\n# response Y$: <b> & $\n" + '"a$b",B,D,Y$,Y/2\n' + "".join(
+        f"{i % 2},{'lo<w' if i // 2 % 2 else '$'},{i // 4 % 2},{i * i + 0.5 * (i % 3)},{-i}\n" for i in range(8)
+    )  # fmt: skip
+    path = tmp_path / "odd.csv"
+    path.write_text(text)
+    assert run("field", str(path), "--out", str(tmp_path / "out"))[0] == 0
+    report = (tmp_path / "out" / "report.html").read_text()
+    ElementTree.fromstring(report.replace("<!DOCTYPE html>", ""))
+    assert "lo&lt;w" in report
+    assert (tmp_path / "out" / "figures" / "surface_1.svg").exists()
+
+
+def test_surfaces_pass_through_the_prediction_at_every_level() -> None:
+    found = evaluate()
+    for response in found.trial.responses:
+        effects = Model(found.trial).effects(response)
+        for factor, level in zip(found.trial.factors, effects.levels, strict=True):
+            knots = np.array(factor.scale)
+            assert figures.between(knots, level, knots) == pytest.approx(level, abs=1e-12)
+            middle = figures.between(knots, level, np.array([(knots[0] + knots[1]) / 2]))
+            parabola = np.polyval(np.polyfit(knots, level, 2), (knots[0] + knots[1]) / 2)
+            assert middle == pytest.approx(parabola, abs=1e-10)
+    many = np.array([0.0, 1.0, 0.0, 0.5, 5.0])
+    dense = figures.between(np.arange(5.0), many, np.linspace(0, 4, 401))
+    assert (dense.min(), dense.max()) == (0, 5)
+
+
+def test_the_command_line_loads_nothing_heavy_for_this() -> None:
+    heavy = "('statsmodels', 'pandas', 'matplotlib', 'scipy')"
+    code = f"import sys, planter.cli; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

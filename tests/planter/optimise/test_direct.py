@@ -1,0 +1,91 @@
+"""IPOPT on compiled functions against the same programme in plain ones."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter import machine, toolchain
+from planter.device import MODELS, Device, Model
+from planter.optimise import direct, ipopt
+from planter.optimise.descent import descend
+from planter.optimise.epigraph import Epigraph
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem
+from planter.optimise.response import Planting
+
+SAMPLES = 120
+
+
+def _has_compiler() -> bool:
+    try:
+        toolchain.compiler()
+    except toolchain.NoCompiler:
+        return False
+    return True
+
+
+pytestmark = pytest.mark.skipif(not _has_compiler(), reason="no C compiler")
+
+
+def programme(device: Device, kind: str = "paper") -> Epigraph:
+    settings = Objective.of(device.machine)
+    objective = Objective(settings.weight_range, settings.weight_variance, kind)
+    problem = Problem(Planting(device), objective, SAMPLES)
+    return Epigraph(problem, problem.turn.local(problem.design(problem.start)), problem.start)
+
+
+@pytest.fixture(scope="module", params=MODELS)
+def device(request: pytest.FixtureRequest) -> Device:
+    model: Model = request.param
+    found = Device(machine.load("wang2017"), model)
+    found.compile()
+    found.force.hessian_kernel.compile()
+    return found
+
+
+def values(function: ca.Function, arguments: list[object]) -> list[np.ndarray]:
+    return [np.array(ca.densify(result)) for result in function.call(arguments)]
+
+
+@pytest.mark.parametrize("kind", ["paper", "newton"])
+def test_the_compiled_functions_are_those_of_the_programme(device: Device, kind: str) -> None:
+    plain, failures = programme(device, kind), []
+    compiled, called_back = direct.functions(plain), ipopt._functions(plain, failures)
+    rng = np.random.default_rng(3)
+    z = np.clip(plain.start + 1e-2 * rng.standard_normal(len(plain.start)), plain.lower, plain.upper)
+    dual = [0.7, rng.standard_normal(len(plain.g_lower))]
+    for name, function in compiled.items():
+        arguments = [z, ca.DM(0, 0), *(dual if name == "hess_lag" else [])]
+        for one, other in zip(values(function, arguments), values(called_back[name], arguments), strict=True):
+            assert one == pytest.approx(other, abs=1e-11 * np.abs(other).max())
+    assert not failures
+
+
+def test_a_tampered_width_is_noticed(device: Device) -> None:
+    plain = programme(device)
+    called_back = ipopt._functions(plain, [])["grad_f"]
+    before = values(direct.functions(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
+    plain.problem.width = plain.problem.width * 1.001
+    after = values(direct.functions(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
+    assert np.abs(after[1] - before[1]).max() > 1e-6 * np.abs(before[1]).max()
+    assert values(called_back, [plain.start, ca.DM(0, 0)])[1].shape == after[1].shape
+
+
+def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    def minimum() -> tuple[float, float, int]:
+        problem = Problem(Planting(device), Objective.of(device.machine), SAMPLES)
+        found = descend(problem, problem.start)
+        assert problem.counts.gradient > 5
+        return found.objective, found.residual, found.iterations
+
+    fast = minimum()
+    monkeypatch.setattr(direct, "functions", lambda programme: None)
+    slow = minimum()
+    assert fast[0] == pytest.approx(slow[0], rel=1e-10)
+    assert max(fast[1], slow[1]) < 1e-8
+
+
+def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
+    assert direct.functions(programme(Device(machine.load("wang2017")))) is None
