@@ -45,11 +45,11 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="derive everything and compare with generated/, both ways")
     arguments = parser.parse_args()
     if arguments.check:
-        content = {name: text for part in PARTS.values() for name, text in part().items()}
+        content = {name: text for part in PARTS.values() for name, text in part(None).items()}
         found = differences(GENERATED, content)
         print("\n".join(found) or f"generated/ is up to date: {len(content)} files")
         return 1 if found else 0
-    content = PARTS[arguments.part]()
+    content = PARTS[arguments.part](GENERATED / "audit.json")
     write(GENERATED, content, kept(arguments.part))
     print(f"generated/: {len(content)} files of {arguments.part}")
     return 0

@@ -39,7 +39,7 @@ def dimension(expr: Expr) -> Dimension | None:
     if expr.is_Symbol:
         return of_unit(expr.unit) if isinstance(expr, Quantity) else NONE
     if expr.is_number:
-        return None if expr == 0 else NONE
+        return None if expr.is_zero else NONE
     if isinstance(expr, sp.Add | sp.Min | sp.Max):
         return _same(expr.args, expr)
     if isinstance(expr, sp.Mul):

@@ -109,6 +109,45 @@ class System:
     events: tuple[Event, ...]
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A function on its own: ``outputs`` from packed or single inputs by named steps."""
+
+    name: str
+    inputs: tuple[Vector | Quantity, ...]
+    steps: tuple[Let, ...]
+    outputs: Vector
+
+    def __post_init__(self) -> None:
+        known: set[sp.Symbol] = {s for given in self.inputs for s in (given if isinstance(given, Vector) else (given,))}
+        for step in self.steps:
+            if not step.needs <= known:
+                missing = ", ".join(sorted(map(str, step.needs - known)))
+                raise ValueError(f"stage {self.name}: {step.symbol} needs {missing}, which nothing gives")
+            known.add(step.symbol)
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """A model of a machine as functions in closed form, each on its own."""
+
+    name: str
+    title: str
+    source: str
+    assumptions: tuple[str, ...]
+    stages: tuple[Stage, ...]
+
+    @property
+    def callables(self) -> tuple[str, ...]:
+        """Nothing is composed at run time."""
+        return ()
+
+    @property
+    def inputs(self) -> tuple[Vector | Quantity, ...]:
+        """What the stages take, each once, in the order in which it is first taken."""
+        return tuple(dict.fromkeys(given for stage in self.stages for given in stage.inputs))
+
+
 S = TypeVar("S", bound=Step)
 
 

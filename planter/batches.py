@@ -29,7 +29,7 @@ AHEAD = 4
 
 @dataclass(frozen=True)
 class Batch:
-    """The turn of each design, (m,) each: objective (31), range [N], population variance [N2] and mean [N] of the force."""
+    """The turn of each design, (m,) each: objective (31); range [N], variance [N2] and mean [N] of the force."""
 
     objective: Array
     range_N: Array

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Collection
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
@@ -94,11 +94,10 @@ def _in_unit(path: str) -> str:
 
 def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
     *inner, unknown = location
-    for part in inner:
-        annotation = model.model_fields[str(part)].annotation
-        assert isinstance(annotation, type)
-        assert issubclass(annotation, BaseModel)
-        model = annotation
+    for part in (part for part in inner if isinstance(part, str)):
+        annotation = model.model_fields[part].annotation
+        tables = [kind for kind in (annotation, *get_args(annotation)) if isinstance(kind, type)]
+        model = next(kind for kind in tables if issubclass(kind, BaseModel))
     known = [field.alias or name for name, field in model.model_fields.items()]
     similar = paths.close(str(unknown), known)
     hint = f"did you mean {similar[0]}? " if similar else ""

@@ -53,8 +53,8 @@ class Kernel:
         return self._way.interface(count) if isinstance(self._way, ways.Lanes) else None
 
     def compile(self, wait: bool = True) -> None:
-        """Run the fastest way that there is here from now on; without waiting, from when it is compiled on."""
-        if wait:
+        """Run the fastest way that there is here from now on; without waiting, from when it has been compiled."""
+        if wait or ways.kept(self.work):
             self._way = ways.fastest(self.work)
         else:
             threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True).start()

@@ -10,6 +10,7 @@ import ctypes
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -39,6 +40,11 @@ class Work:
     @property
     def size(self) -> int:
         return int(self.function.n_instructions())
+
+    @cached_property
+    def loop(self) -> str:
+        """The function as a loop over lanes. Raises lanes.NotPrintable for one that has no such form."""
+        return lanes.file([lanes.Graph.of(self.function, self.varying)], [self.summed])
 
     @property
     def passes(self) -> tuple[str, ...]:
@@ -122,7 +128,7 @@ class Lanes:
 
     def __init__(self, work: Work, library: Path) -> None:
         self.work, self.library = work, library
-        self._rows = [work.function.size1_out(i) for i in range(work.function.n_out())]
+        self._shapes = [work.function.size_out(i) for i in range(work.function.n_out())]
         self._varies = [name in work.varying for name in work.function.name_in()]
         self._run = getattr(toolchain.load(library), work.function.name())
         self._run.restype = None
@@ -130,9 +136,10 @@ class Lanes:
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
         given = zip(arrays, self._varies, strict=True)
         inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in given]
-        outputs = [np.empty((rows, 1 if self.work.summed else count)) for rows in self._rows]
+        columns = 1 if self.work.summed else count
+        outputs = [np.empty((height * width, columns)) for height, width in self._shapes]
         self._run(ctypes.c_long(count), *(ctypes.c_void_p(a.ctypes.data) for a in (*inputs, *outputs)))
-        return outputs
+        return [_side_by_side(output, *shape) for output, shape in zip(outputs, self._shapes, strict=True)]
 
     def interface(self, count: int) -> ca.Function:
         """The loop over `count` lanes as a CasADi function that its solvers call without Python.
@@ -144,6 +151,13 @@ class Lanes:
         path = toolchain.library(own, text, toolchain.OPTIMISED, (self.library,))
         toolchain.load(path)
         return ca.external(own, str(path))
+
+
+def _side_by_side(elements: Array, height: int, width: int) -> Array:
+    """A matrix for each lane, its elements column by column, (height width, lanes), as (height, lanes width)."""
+    if width == 1:
+        return elements
+    return elements.reshape(width, height, -1).transpose(1, 2, 0).reshape(height, -1)
 
 
 def virtual_machine(work: Work) -> Way:
@@ -167,14 +181,23 @@ def casadi_c(work: Work) -> Way:
 
 def lane_library(work: Work) -> Path:
     """The library of a function as a loop over lanes. Raises NoCompiler, or NotPrintable for one without that form."""
-    graph = lanes.Graph.of(work.function, work.varying)
-    flags = (*work.passes, *toolchain.FAST_MATH)
-    return toolchain.library(work.function.name(), lanes.file([graph], [work.summed]), flags)
+    return toolchain.library(work.function.name(), work.loop, (*work.passes, *toolchain.FAST_MATH))
 
 
 def lane_kernel(work: Work) -> Way:
     """A function as a loop over lanes. Raises what `lane_library` raises."""
     return Lanes(work, lane_library(work))
+
+
+def kept(work: Work) -> bool:
+    """Whether the fastest way has been compiled before, so that it need only be loaded."""
+    try:
+        if allowed()[0] == "lanes" and work.varying:
+            name, flags = work.function.name(), (*work.passes, *toolchain.FAST_MATH)
+            return toolchain.sound(toolchain.place(name, work.loop, flags))
+    except (lanes.NotPrintable, NoCompiler):
+        pass
+    return False
 
 
 def allowed() -> tuple[str, ...]:

@@ -27,10 +27,13 @@ class Edit:
     result: Expr
 
 
-def edits(expr: Expr, vocabulary: Iterable[Quantity]) -> Iterator[Edit]:
-    """Every single edit of an expression. Where it mixes dimensions a symbol may stand for one of any dimension."""
+def edits(expr: Expr, vocabulary: Iterable[Quantity], whole: bool = True) -> Iterator[Edit]:
+    """Every single edit of an expression, but for a factor on the ``whole`` where that is no error.
+
+    Where the expression mixes dimensions a symbol may stand for one of any dimension.
+    """
     words = Words(tuple(sorted(set(vocabulary), key=str)), any_dimension=not _is_consistent(expr))
-    for factor in (-1, *FACTORS):
+    for factor in (-1, *FACTORS) if whole else ():
         yield Edit(f"factor {factor} on the whole", factor * expr)
     yield from _throughout(expr, words)
     yield from _at_places(expr, words)

@@ -7,14 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import mpmath
-from mpmath import mpf
 from sympy import Expr
 
 from derive.audit.edits import Edit, edits
-from derive.audit.terms import Match, expanded, matched, remainder_vanishes, value
+from derive.audit.terms import Match, expanded, largest_term, matched, overall_factor, remainder_vanishes, value
 from derive.dimensions import DimensionError, dimension
 from derive.equations import Equation, Relation
-from derive.evaluate import TOLERANCE, NotEvaluated, Point
+from derive.evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
 from derive.quantity import Quantity
 
 Word = Literal["confirmed", "misprint", "incomplete", "contradicted", "reconstructed", "definition"]
@@ -38,11 +37,16 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A printed and a derived residual on the same footing: same sign of what both solve for, same points."""
+    """A printed and a derived residual on the same footing: same sign of what both solve for, same points.
+
+    ``scales`` says whether a constant factor on the whole says nothing: it does where ``residual = 0`` defines no
+    symbol, for that has the same solutions as any multiple of it, and where it does, the factor is what is printed.
+    """
 
     printed: Expr
     derived: Expr
     points: list[Point]
+    scales: bool = False
 
     @property
     def equal(self) -> bool:
@@ -50,14 +54,34 @@ class Comparison:
         return all(self.equal_at(point) for point in self.points)
 
     def equal_at(self, point: Point) -> bool:
-        size = max((abs(point(term)) for term in expanded(self.derived)), default=mpf(0))
         given, meant = value(self.printed, point), point(self.derived)
-        return given is not None and abs(given - meant) <= TOLERANCE * max(size, abs(given))
+        return given is not None and abs(given - meant) <= TOLERANCE * max(
+            largest_term(self.derived, point), abs(given)
+        )
+
+    @property
+    def proportional(self) -> bool:
+        """Whether one is a constant multiple of the other, of the same sign, though neither is zero at any point."""
+        first = None
+        with mpmath.workdps(DIGITS + GUARD):
+            for point in self.points:
+                given, meant = value(self.printed, point), point(self.derived)
+                if given is None or abs(meant) <= TOLERANCE * largest_term(self.derived, point) or given / meant <= 0:
+                    return False
+                first = first or given / meant
+                if abs(given / meant - first) > TOLERANCE * first:
+                    return False
+        return True
+
+    @property
+    def same(self) -> bool:
+        """Whether both say the same."""
+        return self.equal or (self.scales and self.proportional)
 
     @property
     def distance(self) -> tuple[int, int]:
         """How far apart they are: by the printed terms that are not derived, then by those that are not printed."""
-        if self.equal:
+        if self.same:
             return 0, 0
         left = self.match()
         return 1 + len(left.printed), len(left.derived)
@@ -67,7 +91,13 @@ class Comparison:
         return Match((), ()) if remainder_vanishes(found, self.points) else found
 
     def edited(self, result: Expr) -> Comparison:
-        return Comparison(result, self.derived, self.points)
+        return replace(self, printed=result)
+
+    def scaled(self, factor: Expr) -> Comparison:
+        return replace(self, derived=factor * self.derived)
+
+    def edits(self, words: list[Quantity]) -> list[Edit]:
+        return list(edits(self.printed, words, whole=not self.scales))
 
 
 def judge(printed: Equation, derived: Equation | None, points: list[Point], words: Iterable[Quantity]) -> Judgement:
@@ -78,12 +108,13 @@ def judge(printed: Equation, derived: Equation | None, points: list[Point], word
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent = _consistent(printed.residual)
-    printed = turned(printed, derived, points)
-    comparison = aligned(printed, derived, points)
-    relation = () if printed.relation == derived.relation else (f"{derived.relation} for {printed.relation}",)
-    if comparison.equal and consistent and not relation:
+    faced = turned(printed, derived, points)
+    comparison = aligned(faced, derived, points)
+    meant = derived.relation if faced is printed else FLIPPED[derived.relation]
+    relation = () if printed.relation == meant else (f"{meant} for {printed.relation}",)
+    if comparison.same and consistent and not relation:
         return Judgement("confirmed", "no difference left")
-    if comparison.equal and relation:
+    if comparison.same and relation:
         return Judgement("misprint", "the relation is another", (relation,))
     known = {*words, *(s for s in derived.residual.free_symbols if isinstance(s, Quantity))} - {printed.defines}
     remark = "" if consistent else "not dimensionally consistent; "
@@ -95,30 +126,40 @@ def turned(printed: Equation, derived: Equation, points: list[Point]) -> Equatio
     if printed.relation == "=":
         return printed
     other = replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation])
-    return min((printed, other), key=lambda e: Comparison(e.residual, derived.residual, points).distance)
+    return min((printed, other), key=lambda e: aligned(e, derived, points).distance)
 
 
 def aligned(printed: Equation, derived: Equation, points: list[Point]) -> Comparison:
-    """Both sides on one footing: what they define a symbol as, else residuals with the sign that leaves less."""
+    """Both sides on one footing: what they define a symbol as, else residuals with the factor that leaves less."""
     symbol = printed.defines
     if symbol is not None and derived.defines == symbol:
         return Comparison(symbol - printed.residual, symbol - derived.residual, points)
-    if printed.relation != "=":
-        return Comparison(printed.residual, derived.residual, points)
-    both = [Comparison(printed.residual, sign * derived.residual, points) for sign in (1, -1)]
-    return min(both, key=lambda c: c.distance)
+    start = Comparison(printed.residual, derived.residual, points, scales=symbol is None)
+    found = [start.scaled(sign) for sign in ((1, -1) if printed.relation == "=" else (1,))]
+    best = min(found, key=lambda c: c.distance)
+    if best.same or not best.scales:
+        return best
+    factor = overall_factor(expanded(best.printed), expanded(best.derived), points)
+    return min(best, best.scaled(abs(factor)), key=lambda c: c.distance)
+
+
+def facing(printed: Equation, derived: Equation, points: list[Point]) -> Equation:
+    """The derived equation with the sign that leaves less against the printed one."""
+    if printed.legibility == "lost" or derived.relation != "=" or derived.defines is not None:
+        return derived
+    return replace(derived, residual=aligned(printed, derived, points).derived)
 
 
 def _corrected(start: Comparison, words: list[Quantity], done: tuple[str, ...], remark: str) -> Judgement:
     """The verdict on a difference; ``done`` are edits that are needed beside those of the residual."""
-    first = list(edits(start.printed, words))
+    first = start.edits(words)
     exact = [edit for edit in first if _solves(start, edit)]
     if exact:
         return _misprint([(*done, edit.what) for edit in exact], remark)
     found = start.match()
     ranked = _ranked(start, first, found)
     tried = ranked[:PROMISING] if len(done) + 2 <= EDITS else []
-    pairs = [(one, two) for one, _ in tried for two in edits(one.result, words) if _solves(start, two)]
+    pairs = [(one, two) for one, _ in tried for two in start.edited(one.result).edits(words) if _solves(start, two)]
     if pairs:
         return _misprint([(one.what, two.what) for one, two in pairs], remark)
     return _incomplete(start, found, ranked, words, list(done), remark)
@@ -144,7 +185,7 @@ def _incomplete(
             break
         done.append(best.what)
         start, found = start.edited(best.result), left
-        ranked = _ranked(start, list(edits(start.printed, words)), found) if len(done) < EDITS else []
+        ranked = _ranked(start, start.edits(words), found) if len(done) < EDITS else []
     corrections = (tuple(done),) if done else ()
     if not found.printed:
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", corrections, found.derived)
@@ -162,16 +203,19 @@ def _shown(expr: Expr, point: Point) -> str:
 
 def _solves(start: Comparison, edit: Edit) -> bool:
     try:
-        return start.edited(edit.result).equal
+        return start.edited(edit.result).same
     except (NotEvaluated, ZeroDivisionError, ValueError):
         return False
 
 
 def _ranked(start: Comparison, tried: Iterable[Edit], before: Match) -> list[tuple[Edit, Match]]:
-    """Edits that leave less of the print unexplained, best first."""
+    """Edits that leave less of the print unexplained, best first. None may take a real value away."""
+    real = [point for point in start.points if value(start.printed, point) is not None]
     better: list[tuple[Edit, Match]] = []
     for edit in tried:
         try:
+            if any(value(edit.result, point) is None for point in real):
+                continue
             left = start.edited(edit.result).match()
         except (NotEvaluated, ZeroDivisionError, ValueError):
             continue

@@ -1,7 +1,8 @@
 """Laws that a chain of equations must obey as a whole, and the equations that a broken law is due to.
 
 A chain is executed over the cycle of a machine with two equal sides, as printed and with equations exchanged for their
-derivations. All of it runs in floating point of 15 digits: the motion comes from outside, at any precision.
+derivations, many such repairs at once. All of it runs in floating point of 15 digits: the motion comes from outside,
+at any precision.
 """
 
 from __future__ import annotations
@@ -9,20 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import combinations
-from typing import Any, Literal
+from itertools import chain as joined
+from itertools import combinations, islice
+from math import comb
+from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 from sympy import Expr
 
 from derive.chain import Chain, Solve
 from derive.equations import Equation
-from derive.model import Let, Twin
+from derive.laws import Array, Cycle, Law, Machine, Values
 
-Array = NDArray[np.float64]
-Values = dict[sp.Symbol, Array]
 Repairs = frozenset[str]
 
 TOLERANCE = 1e-7
@@ -33,61 +33,16 @@ denominators; the rule of quadrature leaves less than 2e-8 (shown by the derivat
 """
 SAME = 1e-10
 """An equation holds that gives its unknown to this share of its largest value."""
-EXHAUSTIVE = 2
-"""Up to this size every set of repairs is tried; beyond it those that contain what no other repairs make up for."""
+MOST_SETS = 100_000
+"""Up to this many sets of repairs all are tried, a size at a time; of more, those that contain what no others make up
+for, which need not be the smallest."""
+AT_ONCE = 512
+"""Sets of repairs that are executed together."""
 DIGITS = 4
 
 
 class LawError(ValueError):
     """The derivation itself breaks a law, so that nothing can be said of the print."""
-
-
-@dataclass(frozen=True)
-class Law:
-    """``gaps`` vanish: at every angle (``largest``), on average, or in their integral over a turn.
-
-    ``cycle`` names the motion in which it is tested.
-    """
-
-    name: str
-    unit: str
-    gaps: tuple[Expr, ...]
-    over: Literal["largest", "mean", "turn"] = "largest"
-    cycle: str = "reference"
-
-    def violation(self, gaps: Sequence[Array], weights: Array) -> float:
-        """By how much the law is broken, from the gaps at every angle."""
-        if self.over == "largest":
-            return float(np.max(np.abs(gaps)))
-        total = abs(float(np.sum(gaps, axis=0) @ weights))
-        return total / float(weights.sum()) if self.over == "mean" else total
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """A motion at some angles: what is known of each side, and the weights that integrate over a turn.
-
-    ``between`` are more angles, interpolated, close enough to find the largest value of anything.
-    """
-
-    sides: tuple[Values, Values]
-    weights: Array
-    between: Cycle | None = None
-
-
-@dataclass(frozen=True)
-class Machine:
-    """What a system states for the trial of a chain: its laws, its motions, and its derivation.
-
-    ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's steps for unknowns of
-    one side that a chain may lack but a derived equation may name.
-    """
-
-    laws: tuple[Law, ...]
-    cycles: Mapping[str, Cycle]
-    claims: Mapping[str, Equation]
-    supplements: tuple[Let, ...]
-    twin: Twin
 
 
 @dataclass(frozen=True)
@@ -104,16 +59,16 @@ class Formula:
     def _function(self) -> Callable[..., Any]:
         return sp.lambdify(self.symbols, self.expr, modules="numpy", cse=True)
 
-    def __call__(self, values: Mapping[sp.Symbol, Array], count: int) -> Array:
-        return np.broadcast_to(np.asarray(self._function(*(values[s] for s in self.symbols)), dtype=float), (count,))
+    def __call__(self, values: Mapping[sp.Symbol, Array]) -> Array:
+        return np.asarray(self._function(*(values[s] for s in self.symbols)), dtype=float)
 
 
 @dataclass(frozen=True)
-class Step:
-    """``symbol = formula``."""
+class Causes:
+    """The sets of equations whose repair restores a law, and whether there is certainly no smaller one."""
 
-    symbol: sp.Symbol
-    formula: Formula
+    sets: list[tuple[str, ...]]
+    exhaustive: bool = True
 
 
 @dataclass
@@ -123,61 +78,68 @@ class Trial:
     side: Chain
     frame: Chain
     machine: Machine
-    _steps: dict[tuple[str, Repairs], Step] = field(default_factory=dict)
-    _runs: dict[tuple[Repairs, str], Values] = field(default_factory=dict)
+    _formulas: dict[tuple[str, Repairs], Formula] = field(default_factory=dict)
 
-    def violation(self, law: Law, repairs: Iterable[str] = ()) -> float:
-        """By how much the chain breaks a law, after some repairs, at the angles that decide."""
-        chosen = frozenset(repairs)
-        if (chosen, law.cycle) not in self._runs:
-            self._runs[chosen, law.cycle] = self.run(chosen, self.machine.cycles[law.cycle])
-        return self._violation(law, self._runs[chosen, law.cycle], self.machine.cycles[law.cycle])
+    def violations(self, law: Law, repairs: Sequence[Iterable[str]]) -> Array:
+        """By how much the chain breaks a law after each set of repairs, at the angles that decide."""
+        return self._violations(law, repairs, self.machine.cycles[law.cycle])
 
     def size(self, law: Law) -> float:
         """By how much the printed chain breaks a law, at all angles if the largest value is asked for."""
         cycle = self.machine.cycles[law.cycle]
         if law.over == "largest" and cycle.between:
             cycle = cycle.between
-        return self._violation(law, self.run(frozenset(), cycle), cycle)
-
-    def _violation(self, law: Law, found: Values, cycle: Cycle) -> float:
-        return law.violation([gap(found, len(cycle.weights)) for gap in self._gaps[law.name]], cycle.weights)
+        return float(self._violations(law, [()], cycle)[0])
 
     def broken(self, law: Law, repairs: Iterable[str] = ()) -> bool:
-        return not self.violation(law, repairs) <= TOLERANCE
+        return not self.violations(law, [repairs])[0] <= TOLERANCE
 
-    def run(self, repairs: Repairs, cycle: Cycle) -> Values:
-        """Every quantity of both sides and of what they share."""
+    def _violations(self, law: Law, repairs: Sequence[Iterable[str]], cycle: Cycle) -> Array:
+        sets = [frozenset(chosen) for chosen in repairs]
+        found = self.run(sets, cycle)
+        shape = len(sets), len(cycle.weights)
+        return law.violations([np.broadcast_to(gap(found), shape) for gap in self._gaps[law.name]], cycle.weights)
+
+    def run(self, sets: Sequence[Repairs], cycle: Cycle) -> Values:
+        """Every quantity of both sides and of what they share: by set of repairs, where it depends on it, and angle."""
         count = len(cycle.weights)
-        one, two = (self._side(repairs, known, count) for known in cycle.sides)
-        both = one | {self.machine.twin(s): v for s, v in two.items()}
-        for solve in self.frame.order:
-            self._take(self._step(self.frame, solve, repairs), both, count)
+        one, two = cycle.sides
+        values = {s: np.concatenate([one[s], two[s]]) for s in one}
+        self._execute(self.side, sets, values)
+        for symbol in self._supplements:
+            self._supply(symbol, values)
+        values = {s: np.broadcast_to(v, (*v.shape[:-1], 2 * count) if v.ndim else 2 * count) for s, v in values.items()}
+        both = {s: v[..., :count] for s, v in values.items()}
+        both |= {self.machine.twin(s): v[..., count:] for s, v in values.items()}
+        self._execute(self.frame, sets, both)
         return both
 
-    def _side(self, repairs: Repairs, known: Values, count: int) -> Values:
-        values = dict(known)
-        steps = [self._step(self.side, solve, repairs) for solve in self.side.order]
-        for step in (*steps, *self._supplements.values()):
-            self._take(step, values, count)
-        return values
+    def _execute(self, chain: Chain, sets: Sequence[Repairs], values: Values) -> None:
+        for solve in chain.order:
+            chosen = [_involved(solve) & repairs for repairs in sets]
+            variants = sorted(set(chosen), key=sorted)
+            found = [self._evaluated(self.formula(chain, solve, variant), values) for variant in variants]
+            masks = [np.array([c == variant for c in chosen])[:, None] for variant in variants]
+            values[solve.unknown] = found[0] if len(found) == 1 else np.select(masks, found)
 
-    def _take(self, step: Step, values: Values, count: int) -> None:
-        """Execute a step; unknowns of the derivation that it names are found first."""
-        for symbol in step.formula.symbols:
+    def _evaluated(self, formula: Formula, values: Values) -> Array:
+        """A value; unknowns of the derivation that it names are found first."""
+        for symbol in formula.symbols:
             if symbol not in values and symbol in self._supplements:
-                self._take(self._supplements[symbol], values, count)
-        values[step.symbol] = step.formula(values, count)
+                self._supply(symbol, values)
+        return formula(values)
 
-    def _step(self, chain: Chain, solve: Solve, repairs: Repairs) -> Step:
-        involved = {solve.equation, *(number for number, _ in solve.eliminate)}
-        key = solve.equation, frozenset(involved & repairs)
-        if key not in self._steps:
+    def _supply(self, symbol: sp.Symbol, values: Values) -> None:
+        values[symbol] = self._evaluated(self._supplements[symbol], values)
+
+    def formula(self, chain: Chain, solve: Solve, repairs: Repairs) -> Formula:
+        """What a step of a chain gives for its unknown."""
+        key = solve.equation, _involved(solve) & repairs
+        if key not in self._formulas:
             for number in key[1]:
                 chain = chain.replace(number, self._derived(number))
-            let = replace(chain, order=[solve]).lets()[0]
-            self._steps[key] = Step(let.symbol, Formula(let.expr))
-        return self._steps[key]
+            self._formulas[key] = Formula(replace(chain, order=[solve]).lets()[0].expr)
+        return self._formulas[key]
 
     def _derived(self, number: str) -> Equation:
         return replace(self.machine.claims[str(self._printed(number).claims)], number=number)
@@ -185,11 +147,14 @@ class Trial:
     def _printed(self, number: str) -> Equation:
         return (self.side.equations if number in self.side.equations else self.frame.equations)[number]
 
+    @property
+    def _steps(self) -> list[tuple[Chain, Solve]]:
+        return [(chain, solve) for chain in (self.side, self.frame) for solve in chain.order]
+
     @cached_property
-    def _supplements(self) -> dict[sp.Symbol, Step]:
-        solved = {solve.unknown for solve in (*self.side.order, *self.frame.order)}
-        steps = [Step(let.symbol, Formula(let.expr)) for let in self.machine.supplements]
-        return {step.symbol: step for step in steps if step.symbol not in solved}
+    def _supplements(self) -> dict[sp.Symbol, Formula]:
+        solved = {solve.unknown for _, solve in self._steps}
+        return {let.symbol: Formula(let.expr) for let in self.machine.supplements if let.symbol not in solved}
 
     @cached_property
     def _gaps(self) -> dict[str, list[Formula]]:
@@ -198,41 +163,72 @@ class Trial:
     @property
     def numbers(self) -> list[str]:
         """The equations that the chain executes, in the order of the print."""
-        executed = {solve.equation for solve in (*self.side.order, *self.frame.order)}
+        executed = {solve.equation for _, solve in self._steps}
         return [number for number in {**self.side.equations, **self.frame.equations} if number in executed]
 
     @cached_property
     def suspects(self) -> list[str]:
         """The equations that do not hold of the derivation's own forces and moments, at some angle of the cycle."""
-        derived = self.run(frozenset(self.numbers), self.machine.cycles["reference"])
-        return [number for number in self.numbers if self._differs(number, derived)]
+        derived = self.run([frozenset(self.numbers)], self.machine.cycles["reference"])
+        wrong = {solve.equation for chain, solve in self._steps if self._differs(chain, solve, derived)}
+        return [number for number in self.numbers if number in wrong]
 
-    def _differs(self, number: str, run: Values) -> bool:
-        chain = self.side if any(s.equation == number for s in self.side.order) else self.frame
-        solve = next(s for s in chain.order if s.equation == number)
-        count = len(self.machine.cycles["reference"].weights)
-        printed = self._step(chain, solve, frozenset()).formula(run, count)
-        size = np.max(np.abs([printed, run[solve.unknown]]))
-        return bool(np.max(np.abs(printed - run[solve.unknown])) > SAME * size)
+    def _differs(self, chain: Chain, solve: Solve, run: Values) -> bool:
+        printed, derived = self.formula(chain, solve, frozenset())(run), run[solve.unknown]
+        size = max(np.max(np.abs(printed)), np.max(np.abs(derived)))
+        return bool(np.max(np.abs(printed - derived)) > SAME * size)
 
-    def causes(self, law: Law) -> list[tuple[str, ...]]:
+    def concerned(self, law: Law) -> list[str]:
+        """The suspects that a law can depend on at all, through any printed or derived step."""
+        needs: dict[sp.Symbol, set[sp.Symbol]] = {s: set(f.symbols) for s, f in self._supplements.items()}
+        for chain, solve in self._steps:
+            forms = [self.formula(chain, solve, frozenset(some)) for some in _subsets(sorted(_involved(solve)))]
+            needs[solve.unknown] = {s for form in forms for s in form.symbols}
+        needs |= {self.machine.twin(s): {s} for s in [*needs]}
+        reached = {s for gap in self._gaps[law.name] for s in gap.symbols}
+        while new := set().union(*(needs.get(s, set()) for s in reached)) - reached:
+            reached |= new
+        asked = set().union(*(_involved(solve) for _, solve in self._steps if solve.unknown in reached))
+        return [number for number in self.suspects if number in asked]
+
+    def causes(self, law: Law) -> Causes:
         """The smallest sets of equations whose repair restores a law, in the order of the print."""
         if self.broken(law, self.numbers):
-            raise LawError(f"{law.name}: broken by {self.violation(law, self.numbers)} {law.unit} with all repaired")
-        for sets in self._tried(law):
-            found = [chosen for chosen in sets if not self.broken(law, chosen)]
-            if found:
-                return found
-        return [tuple(self.numbers)]
+            size = self.violations(law, [self.numbers])[0]
+            raise LawError(f"{law.name}: broken by {size} {law.unit} with all repaired")
+        concerned, tried = self.concerned(law), 0
+        for size in range(1, len(concerned) + 1):
+            tried += comb(len(concerned), size)
+            if tried > MOST_SETS:
+                return Causes(self._eliminated(law, concerned), exhaustive=False)
+            if found := self._restoring(law, combinations(concerned, size)):
+                return Causes(found)
+        return Causes([tuple(self.numbers)])
 
-    def _tried(self, law: Law) -> Iterator[Iterable[tuple[str, ...]]]:
-        """Sets of equations to repair, a size at a time."""
-        suspects = self.suspects
-        yield from (combinations(suspects, size) for size in range(1, EXHAUSTIVE + 1))
-        needed = [n for n in suspects if self.broken(law, (m for m in suspects if m != n))]
-        others = [n for n in suspects if n not in needed]
-        for more in range(max(0, EXHAUSTIVE + 1 - len(needed)), len(others) + 1):
-            yield (tuple(n for n in suspects if n in {*needed, *added}) for added in combinations(others, more))
+    def _eliminated(self, law: Law, concerned: list[str]) -> list[tuple[str, ...]]:
+        """Of all sets that contain what the repair of everything else does not make up for, the smallest."""
+        needed = {n for n in concerned if self.broken(law, (m for m in concerned if m != n))}
+        others = [n for n in concerned if n not in needed]
+        for more in range(len(others) + 1):
+            sets = (tuple(n for n in concerned if n in needed.union(added)) for added in combinations(others, more))
+            if found := self._restoring(law, sets):
+                return found
+        return [tuple(concerned)]
+
+    def _restoring(self, law: Law, sets: Iterator[tuple[str, ...]]) -> list[tuple[str, ...]]:
+        found: list[tuple[str, ...]] = []
+        while some := list(islice(sets, AT_ONCE)):
+            kept = self.violations(law, some) <= TOLERANCE
+            found += [chosen for chosen, whole in zip(some, kept, strict=True) if whole]
+        return found
+
+
+def _involved(solve: Solve) -> Repairs:
+    return frozenset({solve.equation, *(number for number, _ in solve.eliminate)})
+
+
+def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
+    return joined.from_iterable(combinations(numbers, size) for size in range(len(numbers) + 1))
 
 
 def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
@@ -242,28 +238,13 @@ def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
 
 def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
     broken = trial.broken(law)
-    size = trial.size(law)
-    causes = trial.causes(law) if broken else []
+    causes = trial.causes(law) if broken else Causes([])
     return {
         "paper": paper,
         "law": law.name,
-        "violation": float(f"{size:.{DIGITS - 1}e}") if broken else 0.0,
+        "violation": float(f"{trial.size(law):.{DIGITS - 1}e}") if broken else 0.0,
         "unit": law.unit,
-        "caused_by": list(causes[0]) if causes else [],
-        "or_by": [list(chosen) for chosen in causes[1:]],
+        "caused_by": list(causes.sets[0]) if causes.sets else [],
+        "or_by": [list(chosen) for chosen in causes.sets[1:]],
+        "search": "exhaustive" if causes.exhaustive else "elimination",
     }
-
-
-def as_lines(records: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A section of the page, a table of the laws by paper."""
-    if not records:
-        return []
-    lines = ["## Laws of each chain as a whole", "", "Each printed chain, executed over the reference cycle; a law is"]
-    lines += ["laid to the smallest set of equations whose repair restores it.", ""]
-    lines += ["| paper | law | broken by | unit | laid to |", "|---|---|---|---|---|"]
-    for record in records:
-        sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
-        laid = " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
-        size = f"{record['violation']:.{DIGITS}g}"
-        lines += [f"| {record['paper']} | {record['law']} | {size} | {record['unit']} | {laid} |"]
-    return [*lines, ""]

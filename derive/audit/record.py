@@ -1,4 +1,4 @@
-"""The audit's findings as data and as a page."""
+"""The audit's findings as data: a record for every equation."""
 
 from __future__ import annotations
 
@@ -11,44 +11,36 @@ import mpmath
 import sympy as sp
 from sympy import Expr
 
-from derive.audit.judge import Judgement, judge
-from derive.audit.laws import as_lines
+from derive.audit.judge import facing, judge
 from derive.audit.subject import Subject
-from derive.audit.terms import expanded
-from derive.dimensions import dimension, of_unit
-from derive.evaluate import NotEvaluated, Point
+from derive.audit.terms import expanded, value
+from derive.audit.vanishing import Vanished, vanished
+from derive.dimensions import NONE, Dimension, DimensionError, dimension, of_unit
+from derive.equations import Equation
+from derive.evaluate import Point
 
 Record = dict[str, Any]
 DIGITS = 6
-_UNITS = (
-    "1",
-    "m",
-    "m2",
-    "kg",
-    "s",
-    "rad/s",
-    "m/s",
-    "m/s2",
-    "N",
-    "N m",
-    "N/m",
-    "W",
-    "kg m2",
-    "kg m",
-    "kg/s",
-    "1/m",
-    "Pa",
-)
+_NAMED = ("1", "N", "N m", "N/m", "W")
+_BASE = ("kg", "m", "s")
 
 
-def equations(subject: Subject) -> list[Record]:
-    """A record for every equation of a paper."""
-    return [_record(subject, number) for number in subject.paper.equations]
+def keyed(records: Iterable[Record]) -> dict[tuple[str, str], Record]:
+    """Records of equations by paper and number."""
+    return {(r["paper"], r["equation"]): r for r in records}
 
 
-def _record(subject: Subject, number: str) -> Record:
+def reusable(known: Record | None, key: str) -> bool:
+    """Whether a record was made from the same as a new one would be."""
+    return known is not None and known.get("key") == key
+
+
+def equation(subject: Subject, number: str, key: str) -> Record:
+    """The finding on an equation of a paper."""
     printed, derived = subject.pair(number)
     found = judge(printed, derived, subject.points, subject.words)
+    meant = facing(printed, derived, subject.points) if derived else None
+    flipped = derived and meant and meant.residual == -derived.residual
     return {
         "paper": subject.paper.name,
         "equation": number,
@@ -58,37 +50,65 @@ def _record(subject: Subject, number: str) -> Record:
         "finding": found.finding,
         "correction": ["; ".join(edits) for edits in found.corrections],
         "reading": subject.read_as(number),
-        "terms": _terms(subject, found, derived.residual if derived else sp.S.Zero),
-        "printed": str(printed.residual) + f" {printed.relation} 0",
+        "terms": _terms(subject, found.missing, meant),
+        "unexplained": _terms(subject, found.unexplained, meant),
+        "vanishing": [_vanishing(v) for v in vanished(subject, number, sp.S.NegativeOne if flipped else sp.S.One)],
+        "printed": "" if printed.legibility == "lost" and printed.residual == 0 else _text(printed),
+        "derived": _text(meant) if meant else "",
+        "defines": str(printed.defines or ""),
+        "key": key,
     }
 
 
-def _terms(subject: Subject, found: Judgement, derived: Expr) -> list[dict[str, Any]]:
-    if not found.missing:
+def _vanishing(found: Vanished) -> Record:
+    return {"term": str(found.term), "because": found.because, "printed": found.printed}
+
+
+def _text(equation: Equation) -> str:
+    return f"{equation.residual} {equation.relation} 0"
+
+
+def _terms(subject: Subject, terms: Iterable[Expr], derived: Equation | None) -> list[Record]:
+    """Terms with their largest size over the cycle, beside that of the largest derived term; null without a value."""
+    if not terms or derived is None:
         return []
-    largest = max((_largest(t, subject.cycle) for t in expanded(derived)), default=mpmath.mpf(0))
-    return [
-        {"term": str(t), "max_abs": _rounded(size := _largest(t, subject.cycle)), "unit": unit_of(t),
-         "share_of_largest": _rounded(size / largest) if largest else 0.0}
-        for t in sorted(found.missing, key=sp.default_sort_key)
-    ]  # fmt: skip
+    largest = max((_largest(t, subject.cycle) or mpmath.mpf(0) for t in expanded(derived.residual)), default=None)
+    return [_term(t, _largest(t, subject.cycle), largest) for t in sorted(terms, key=sp.default_sort_key)]
 
 
-def _largest(term: Expr, cycle: list[Point]) -> mpmath.mpf:
-    try:
-        return max((abs(point(term)) for point in cycle), default=mpmath.mpf(0))
-    except NotEvaluated:
-        return mpmath.mpf(0)
+def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:
+    share = size / largest if size is not None and largest else None
+    return {"term": str(term), "max_abs": _rounded(size), "unit": unit_of(term), "share_of_largest": _rounded(share)}
 
 
-def _rounded(value: mpmath.mpf) -> float:
-    return float(mpmath.nstr(value, DIGITS))
+def _largest(term: Expr, cycle: list[Point]) -> mpmath.mpf | None:
+    """Largest size over the cycle; None where the term has no real value at some point."""
+    if not all(symbol in point for symbol in term.free_symbols for point in cycle):
+        return None
+    sizes = [abs(v) for point in cycle if (v := value(term, point)) is not None]
+    return max(sizes, default=None) if len(sizes) == len(cycle) else None
+
+
+def _rounded(value: mpmath.mpf | None) -> float | None:
+    return None if value is None else float(mpmath.nstr(value, DIGITS))
 
 
 def unit_of(expr: Expr) -> str:
-    """A unit of the dimension of an expression."""
-    found = dimension(expr)
-    return next((u for u in _UNITS if of_unit(u) == found), "?") if found else "1"
+    """A unit of the dimension of an expression; a question mark where it mixes dimensions."""
+    try:
+        found = dimension(expr) or NONE
+    except DimensionError:
+        return "?"
+    return next((u for u in _NAMED if of_unit(u) == found), None) or _composed(found)
+
+
+def _composed(exponents: Dimension) -> str:
+    """A unit such as ``kg m/s2``."""
+    above, below = (
+        " ".join(f"{u}{abs(n) if abs(n) != 1 else ''}" for u, n in zip(_BASE, exponents, strict=True) if sign * n > 0)
+        for sign in (1, -1)
+    )
+    return f"{above or 1}/{below}" if below else above
 
 
 def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
@@ -102,39 +122,3 @@ def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
 def as_json(records: Sequence[Record], laws: Sequence[Record] = ()) -> str:
     content = {"equations": list(records), "laws": list(laws), "summary": summary(records)}
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def as_page(records: Sequence[Record], references: dict[str, str], laws: Sequence[Record] = ()) -> str:
-    """The findings to read: a table and, where there is something to say, a paragraph for each equation; the laws."""
-    lines = ["# Formula audit", "", "Written by `python -m derive audit`; do not edit.", ""]
-    for paper, counts in summary(records).items():
-        lines += [f"## {references[paper]}", "", ", ".join(f"{n} {word}" for word, n in counts.items()) + ".", ""]
-        lines += ["| equation | claims to be | legibility | verdict |", "|---|---|---|---|"]
-        own = [r for r in records if r["paper"] == paper]
-        lines += [f"| ({r['equation']}) | {r['claims']} | {r['legibility']} | {r['verdict']} |" for r in own] + [""]
-        for record in own:
-            lines += _paragraph(record)
-    return "\n".join(lines + as_lines(laws))
-
-
-def _paragraph(record: Record) -> list[str]:
-    if record["verdict"] in ("confirmed", "definition"):
-        return []
-    lines = [
-        f"### ({record['equation']}) {record['verdict']}",
-        "",
-        f"As printed: `{record['printed']}`. {record['finding']}.",
-        "",
-    ]
-    if record["reading"]:
-        lines += [f"Reading: {record['reading']}.", ""]
-    if record["correction"]:
-        lines += ["Smallest correction: " + " or ".join(f"`{c}`" for c in record["correction"]) + ".", ""]
-    if record["terms"]:
-        lines += ["| missing term | largest over the cycle | unit | share of the largest term |", "|---|---|---|---|"]
-        lines += [
-            f"| `{t['term']}` | {t['max_abs']:.4g} | {t['unit']} | {t['share_of_largest']:.3g} |"
-            for t in record["terms"]
-        ]
-        lines += [""]
-    return lines

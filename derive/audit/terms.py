@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -15,8 +16,18 @@ from derive.evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
 
 @cache
 def expanded(expr: Expr) -> tuple[Expr, ...]:
-    """Terms of an expression multiplied out; none for zero."""
-    return tuple(t for t in sp.Add.make_args(sp.expand(expr, trig=False)) if t != 0)
+    """Terms of an expression multiplied out; none for zero. Summand by summand, for edits change but one."""
+    if isinstance(expr, sp.Add):
+        whole = sp.Add(*(term for summand in expr.args for term in expanded(summand)))
+    else:
+        whole = sp.expand(expr, trig=False)
+    return tuple(t for t in sp.Add.make_args(whole) if t != 0)
+
+
+@cache
+def largest_term(expr: Expr, point: Point) -> mpmath.mpf:
+    """Size of the largest term of an expression multiplied out."""
+    return max((abs(point(term)) for term in expanded(expr)), default=mpmath.mpf(0))
 
 
 def value(expr: Expr, point: Point) -> mpmath.mpf | None:
@@ -41,12 +52,12 @@ class Match:
         return not self.printed and not self.derived
 
 
-def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Match:
-    """Strike out what both sums share, monomial by monomial up to a rational coefficient.
+Sums = list[tuple[Expr, Rational, Rational]]
+"""Monomials, each with its coefficient in the first and in the second of two sums."""
 
-    A printed term of the right sign but too small leaves what is missing; one of the wrong sign, or too large, is left
-    whole, and so is the derived one.
-    """
+
+def collected(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Sums:
+    """The monomials of two sums up to a rational coefficient; equal ones, however written, are one."""
     sums: dict[tuple[str, ...], tuple[Expr, Rational, Rational]] = {}
     for side, terms in ((0, printed), (1, derived)):
         for term in terms:
@@ -55,14 +66,33 @@ def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point
             first, *both = sums.get(key, (sign * monomial, S.Zero, S.Zero))
             both[side] += sign * coefficient
             sums[key] = (first, both[0], both[1])
+    return list(sums.values())
+
+
+def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Match:
+    """Strike out what both sums share, monomial by monomial.
+
+    A printed term that is one of several like ones leaves the others as missing; one that differs otherwise, in sign or
+    size, is left whole, and so is the derived one.
+    """
     left: tuple[list[Expr], list[Expr]] = [], []
-    for monomial, p, d in sums.values():
-        if p != 0 and (p * d <= 0 or abs(p) > abs(d)):
+    for monomial, p, d in collected(printed, derived, points):
+        if p != 0 and not ((d / p).is_Integer and d / p > 0):
             left[0].append(p * monomial)
             left[1].extend([d * monomial] if d != 0 else [])
         elif p != d:
             left[1].append((d - p) * monomial)
     return Match(tuple(left[0]), tuple(left[1]))
+
+
+def overall_factor(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Rational:
+    """The factor by which more than half, and more than one, of the terms that two sums share are larger in the first.
+
+    One where there is no such factor.
+    """
+    ratios = Counter(p / d for _, p, d in collected(printed, derived, points) if p != 0 and d != 0)
+    ratio, count = max(ratios.items(), key=lambda found: found[1], default=(S.One, 0))
+    return ratio if 1 < count > ratios.total() / 2 else S.One
 
 
 def _key(monomial: Expr, points: list[Point]) -> tuple[int, tuple[str, ...]]:

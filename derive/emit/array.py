@@ -7,19 +7,21 @@ from collections.abc import Sequence
 from derive.emit.casadi import NOTICE
 from derive.emit.expression import ARRAY
 from derive.emit.text import Emitted
-from derive.model import System
+from derive.model import Formulas, System
 from derive.quantity import OpenVector
 
+COMPOSED = """ `stage1` and `stage2` are contact
+functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, dratio, turned)."""
 
-def system_module(system: System, functions: Sequence[Emitted]) -> str:
+
+def system_module(system: System | Formulas, functions: Sequence[Emitted]) -> str:
     """The text of a module with one function per stage."""
     texts = "\n\n\n".join(_function(f, system) for f in functions)
     return f'''"""{system.title}: array code.
 
 {NOTICE}
 `xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath. Packed
-inputs are indexed along their first axis, so an entry may itself be an array. `stage1` and `stage2` are contact
-functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, dratio, turned).
+inputs are indexed along their first axis, so an entry may itself be an array.{COMPOSED if system.callables else ""}
 """
 
 
@@ -27,7 +29,7 @@ functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, d
 '''
 
 
-def _function(function: Emitted, system: System) -> str:
+def _function(function: Emitted, system: System | Formulas) -> str:
     composed = any(isinstance(v, OpenVector) for v in function.inputs)
     stages = "".join(f", {c}" for c in system.callables) if composed else ""
     return f'''def {function.name}(xp, {function.names()}{stages}):

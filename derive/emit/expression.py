@@ -38,7 +38,7 @@ CASADI = Dialect("casadi", {f: f for f in _PLAIN} | {
     "not": "logic_not", "pi": "pi",
 }, ratio="{0} / {1}", length="{0}.numel()")  # fmt: skip
 ARRAY = Dialect("array", {f: f"xp.{f}" for f in _PLAIN} | {
-    "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.abs",
+    "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.absolute",
     "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
     "not": "xp.logical_not", "pi": "xp.pi",
 }, ratio="xp.divide({0}, {1})", length="len({0})")  # fmt: skip

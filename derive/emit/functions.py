@@ -1,10 +1,10 @@
-"""The functions that are emitted: of a system (prologue, lane, events, frame) and of a pitch curve."""
+"""The functions that are emitted: of a system (prologue, lane, events, frame) and of formulas (a function a stage)."""
 
 from __future__ import annotations
 
-from derive.emit.schedule import Schedule
+from derive.emit.schedule import Schedule, share
 from derive.emit.text import Emitted
-from derive.model import needed
+from derive.model import Formulas, needed
 from derive.quantity import Vector
 
 
@@ -22,4 +22,17 @@ def of_system(plan: Schedule) -> tuple[Emitted, ...]:
         Emitted("lane", lane_inputs, lane_steps, system.side),
         Emitted("events", lane_inputs, event_steps, events),
         Emitted("frame", (*sides, machine), plan.frame, system.totals),
+    )
+
+
+def of_formulas(formulas: Formulas) -> tuple[Emitted, ...]:
+    """A function for each stage, with the steps that its outputs need."""
+    return tuple(
+        Emitted(
+            stage.name,
+            stage.inputs,
+            share(needed(stage.steps, frozenset(stage.outputs)), prefix="c"),
+            stage.outputs,
+        )
+        for stage in formulas.stages
     )

@@ -12,7 +12,7 @@ from derive.curves import PitchCurve
 from derive.emit.curve import all_conditions, contact, parameters_of
 from derive.emit.schedule import COMMON
 from derive.emit.text import Emitted
-from derive.model import System
+from derive.model import Formulas, System
 from derive.quantity import OpenVector, Quantity, Vector
 
 
@@ -26,6 +26,19 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         "vectors": {v.name: _vector(v) for v in (*system.inputs, system.side, system.totals)},
         "events": [{"name": e.name, "order": e.order, "period": float(e.period) if e.period else None}
                    for e in system.events],
+        "functions": {f.name: _function(f) for f in functions},
+        "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
+    })  # fmt: skip
+
+
+def of_formulas(formulas: Formulas, functions: Sequence[Emitted]) -> str:
+    packed = (v for f in functions for v in (*f.inputs, f.output) if isinstance(v, Vector))
+    return _json({
+        "name": formulas.name,
+        "title": formulas.title,
+        "source": formulas.source,
+        "assumptions": formulas.assumptions,
+        "vectors": {v.name: _vector(v) for v in packed},
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip

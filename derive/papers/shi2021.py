@@ -111,3 +111,10 @@ PAPER.equation("no slip", F_x - (N * cos(theta0) - f0 * sin(theta0)), "forces on
 PAPER.defines("Y1", Y1, S1 - S2, "definition: lag distance at engagement")
 PAPER.defines("Y2", Y2, S3 - S4, "definition: lag distance at cut-off")
 PAPER.defines("time", t_c, c / v_c, "time to switch")
+
+COMPLETION = {
+    unread: sqrt(3),
+    rho_t: (rho_C - PAPER.equations["curvature"].residual).xreplace({R: sqrt(3) * a1}),
+}
+"""What it takes to compute with the print, no reading of it: the denominator with which six sides are touched at all
+times, and the printed radius of curvature for the tooth tips, whose polygon is as wide as the shaft."""

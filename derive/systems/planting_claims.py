@@ -11,7 +11,7 @@ from mpmath import mpf
 from sympy import Expr, S, pi
 
 from derive.branches import switch
-from derive.chain import solve_linear
+from derive.chain import ordered, solve_linear
 from derive.equations import Equation
 from derive.evaluate import Point
 from derive.frames import displacement
@@ -47,7 +47,7 @@ def claims() -> dict[str, Equation]:
     """Derived equations by what they claim to be."""
     side = planting.build_side()
     found = (
-        _balances(side)
+        balances(side)
         + _cam(side)
         + _places(side)
         + _teeth("P", planting.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
@@ -56,7 +56,8 @@ def claims() -> dict[str, Equation]:
     return {str(e.claims): e for e in found}
 
 
-def _balances(side: planting.Side) -> list[Equation]:
+def balances(side: planting.Side) -> list[Equation]:
+    """Of every body of a side, and of sun and carrier with both sides."""
     support = planting.build_support(side.kinematics.motion)
     ours = frozenset(s for step in side.kinematics.steps for s in step.defines) | set(side.mechanism.unknowns)
     shared = planting.support_equations(side, support, planting.OtherSide(ours))
@@ -130,9 +131,12 @@ def _teeth(
 
 
 @cache
-def relations() -> dict[Quantity, Expr]:
+def _relations() -> dict[Quantity, Expr]:
+    return relations(planting.build_side().mechanism)
+
+
+def relations(mech: Mechanism) -> dict[Quantity, Expr]:
     """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces."""
-    mech = planting.build_side().mechanism
     numbered = {e.number: e for e in mech.equations()}
     from_balance = {
         "M_Az": "inner half: moment along z of planet about A",
@@ -201,11 +205,11 @@ def moving() -> frozenset[Quantity]:
 def common(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
     """Two balances in the same quantities: what only one of them names is written by what both do."""
     definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines is not None}
-    given = _eliminated(printed, derived.free_symbols, definitions)
-    return in_names(given), canonical(_eliminated(derived, given.free_symbols, relations()))
+    given = eliminated(printed, derived.free_symbols, definitions)
+    return in_names(given), canonical(eliminated(derived, given.free_symbols, _relations()))
 
 
-def _eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
+def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
     """``expr`` without the defined quantities that are not among those to keep, on both sides."""
     other = planting.OtherSide(moving())
     for symbol, meant in definitions.items():
@@ -217,7 +221,32 @@ def _eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity,
 
 def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
     """Every quantity over the reference cycle, those that the paper names between them too."""
-    return [_between(Point(values)) for values in planting_cycle.reference(points)]
+    return [_between(_reactions(Point(values))) for values in planting_cycle.reference(points)]
+
+
+@cache
+def supplements() -> tuple[Let, ...]:
+    """The derivation's steps for every force and moment of one side that its equations name."""
+    mechanism = planting.build_side().mechanism
+    named = frozenset().union(*(e.residual.free_symbols for e in claims().values()))
+    return ordered(mechanism.equations(), mechanism.unknowns, [u for u in mechanism.unknowns if u in named]).lets()
+
+
+@cache
+def _unreported() -> tuple[tuple[Quantity, Expr], ...]:
+    """Every step of the motion and of the reactions, of side 1 and of side 2."""
+    other = planting.OtherSide(moving())
+    motion = (step for step in planting.build_side().kinematics.steps if isinstance(step, Let))
+    steps = [(step.symbol, step.expr) for step in (*motion, *supplements())]
+    return tuple(pair for s, e in steps for pair in ((s, e), (q.twin(s), other(e))))
+
+
+def _reactions(point: Point) -> Point:
+    """A point with what no model reports of either side."""
+    for symbol, expr in _unreported():
+        if symbol not in point:
+            point.set(symbol, point(expr))
+    return point
 
 
 def _between(point: Point) -> dict[sp.Symbol, mpf]:

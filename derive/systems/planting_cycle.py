@@ -57,24 +57,25 @@ def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
     """All quantities of side 1, those of side 2 and the totals at ``points`` carrier angles of a turn."""
     with mpmath.workdps(WORKING_DIGITS):
         machine = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
-        fixed = {s: _si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
-        gears = [_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))]
+        fixed = {s: in_si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
+        gears = [stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))]
         fixed |= {q.a1: gears[0].distance, q.a2: gears[1].distance}
         fixed |= {q.m31: gears[0].values[curves.m], q.m61: gears[1].values[curves.m]}
         system = planting.exact()
         return [_angle(fixed, gears, system, 2 * mpmath.pi * k / points) for k in range(points)]
 
 
-def _gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
+def stage_gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
+    """The pitch curve of a gear stage of a machine file; ``suffix`` is the number of its inner gear."""
     curve = FAMILIES[machine[f"stage{stage}"]["family"]]
     values: dict[sp.Symbol, Any] = {}
     for parameter in curve.parameters:
         base, dash, unit = parameter.shown.partition("_")
-        values[parameter] = _si(machine, f"{base}{suffix}{dash}{unit}")
-    return Gears(curve, values | {curves.m: _si(machine, f"m{suffix}1")})
+        values[parameter] = in_si(machine, f"{base}{suffix}{dash}{unit}")
+    return Gears(curve, values | {curves.m: in_si(machine, f"m{suffix}1")})
 
 
-def _si(machine: dict[str, Any], shown: str) -> Any:
+def in_si(machine: dict[str, Any], shown: str) -> Any:
     """A number of the machine file in SI: a design parameter, or ``section.key[index]``."""
     path = shown if "." in shown else f"design.{shown}"
     section, key, index = re.fullmatch(r"(\w+)\.(\w+)(?:\[(\d)\])?", path).groups()  # type: ignore[union-attr]
@@ -85,15 +86,16 @@ def _si(machine: dict[str, Any], shown: str) -> Any:
 
 
 def _angle(fixed: dict[sp.Symbol, Any], gears: list[Gears], system: System, phi: Any) -> dict[sp.Symbol, mpf]:
-    one = _side({**fixed, q.phi: phi}, gears, system)
-    two = _side({**fixed, q.phi: phi - mpmath.pi}, gears, system)
+    one = one_side({**fixed, q.phi: phi}, gears, system)
+    two = one_side({**fixed, q.phi: phi - mpmath.pi}, gears, system)
     both = Point(one | {q.twin(s): v for s, v in two.items() if isinstance(s, Quantity)})
     for step in system.frame:
         both.set(step.symbol, both(step.expr))
     return both.values()
 
 
-def _side(known: dict[sp.Symbol, Any], gears: list[Gears], system: System) -> dict[sp.Symbol, mpf]:
+def one_side(known: dict[sp.Symbol, Any], gears: list[Gears], system: System) -> dict[sp.Symbol, mpf]:
+    """What is known (machine, mounting, carrier angle), and every quantity that the lane of a system finds from it."""
     point = Point(known)
     for step in system.lane:
         if isinstance(step, Let):

@@ -19,13 +19,12 @@ from mpmath import mpf
 from sympy import Expr, S, pi
 
 from derive import curves
-from derive.audit.laws import Cycle, Law, Machine, Values
 from derive.branches import switch
-from derive.chain import ordered
 from derive.evaluate import Point
 from derive.frames import Vec
+from derive.laws import Cycle, Law, Machine, Values
 from derive.mechanics import Contact
-from derive.model import Event, Let, System, needed
+from derive.model import Event, System, needed
 from derive.quantity import Quantity
 from derive.systems import planting, planting_claims, planting_cycle
 from derive.systems import planting_quantities as q
@@ -45,7 +44,7 @@ def machine() -> Machine:
     """The laws of the device with its motion and its derivation."""
     reference = _cycle()
     return Machine(laws(), {"reference": reference, "slow": _slowed(reference)}, planting_claims.claims(),
-                   _supplements(), q.twin)  # fmt: skip
+                   planting_claims.supplements(), q.twin)  # fmt: skip
 
 
 def laws() -> tuple[Law, ...]:
@@ -101,13 +100,6 @@ def _pull(push: Expr) -> Expr:
     return switch(push, S.Zero, push)
 
 
-def _supplements() -> tuple[Let, ...]:
-    """The derivation's steps for every force and moment that its equations name."""
-    mechanism = planting.build_side().mechanism
-    named = frozenset().union(*(e.residual.free_symbols for e in planting_claims.claims().values()))
-    return ordered(mechanism.equations(), mechanism.unknowns, [u for u in mechanism.unknowns if u in named]).lets()
-
-
 class Remembered(planting_cycle.Gears):
     """A gear stage that finds the contact at a polar angle once: that at phi = 0 is asked for at every angle."""
 
@@ -125,8 +117,8 @@ class Motion:
     def __init__(self) -> None:
         data = tomllib.loads(planting_cycle.MACHINE.read_text(encoding="utf-8"))
         stages = ((1, "3"), (2, "6"))
-        self.gears = [Remembered(planting_cycle._gears(data, stage, suffix)) for stage, suffix in stages]
-        self.fixed = {s: planting_cycle._si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
+        self.gears = [Remembered(planting_cycle.stage_gears(data, stage, suffix)) for stage, suffix in stages]
+        self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
         self.fixed |= dict(zip((q.a1, q.a2), (gears.distance for gears in self.gears), strict=True))
         self.fixed |= dict(zip((q.m31, q.m61), (gears.values[curves.m] for gears in self.gears), strict=True))
         self.steps = tuple(planting.build_side().kinematics.steps)
@@ -135,7 +127,7 @@ class Motion:
     def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
         """All quantities, or those that some are found from."""
         system = replace(self.system, lane=self.steps if wanted is None else needed(self.steps, wanted))
-        return planting_cycle._side({**self.fixed, q.phi: phi}, list(self.gears), system)
+        return planting_cycle.one_side({**self.fixed, q.phi: phi}, list(self.gears), system)
 
     def joints(self) -> list[Any]:
         """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
-from planter.cli import audit, examples, planting
+from planter.cli import audit, clutch, clutch_engage, clutch_field, clutch_shape, examples, mapping, pickup, planting
 from planter.cli.app import app
 from planter.errors import InputError
 
-__all__ = ["app", "audit", "examples", "main", "planting"]
+__all__ = [
+    "app",
+    "audit",
+    "clutch",
+    "clutch_engage",
+    "clutch_field",
+    "clutch_shape",
+    "examples",
+    "main",
+    "mapping",
+    "pickup",
+    "planting",
+]
 
 
 def main() -> None:

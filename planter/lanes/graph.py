@@ -83,6 +83,8 @@ def _check(function: ca.Function, lanes: Sequence[str]) -> None:
     for name in lanes:
         if name not in inputs:
             raise NotPrintable(f"{function.name()} has no input {name}, which is to vary over the lanes")
+        if function.size2_in(name) != 1:
+            raise NotPrintable(f"{function.name()}: {name} varies over the lanes and must be a column")
     for name in (*inputs, *outputs):
         if RESERVED.fullmatch(name):
             raise NotPrintable(f"{function.name()}: the name {name} is used by the loop itself")

@@ -23,6 +23,7 @@ from planter.errors import ComputationError, InputError
 if TYPE_CHECKING:
     from planter.kernels import Array
     from planter.machine import Machine
+    from planter.sourced import Sourced
 
 
 def output_folder(path: str | Path) -> Path:
@@ -132,7 +133,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def provenance(machine: Machine, seed: int | None = None) -> dict[str, Any]:
+def provenance(machine: Sourced, seed: int | None = None) -> dict[str, Any]:
     """What a run can be repeated from: versions, the machine, and a hash of every value of it.
 
     The hash is of the values, those set on the command line included, not of the file's layout or its place.

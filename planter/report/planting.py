@@ -10,6 +10,7 @@ from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Sec
 
 if TYPE_CHECKING:
     from planter.machine import Machine
+    from planter.sourced import Sourced
 
 Summary = Mapping[str, Any]
 Sidecar = Mapping[str, Any]
@@ -77,7 +78,7 @@ def sections(
         "Model",
         [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
     )
-    yield Section("Inputs", list(inputs(machine, model)))
+    yield Section("Inputs", list(inputs(machine, _meanings(model))))
     if provenance is not None:
         yield Section("Provenance", [Keys({name: _flat(value) for name, value in provenance.items()})])
 
@@ -156,9 +157,8 @@ def at_angles(rows: Sequence[Summary]) -> Block:
     return Table(head, [(_name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
 
 
-def inputs(machine: Machine, model: Sidecar) -> Iterator[Block]:
+def inputs(machine: Sourced, meanings: Mapping[str, str]) -> Iterator[Block]:
     """Every number of the machine file but the design, with its unit, its meaning and where it comes from."""
-    meanings = _meanings(model)
     by_section: dict[str, list[tuple[Cell, ...]]] = {}
     for path, value in machine.numbers().items():
         section, _, key = path.partition(".")

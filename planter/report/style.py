@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from planter.report import files
 
@@ -82,6 +82,7 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @contextmanager
@@ -96,11 +97,11 @@ def _settings() -> Iterator[None]:
         yield
 
 
-def drawn(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+def drawn(draw: Callable[P, T]) -> Callable[P, T]:
     """Decorator for a function that draws a figure: it does so in this style."""
 
     @wraps(draw)
-    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
+    def styled(*args: P.args, **kwargs: P.kwargs) -> T:
         with _settings():
             return draw(*args, **kwargs)
 

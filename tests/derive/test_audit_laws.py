@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import replace
+from itertools import combinations
 
 import mpmath
 import numpy as np
 import pytest
 
-from derive.audit.laws import TOLERANCE, Law, LawError, Trial, findings
+from derive.audit import laws
+from derive.audit.laws import TOLERANCE, Causes, LawError, Trial, findings
 from derive.evaluate import Point
+from derive.laws import Law
 from derive.model import Let
 from derive.papers import wang2017
 from derive.systems import planting_laws
@@ -49,7 +53,7 @@ def law(trial: Trial, name: str) -> Law:
 def test_the_derivation_keeps_every_law_to_rounding(printed: Trial) -> None:
     for found in printed.machine.laws:
         limit = 1e-10 if found.over == "largest" else TOLERANCE
-        assert printed.violation(found, printed.numbers) < limit, found.name
+        assert printed.violations(found, [printed.numbers])[0] < limit, found.name
 
 
 def test_repairing_what_does_not_hold_restores_every_law(repaired: Trial) -> None:
@@ -67,6 +71,48 @@ def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed
         for spared in causes:
             assert printed.broken(found, (n for n in causes if n != spared)), (record["law"], spared)
     assert all(r["caused_by"] == [] for r in records if not r["violation"])
+
+
+def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
+    """Counted again with sets of repairs run one by one, over all suspects, those too that a law does not ask for."""
+    found = law(printed, MEAN)
+    (causes,) = printed.causes(found).sets
+    for size in (1, 2):
+        assert all(printed.broken(found, chosen) for chosen in combinations(printed.suspects, size))
+    rng = random.Random(0)
+    for chosen in rng.sample(list(combinations(printed.suspects, len(causes))), 200):
+        assert printed.broken(found, chosen) is (chosen != causes), chosen
+
+
+def test_repairs_run_together_give_what_they_give_alone(printed: Trial) -> None:
+    rng = random.Random(1)
+    chosen = [rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)]
+    for found in printed.machine.laws:
+        together = printed.violations(found, chosen)
+        alone = [printed.violations(found, [one])[0] for one in chosen]
+        assert together == pytest.approx(alone, rel=1e-9, abs=1e-10), found.name
+
+
+def test_what_a_law_does_not_ask_for_makes_no_difference(printed: Trial) -> None:
+    for found in printed.machine.laws:
+        concerned = printed.concerned(found)
+        others = [n for n in printed.suspects if n not in concerned]
+        before, after = printed.violations(found, [concerned, [*concerned, *others]])
+        assert before == pytest.approx(after, rel=1e-12, abs=1e-12), found.name
+    assert any(len(printed.concerned(found)) < len(printed.suspects) for found in printed.machine.laws)
+
+
+def test_elimination_finds_sets_that_restore_but_are_not_the_smallest(
+    printed: Trial, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = law(printed, WORK)
+    smallest = printed.causes(found)
+    monkeypatch.setattr(laws, "MOST_SETS", 10)
+    quick = printed.causes(found)
+    assert (smallest.exhaustive, quick.exhaustive) == (True, False)
+    assert all(not printed.broken(found, chosen) for chosen in (*smallest.sets, *quick.sets))
+    assert len(smallest.sets[0]) < len(quick.sets[0])
+    assert laws._finding("print", printed, found)["search"] == "elimination"
 
 
 def printed_cycle() -> tuple[float, float, float]:
@@ -109,14 +155,18 @@ def test_a_planted_error_is_laid_to_its_equation(repaired: Trial, number: str, n
     wrong = replace(equation, residual=equation.residual + error)
     tampered = Trial(repaired.side.replace(number, wrong), repaired.frame.replace(number, wrong), repaired.machine)
     assert tampered.suspects == [number]
-    assert tampered.causes(law(tampered, name)) == [(number,)]
+    assert tampered.causes(law(tampered, name)) == Causes([(number,)])
 
 
 def test_a_pulling_tooth_is_laid_to_its_normal_force(repaired: Trial) -> None:
     equation = repaired.side.equations["NP"]
     wrong = replace(equation, residual=equation.residual + 2 * (q.F_NP - equation.residual))
     tampered = Trial(repaired.side.replace("NP", wrong), repaired.frame, repaired.machine)
-    assert tampered.causes(law(tampered, "teeth at P only push")) == [("NP",)]
+    assert tampered.causes(law(tampered, "teeth at P only push")) == Causes([("NP",)])
+
+
+def test_every_search_of_the_record_was_exhaustive(printed: Trial) -> None:
+    assert {record["search"] for record in findings("print", printed)} == {"exhaustive"}
 
 
 def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:

@@ -1,0 +1,111 @@
+"""Keys of findings: what a finding depends on, hashed, so that what has not changed need not be judged again.
+
+The same on every machine and under every hash seed: expressions in their canonical order, values rounded.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+import mpmath
+import sympy as sp
+
+from derive.audit.subject import Subject
+from derive.chain import Chain
+from derive.equations import Equation
+from derive.evaluate import Point
+from derive.quantity import Quantity
+
+ROOT = Path(__file__).parents[2]
+DIGITS = 30
+"""Digits of a value at an admissible point."""
+CYCLE_DIGITS = 6
+"""Digits of a value along the cycle, of the largest there: some systems interpolate in floating point."""
+
+
+@cache
+def engine(*modules: str) -> str:
+    """Hash of the sources of modules and of all that they import from this package, and of SymPy's version."""
+    return _hashed([sp.__version__, *(path.read_text(encoding="utf-8") for path in sorted(sources(modules)))])
+
+
+def sources(modules: Iterable[str]) -> set[Path]:
+    """Files of modules of this package and of all that they import from it."""
+    package = __name__.partition(".")[0]
+    waiting, found = set(modules), set[Path]()
+    while waiting:
+        path = ROOT.joinpath(*waiting.pop().split(".")).with_suffix(".py")
+        if path in found or not path.is_file():
+            continue
+        found.add(path)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == package:
+                waiting |= {str(node.module), *(f"{node.module}.{name.name}" for name in node.names)}
+    return found
+
+
+def of_equation(subject: Subject, number: str) -> str:
+    """Key of the finding on one equation: the judging code, both sides, the vocabulary, every value that is used."""
+    printed, derived = subject.pair(number)
+    kept = subject.lifted(number)
+    sides = [subject.paper.equations[number], printed, *([derived] if derived else []), *([kept] if kept else [])]
+    symbols = _sorted(set().union(*(side.residual.free_symbols for side in sides)))
+    words = _sorted({*symbols, *subject.words})
+    return _hashed(
+        [
+            engine("derive.audit.record"),
+            subject.paper.name,
+            *map(equation, sides),
+            subject.read_as(number),
+            *sorted(f"{s} {why}" for s, why in subject.assumed(number).items()),
+            *(f"{_name(s)} {_at(s, point)}" for s in words for point in subject.points),
+            *(f"{_name(s)} {_along(s, subject.cycle)}" for s in symbols),
+        ]
+    )
+
+
+def of_chain(modules: Iterable[str], chains: Iterable[Chain], data: str) -> str:
+    """Key of the findings on chains as a whole: the code of trial and system, the machine's data, the equations."""
+    parts = [engine("derive.audit.laws", *modules), data]
+    for chain in chains:
+        parts += [equation(e) for e in chain.equations.values()]
+        parts += [str((s.equation, str(s.unknown), [(n, str(u)) for n, u in s.eliminate])) for s in chain.order]
+        parts += [f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)]
+    return _hashed(parts)
+
+
+def equation(found: Equation) -> str:
+    """An equation as text that says all of it, in canonical order."""
+    names = [_name(s) for s in _sorted(found.residual.free_symbols)]
+    said = [found.number, found.legibility, str(found.claims), str(found.defines), found.relation]
+    return "\n".join([*said, *names, sp.srepr(found.residual)])
+
+
+def _name(symbol: sp.Symbol) -> str:
+    return f"{symbol} [{symbol.unit}]" if isinstance(symbol, Quantity) else str(symbol)
+
+
+def _at(symbol: sp.Symbol, point: Point) -> str:
+    return mpmath.nstr(point(symbol), DIGITS) if symbol in point else "-"
+
+
+def _along(symbol: sp.Symbol, cycle: list[Point]) -> str:
+    """Values along the cycle as whole numbers of a unit in the last digit of the largest."""
+    if not all(symbol in point for point in cycle):
+        return "-"
+    values = [point(symbol) for point in cycle]
+    largest = max(map(abs, values), default=mpmath.mpf(0))
+    unit = largest / 10**CYCLE_DIGITS or mpmath.mpf(1)
+    return f"{mpmath.nstr(largest, CYCLE_DIGITS)} {[int(mpmath.nint(v / unit)) for v in values]}"
+
+
+def _sorted(symbols: Iterable[sp.Symbol]) -> list[sp.Symbol]:
+    return sorted(symbols, key=_name)
+
+
+def _hashed(parts: Iterable[str]) -> str:
+    return sha256("\0".join(parts).encode()).hexdigest()

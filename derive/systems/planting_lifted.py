@@ -1,0 +1,85 @@
+"""What the balances of the planting device lose by its assumptions: derived again with these lifted.
+
+Lifted are constant speed and balance of the carrier, and the directions in which spring and cam act on the nozzle.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import sympy as sp
+from sympy import Expr, S
+
+from derive.frames import Point, Vec
+from derive.mechanics import Body, Mechanism, Part, about_pin
+from derive.quantity import Quantity
+from derive.systems import planting, planting_claims
+from derive.systems import planting_quantities as q
+
+_SOURCE = "derived: assumption"
+phi_ddot = Quantity("phi_ddot", "rad/s2", "acceleration of the carrier", _SOURCE)
+J_4 = Quantity("J_4", "kg m2", "moment of inertia of the carrier about O", _SOURCE)
+x_C4 = Quantity("x_C4", "m", "centroid of the carrier, along the carrier's x", _SOURCE)
+y_C4 = Quantity("y_C4", "m", "centroid of the carrier, along the carrier's y", _SOURCE)
+F_Fx = Quantity("F_Fx", "N", "force of the spring on the inner half, x'", _SOURCE)
+F_Fy = Quantity("F_Fy", "N", "force of the spring on the inner half, y'", _SOURCE)
+
+_SHARED = {
+    phi_ddot: "constant carrier speed",
+    x_C4: "balanced carrier",
+    y_C4: "balanced carrier",
+}
+_OF_A_SIDE = {
+    F_Fx: "the spring acts along z' alone",
+    F_Fy: "the spring acts along z' alone",
+    q.F_Ey: "the cam acts in the plane of the swing",
+}
+ZERO: dict[sp.Symbol, str] = _SHARED | _OF_A_SIDE | {q.twin(s): why for s, why in _OF_A_SIDE.items()}
+"""Quantities that are zero by assumption, each with the reason."""
+
+
+def lift(claim: str, printed: Expr) -> Expr | None:
+    """The balance that a claim names, in the quantities of a printed one, while the assumptions are lifted."""
+    if claim not in _balances():
+        return None
+    given, _ = planting_claims.common(printed, planting_claims.claims()[claim].residual)
+    kept = planting_claims.eliminated(_balances()[claim], given.free_symbols, _relations())
+    return planting_claims.canonical(kept.xreplace(_ACCELERATIONS))
+
+
+_ACCELERATIONS = {
+    q.Omega_dot: phi_ddot + q.phi72_ddot,
+    q.twin(q.Omega_dot): phi_ddot + q.twin(q.phi72_ddot),
+}
+
+
+@cache
+def _side() -> planting.Side:
+    side = planting.build_side()
+    side.kinematics.motion.rates[q.omega] = phi_ddot
+    mech = side.mechanism
+    pull, push = (next(a for a in mech.actions if a.name == name) for name in ("F_F", "F_E"))
+    spring = Body("spring", planting.PLANET)
+    mech.act("F_F across", side.inner, spring, pull.at, Vec(planting.PLANET, (F_Fx, F_Fy, S.Zero)))
+    mech.act("F_E across", side.inner, side.carrier, push.at, Vec(planting.PLANET, (S.Zero, q.F_Ey, S.Zero)))
+    mech.unknowns.extend(_OF_A_SIDE)
+    return side
+
+
+@cache
+def _balances() -> dict[str, Expr]:
+    side = _side()
+    found = {str(e.claims): e.residual for e in planting_claims.balances(side)}
+    mech = Mechanism(side.kinematics.motion, Vec(planting.WORLD, (S.Zero, -q.g, S.Zero)))
+    offset = Vec(planting.CARRIER, (x_C4, y_C4, S.Zero))
+    real = Part(q.m4, Point("C4", planting.O, offset), about_pin(J_4, q.m4, offset))
+    ideal = Part(q.m4, planting.O, planting.NO_SPIN)
+    with_, without = (mech.balances(Body("carrier", planting.CARRIER, (part,)), planting.PIN) for part in (real, ideal))
+    for (claim, whole), (_, balanced) in zip(with_, without, strict=True):
+        found[str(claim)] += whole - balanced
+    return found
+
+
+@cache
+def _relations() -> dict[Quantity, Expr]:
+    return planting_claims.relations(_side().mechanism)

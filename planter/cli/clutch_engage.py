@@ -1,0 +1,58 @@
+"""Command of the clutch's engagement."""
+
+from __future__ import annotations
+
+import enum
+from typing import Annotated, Any
+
+import typer
+
+from planter.cli.clutch import clutch as clutches
+from planter.cli.options import JsonOption, OutOption, SetOption, overrides
+from planter.console import Console
+
+
+class Mode(enum.StrEnum):
+    modal = "modal"
+    contact = "contact"
+
+
+@clutches.command()
+def engage(
+    clutch: Annotated[str, typer.Argument(help="a clutch file, or the name of a built-in clutch", show_default=False)],
+    mode: Annotated[
+        Mode, typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles")
+    ] = Mode.modal,
+    shape: Annotated[
+        str, typer.Option(metavar="NAME", help="how the shaft bends: the paper's, or one that is clamped: clamped-...")
+    ] = "quarter-sine",
+    set_: SetOption = None,
+    speed_rpm: Annotated[float | None, typer.Option(help="change the input speed for this call")] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Loads while the clutch engages; by contact also its cut-off, and the dog clutch beside it (takes half a minute).
+
+    In contact, `sensitivity` follows the largest loads over a factor of 10 in each input that the paper does not
+    disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import config
+        from planter.clutch.engage import contact, modal, tables
+
+        changes = overrides(set_, None)
+        if speed_rpm is not None:
+            changes["engagement.input_speed_rpm"] = speed_rpm
+        file = config.load(clutch, changes)
+        if mode is Mode.modal:
+            result: dict[str, Any] = {"clutch": file.name, **modal.result(file.si, shape)}
+            curves = None
+        else:
+            found = contact.compare(file, shape, progress=console.progress)
+            result, curves = {"clutch": file.name, **found.result}, found.runs
+        if out is not None:
+            from planter.report import clutch_engagement
+
+            clutch_engagement.write(out, file, result, shape, curves)
+        console.result(result, lambda: tables.show(console, result))

@@ -1,0 +1,103 @@
+"""Engagement and cut-off of the Reuleaux clutch beside the dog clutch, all inputs but geometry shared.
+
+The paper's own loads (428.5 N, 961.6 N) hang on inputs that it does not disclose: what stands here are figures for
+stated inputs, and how the ratio of the two clutches moves with each of them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from planter.clutch.config import Clutch as File
+from planter.clutch.engage import beam, dynamics, start
+from planter.clutch.engage.inputs import Inputs, inputs
+from planter.clutch.engage.modal import FACTORS
+from planter.clutch.engage.switching import Switching, engage, switch, total
+
+VARIED: dict[str, tuple[str, ...]] = {
+    "stiffness": ("stiffness",),
+    "gap": ("backlash", "fit"),
+    "speed": ("input_speed", "load_speed"),
+    "inertia": ("inertia",),
+    "lock": ("lock",),
+}
+"""Undisclosed inputs that the ratio is followed over, each with the fields that it stands for.
+
+The gap is that of the jaws and of their fit; the teeth have none that could be varied so: with less room in the
+sleeve, they could not be cut off.
+"""
+PHASES_DEG = (18.0, 36.0, 54.0)
+"""Angles by which the input is turned on, to see what the moment of switching does to the loads."""
+BRIEF_TOLERANCE = 1e-6
+"""Relative tolerance of the integrator for sensitivity and phases."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Both clutches' motions, and the result as the command reports it."""
+
+    runs: dict[str, Switching]
+    result: dict[str, Any]
+
+
+def compare(
+    file: File, shape: str = beam.PAPERS, factors: Sequence[float] | None = None, progress: Progress | None = None
+) -> Comparison:
+    """Both clutches under the inputs of a clutch file, the shaft bending in a shape.
+
+    Raises InputError for values that do not fit, ComputationError where a motion cannot be had.
+    """
+    given, phase = inputs(file, shape), file.si("contact.phase_deg")
+    clutches = {"reuleaux": dynamics.reuleaux(), "dog": dynamics.dog(file.dog.jaws)}
+    wanted = FACTORS if factors is None else factors
+    todo = len(clutches) + len(VARIED) * len(wanted) + len(PHASES_DEG)
+    done = itertools.count(1)
+
+    def tell(text: str) -> None:
+        if progress:
+            progress(text, next(done), todo)
+
+    runs: dict[str, Switching] = {}
+    for name, clutch in clutches.items():
+        runs[name] = switch(clutch, given, phase)
+        tell(f"{name} clutch: engagement and cut-off")
+    varied: list[dict[str, Any]] = []
+    for (name, fields), factor in itertools.product(VARIED.items(), wanted):
+        varied.append({"input": name, "factor": factor, **_loads(clutches, given.times(factor, *fields), phase)})
+        tell(f"{name} times {factor:.3g}")
+    phases: list[dict[str, float]] = []
+    for later in PHASES_DEG:
+        at = file.contact.phase_deg + later
+        phases.append({"phase_deg": at, **_loads(clutches, given, math.radians(at))})
+        tell(f"input at {at:g} deg")
+    shown = {name: run.shown() for name, run in runs.items()}
+    result = {
+        "mode": "contact",
+        **shown,
+        "N_max_ratio": shown["reuleaux"]["N_max_N"] / shown["dog"]["N_max_N"],
+        "energy": total([run.energy() for run in runs.values()]),
+        "sensitivity": varied,
+        "phases": phases,
+        "teeth": {
+            "coaxial_overlap_mm": 1e3 * start.coaxial_overlap(clutches["reuleaux"], given),
+            "root_least_mm": 1e3 * start.least_root(given),
+        },
+        "assumptions": list(dynamics.ASSUMPTIONS),
+    }
+    return Comparison(runs, result)
+
+
+def _loads(clutches: dict[str, dynamics.Clutch], given: Inputs, phase: float) -> dict[str, float]:
+    """Largest loads of both clutches, and their ratio, Reuleaux over dog."""
+    loads = {name: float(engage(clutch, given, phase, BRIEF_TOLERANCE).load.max()) for name, clutch in clutches.items()}
+    return {
+        "N_max_ratio": loads["reuleaux"] / loads["dog"],
+        "reuleaux_N_max_N": loads["reuleaux"],
+        "dog_N_max_N": loads["dog"],
+    }

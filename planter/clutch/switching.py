@@ -1,0 +1,190 @@
+"""Travel time of the sleeve and its limits as functions of axial angle, gear ratio and linkage, with exact derivatives.
+
+The links rise at a constant rate, so the time is the lift of the link over that rate; the sleeve makes the least travel
+that its axial angle allows. Forces and rod angle are held to their limits at stations along the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from planter.clutch.config import Clutch
+from planter.clutch.models import crank, given, model
+from planter.errors import InputError
+from planter.kernels import Array, Kernel
+
+VARIABLES = {
+    "axial_angle_deg": ("phi", "axial_angle_bounds_deg"),
+    "ratio": ("k", "ratio_bounds"),
+    "crank_mm": ("l_AB", "crank_bounds_mm"),
+    "rod_mm": ("l_BC", "rod_bounds_mm"),
+    "distance_mm": ("l_AC", "distance_bounds_mm"),
+}
+"""What may be chosen: key, name in the derivation, bounds in the file."""
+ASSUMES = (
+    "links rise at a constant rate",
+    "the sleeve is pushed with the engaging force all along its way",
+    "no friction in crank, rod and gears",
+)
+STATIONS = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
+"""Places along the way, as shares of it, at which limits are held at first."""
+ALONG = {"tooth force": "tooth_force", "rod angle": "rod_angle"}
+"""What is limited all along the way: its name, and its name in the derivation."""
+_DENSE = np.linspace(0, 1, 401)
+
+
+class Switching:
+    """The optimisation problem of a clutch; points u (5,) of the unit box stand for its variables.
+
+    `stations` are the places along the way, as shares of it, at which each limit of `ALONG` is held.
+
+    Raises InputError where the bounds of the file hold linkages that do not close.
+    """
+
+    def __init__(self, clutch: Clutch, stations: Mapping[str, Sequence[float]] | None = None) -> None:
+        self.clutch, self.values = clutch, given(clutch)
+        self.stations = dict(stations) if stations else dict.fromkeys(ALONG, STATIONS)
+        self._limits = {"tooth force": clutch.limits.tooth_force_N, "rod angle": clutch.si("limits.rod_angle_deg")}
+        bounds = np.array([[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()])
+        self.box_lower, self.box_upper = bounds.T
+        self.values |= {name: float(low) for (name, _), low in zip(VARIABLES.values(), self.box_lower, strict=True)}
+        self._check_closure()
+
+    @cached_property
+    def start(self) -> Array:
+        """The file's own clutch, taken into the box, (5,)."""
+        own = given(self.clutch)
+        z = np.array([own[name] for name, _ in VARIABLES.values()])
+        return np.clip((z - self.box_lower) / (self.box_upper - self.box_lower), 0, 1)
+
+    def design(self, u: Array) -> dict[str, float]:
+        """The variables in SI under their names in the derivation."""
+        z = self.box_lower + u * (self.box_upper - self.box_lower)
+        return {name: float(value) for (name, _), value in zip(VARIABLES.values(), z, strict=True)}
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the constraints, in their order."""
+        along = [f"{what} at {100 * share:.4g} % of the way" for what in ALONG for share in self.stations[what]]
+        return ["normal force", "length", "rack radius", "teeth", "outline in the space", "body and way in the space",
+                "lift of the link", *along]  # fmt: skip
+
+    @cached_property
+    def symbolic(self) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """u, the travel time [s], and the margins of the constraints as shares of their limits."""
+        u = ca.SX.sym("u", len(VARIABLES))
+        z = ca.vertsplit(ca.DM(self.box_lower) + u * ca.DM(self.box_upper - self.box_lower))
+        return u, *self._expressions(*z)
+
+    def _expressions(self, phi: ca.SX, k: ca.SX, *lengths: ca.SX) -> tuple[ca.SX, ca.SX]:
+        v, si, limits = self.values, self.clutch.si, self.clutch.limits
+        packed, span = ca.vertcat(*lengths), v["r_A"] + v["r_D"]
+        at = _entries("travel", v["a"], phi, v["mu"], v["F1"], v["F2"])
+        c = at["c_min"]
+        rotation = _entries("limit", packed, c, v["r_A"], v["m"])["theta_Amax"]
+        drive = _entries("drive", k, span, v["gamma"], rotation)
+        way = [
+            1 - _entries("push", c * share, packed, v["F1"], drive["r_A"])[name] / self._limits[what]
+            for what, name in ALONG.items()
+            for share in self.stations[what]
+        ]
+        outline = _entries("taper", v["R2"], v["d"], phi)["R1"]
+        rack, lift = si("rack_least_mm"), si("lift_limit_deg")
+        margins = [
+            1 - at["F_N"] / limits.normal_force_N,
+            1 - (lengths[2] + c) / si("limits.length_mm"),
+            drive["r_D"] / rack - 1,
+            2 * drive["r_A"] / v["m"] / limits.teeth_least - 1,
+            1 - outline / si("space_radius_mm"),
+            1 - (v["d"] + c) / si("space_length_mm"),
+            1 - drive["alpha_max"] / lift,
+            *way,
+        ]
+        return drive["lift"] / self.clutch.search.lift_rad_s, ca.vertcat(*margins)
+
+    @cached_property
+    def first(self) -> Kernel:
+        """u -> time, its gradient (5,), margins (m,) and their Jacobian (m, 5)."""
+        u, time, margins = self.symbolic
+        outputs = [time, ca.gradient(time, u), margins, ca.densify(ca.jacobian(margins, u))]
+        return Kernel(ca.Function("switching", [u], outputs, ["u"], ["time", "gradient", "margins", "jacobian"]))
+
+    @cached_property
+    def second(self) -> Kernel:
+        """u, weight, multipliers (m,) -> Hessian (5, 5) of weight * time + multipliers . margins."""
+        u, time, margins = self.symbolic
+        weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", margins.size1())
+        hessian = ca.densify(ca.hessian(weight * time + ca.dot(multipliers, margins), u)[0])
+        names = ["u", "weight", "multipliers"]
+        return Kernel(ca.Function("curvature", [u, weight, multipliers], [hessian], names, ["hessian"]))
+
+    def worst_along(self, u: Array) -> dict[str, tuple[float, float]]:
+        """For each limit of `ALONG` its least margin over the whole way, as a share, and where: at a point u."""
+        from scipy.optimize import minimize_scalar
+
+        design = self.values | self.design(u)
+        c = model().at("travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")})["c_min"]
+        r_A = model().at("drive", k=design["k"], span=self.values["r_A"] + self.values["r_D"], gamma=design["gamma"],
+                         theta_Amax=0.0)["r_A"]  # fmt: skip
+        found = {}
+        for what, name in ALONG.items():
+
+            def margin(share: Array, what: str = what, name: str = name) -> Array:
+                at = model()("push", shift=c * share, crank=crank(design), F1=design["F1"], r_A=r_A)
+                return 1 - at[name] / self._limits[what]
+
+            near = _DENSE[int(np.argmin(margin(_DENSE)))]
+            ends = max(0.0, near - _DENSE[1]), min(1.0, near + _DENSE[1])
+            inside = minimize_scalar(
+                lambda x, margin=margin: float(margin(np.array([x]))[0]), bounds=ends, method="bounded",
+                options={"xatol": 1e-9},
+            )  # fmt: skip
+            found[what] = min((float(margin(np.array([x]))[0]), float(x)) for x in (near, inside.x))
+        return found
+
+    def _check_closure(self) -> None:
+        """Every linkage in the box closes over the longest travel in it."""
+        at = {key: self.values[key] for key in ("a", "mu", "F1", "F2")}
+        longest = model().at("travel", phi=self.box_lower[0], **at)["c_min"]
+        (shortest, least, near), (_, most, far) = self.box_lower[2:], self.box_upper[2:]
+        low, high = far + longest - shortest, shortest + near
+        if not (low < least and most < high):
+            raise self.clutch.input_error(
+                "search.rod_bounds_mm",
+                f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod always meet",
+                InputError,
+            )
+
+
+class TravelTime:
+    """A `Programme` for `planter.optimise.ipopt`: the travel time, in units of `scale` [s], under the limits."""
+
+    def __init__(self, problem: Switching, scale: float) -> None:
+        self.problem, self.scale = problem, scale
+        self.lower, self.upper = np.zeros(len(VARIABLES)), np.ones(len(VARIABLES))
+        self.g_lower, self.g_upper = np.zeros(len(problem.names)), np.full(len(problem.names), np.inf)
+
+    def f(self, z: Array) -> float:
+        return float(self.problem.first(u=z)["time"][0, 0]) / self.scale
+
+    def gradient(self, z: Array) -> Array:
+        return self.problem.first(u=z)["gradient"][:, 0] / self.scale
+
+    def g(self, z: Array) -> Array:
+        return self.problem.first(u=z)["margins"][:, 0]
+
+    def jacobian(self, z: Array) -> Array:
+        return self.problem.first(u=z)["jacobian"]
+
+    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        return self.problem.second(u=z, weight=weight / self.scale, multipliers=multipliers)["hessian"]
+
+
+def _entries(stage: str, *arguments: ca.SX | float) -> dict[str, ca.SX]:
+    """The outputs of a stage of the exact model, by name."""
+    packed = model().function(stage)(*arguments)
+    return dict(zip(model().outputs(stage), ca.vertsplit(packed), strict=True))

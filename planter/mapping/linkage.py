@@ -1,0 +1,168 @@
+"""Two dyads as a four-bar linkage with the arm as its coupler: type, range of the crank, circuits, coupler path.
+
+A position is a crank angle and an assembly: +1 where the follower's moving hinge lies to the left of the line from the
+crank's moving hinge to the follower's fixed one, -1 to the right of it. Positions that the linkage can reach from each
+other without being taken apart form a circuit; on a circuit that the crank cannot turn round on, the two assemblies
+are its branches, which meet where the crank stands still (Chase and Mirth, Circuits and branches of single-degree-of-
+freedom planar linkages, 1993).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.mapping import formulas
+from planter.mapping.dyads import Dyad
+
+Type = Literal["crank-rocker", "double-crank", "double-rocker", "non-grashof"]
+TURN = 2 * np.pi
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Crank angles from `start` over `span` [rad] on one circuit; `whole` where the crank turns round."""
+
+    start: float
+    span: float
+    whole: bool
+
+
+@dataclass(frozen=True)
+class Path:
+    """The coupler along a circuit: crank and arm angle (n,) [rad], tip (2, n) [m], transmission angle (n,) [rad]."""
+
+    circuit: int
+    assembly: Array
+    theta: Array
+    phi: Array
+    tip: Array
+    transmission: Array
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """The linkage of two dyads; the first, which is the shorter, drives."""
+
+    crank: Dyad
+    follower: Dyad
+
+    @cached_property
+    def lengths(self) -> tuple[float, float, float, float]:
+        """Frame, crank, coupler, follower [m]."""
+        frame = float(np.hypot(*(self.follower.centre - self.crank.centre)))
+        coupler = float(np.hypot(*(self.follower.point - self.crank.point)))
+        return frame, self.crank.radius, coupler, self.follower.radius
+
+    @cached_property
+    def direction(self) -> float:
+        """Direction of the frame, from the crank's fixed hinge to the follower's [rad]."""
+        dx, dy = self.follower.centre - self.crank.centre
+        return float(np.arctan2(dy, dx))
+
+    @property
+    def grashof(self) -> bool:
+        """Whether the shortest and the longest link together are no longer than the other two."""
+        ordered = sorted(self.lengths)
+        return ordered[0] + ordered[3] <= (ordered[1] + ordered[2]) * (1 + _ROUNDING)
+
+    @property
+    def type(self) -> Type:
+        """By Grashof's rule, after the link that is the shortest: the one that can turn round to its neighbours."""
+        if not self.grashof:
+            return "non-grashof"
+        shortest = int(np.argmin(self.lengths))
+        return ("double-crank", "crank-rocker", "double-rocker", "crank-rocker")[shortest]
+
+    @cached_property
+    def reaches(self) -> tuple[Reach, ...]:
+        """Ranges of the crank on the circuits, one each; a whole turn has a circuit for each assembly."""
+        frame, crank, coupler, follower = self.lengths
+        twice = 2 * frame * crank
+        least, largest = (
+            frame**2 + crank**2 - (coupler + follower) ** 2,
+            frame**2 + crank**2 - (coupler - follower) ** 2,
+        )
+        rounding = _ROUNDING * sum(self.lengths) ** 2
+        inward, outward = largest >= twice - rounding, least <= -twice + rounding
+        if inward and outward:
+            return (Reach(self.direction, TURN, True),) * 2
+        low = 0.0 if inward else float(np.arccos(np.clip(largest / twice, -1, 1)))
+        high = np.pi if outward else float(np.arccos(np.clip(least / twice, -1, 1)))
+        if inward:
+            return (Reach(self.direction - high, 2 * high, False),)
+        if outward:
+            return (Reach(self.direction + low, TURN - 2 * low, False),)
+        return Reach(self.direction + low, high - low, False), Reach(self.direction - high, high - low, False)
+
+    @property
+    def turns_round(self) -> bool:
+        """Whether the crank makes whole turns."""
+        return self.reaches[0].whole
+
+    def circuit(self, theta: float, assembly: int) -> int:
+        """Number of the circuit, 1 or 2, of a position."""
+        if self.turns_round:
+            return 1 if assembly > 0 else 2
+        return 1 if len(self.reaches) == 1 or np.sin(theta - self.direction) > 0 else 2
+
+    def assembly(self, crank_hinge: Array, follower_hinge: Array) -> Array:
+        """Sides +1 or -1 (n,) for the places (n, 2) of the two moving hinges."""
+        line, link = self.follower.centre - crank_hinge, follower_hinge - crank_hinge
+        return np.where(line[:, 0] * link[:, 1] - line[:, 1] * link[:, 0] >= 0, 1, -1)
+
+    def arm_angle(self, theta: Array, assembly: Array) -> Array:
+        """Angle of the arm (n,) [rad] at crank angles within reach; beyond it, as at the nearest reachable one."""
+        vectors = self.crank.vector, self.follower.vector
+        of_cos, of_sin, alone = formulas.loop(theta, *vectors)
+        size = np.hypot(of_cos, of_sin)
+        middle = np.arctan2(-of_sin, -of_cos)
+        phi = middle + assembly * np.arccos(np.clip(alone / np.where(size > 0, size, 1), -1, 1))
+        gap, _, slope = formulas.closed(theta, phi, *vectors)
+        steep = np.abs(slope) > 1e-3 * size
+        return phi - np.where(steep, gap / np.where(steep, slope, 1), 0)
+
+    def tip(self, theta: Array, phi: Array) -> Array:
+        """Place of the tip (2, n) [m]."""
+        return formulas.arm(theta, phi, self.crank.vector)[:2]
+
+    def transmission(self, theta: Array, phi: Array) -> Array:
+        """Transmission angle (n,) [rad]: between coupler and follower, folded into [0, pi/2]."""
+        angle = formulas.transmission(theta, phi, self.crank.vector, self.follower.vector)
+        return np.minimum(angle, np.pi - angle)
+
+    @property
+    def least_transmission(self) -> float:
+        """Least transmission angle over the crank's range [rad]: zero where the crank does not turn round."""
+        if not self.turns_round:
+            return 0.0
+        theta = self.direction + np.array([0, np.pi])
+        return float(self.transmission(theta, self.arm_angle(theta, np.ones(2))).min())
+
+    def path(self, circuit: int, samples: int = 360) -> Path:
+        """The coupler along circuit 1 or 2: once round the crank, or over both branches and back."""
+        reach = self.reaches[circuit - 1]
+        if reach.whole:
+            theta = reach.start + TURN * np.arange(samples) / samples
+            assembly = np.full(samples, 1 if circuit == 1 else -1)
+        else:
+            place = np.pi * np.arange(samples) / samples * 2
+            theta = reach.start + reach.span * (1 - np.cos(place)) / 2
+            assembly = np.where(place < np.pi, 1, -1)
+        phi = np.unwrap(self.arm_angle(theta, assembly))
+        return Path(circuit, assembly, theta, phi, self.tip(theta, phi), self.transmission(theta, phi))
+
+    def place_on_circuit(self, theta: float, assembly: int) -> float:
+        """Place of a position along its circuit [rad], growing once by 2 pi round it."""
+        circuit = self.circuit(theta, assembly)
+        reach = self.reaches[circuit - 1]
+        if reach.whole:
+            return float(np.mod(theta, TURN))
+        share = np.mod(theta - reach.start + TURN * 1e-9, TURN) / reach.span
+        there = float(np.arccos(np.clip(1 - 2 * share, -1, 1)))
+        return there if assembly > 0 else TURN - there

@@ -1,0 +1,205 @@
+"""`planter synthesise`: from a file of poses to dyads, linkages and the angle curve of a gear train."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from planter.errors import ComputationError, InputError
+from planter.kernels import Array
+from planter.mapping import formulas, shown
+from planter.mapping.curve import AngleCurve
+from planter.mapping.defects import Defects, Reversal, Standing, defects, reversals, standings
+from planter.mapping.dyads import CONDITIONS, Dyad, Scale, Solution, Straight, distinct, solve
+from planter.mapping.family import family, parameters
+from planter.mapping.files import PointsData, PoseFile
+from planter.mapping.fit import fit
+from planter.mapping.linkage import FourBar
+from planter.mapping.nearest import SLOPES, Miss, Nearest, met_by, nearest, through_poses
+from planter.mapping.paths import of_paths
+
+_POINT = 1e-9
+"""Radius, in sizes of the poses, below which a moving hinge stands still: that is no crank."""
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """A pair of dyads, by their numbers, as a four-bar linkage, and how the poses stand on it."""
+
+    numbers: tuple[int, int]
+    bar: FourBar
+    found: list[Standing]
+    defects: Defects
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """Everything that `synthesise` finds; `result` is its JSON object."""
+
+    file: PoseFile
+    poses: Array
+    solution: Solution
+    members: list[Dyad]
+    linkages: list[Linkage]
+    carrier: Dyad | None
+    exact: AngleCurve | None
+    nearest: Nearest | None
+    of_paths: AngleCurve | None
+    result: dict[str, Any] = field(repr=False)
+
+
+def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = SLOPES) -> Synthesis:
+    """All dyads of the poses, every pair as a linkage, and the angle curve of a carrier dyad (from 1, by radius).
+
+    Raises InputError for poses that are all one, or a carrier that is none of the dyads.
+    """
+    poses = file.poses
+    count = len(distinct(poses))
+    free = parameters(poses) if count > 1 else 1
+    solution = fit(poses) if free == 0 and count > CONDITIONS else solve(poses)
+    family_of = family(poses) if solution.free or count < 2 else ([], [])
+    linkages = _linkages(poses, solution.dyads)
+    dyad = _carrier(poses, solution.dyads, carrier)
+    of_points = _of_points(file, linkages)
+    closest, why_not = _nearest(dyad, poses, slopes)
+    curves: dict[str, Any] = {
+        "carrier_dyad": None if dyad is None else carrier,
+        "monotone": None if dyad is None else shown.monotone(_reversals(dyad, poses)),
+        "nearest": None if closest is None else _nearest_shown(closest, slopes),
+        "curve": None if of_points is None or dyad is None else _curve_shown(dyad, poses, of_points),
+    }
+    result = {
+        "poses": len(poses),
+        "dyads": [shown.dyad(d, poses) for d in solution.dyads],
+        "complex_pairs": solution.complex_roots // 2,
+        "singular_values": [float(v) for v in solution.singular_values[:CONDITIONS]],
+        "straight": [shown.straight(s) for s in solution.straights],
+        "family": _family_shown(solution, family_of, poses),
+        "linkages": [_linkage_shown(linkage, poses) for linkage in linkages],
+        **curves,
+        "warnings": [*_remarks(poses, count, solution), *([why_not] if why_not else [])],
+    }
+    exact = None if dyad is None else through_poses(dyad, poses)
+    return Synthesis(file, poses, solution, family_of[0], linkages, dyad, exact, closest, of_points, result)
+
+
+def _linkages(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:
+    least = _POINT * Scale.of(poses).size
+    found = []
+    for (i, first), (j, second) in combinations(enumerate(dyads, 1), 2):
+        if min(first.radius, second.radius) > least:
+            bar = FourBar(first, second)
+            where = standings(bar, poses)
+            found.append(Linkage((i, j), bar, where, defects(bar, where)))
+    return found
+
+
+def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
+    """The dyad of a number; none where there is none at all, or where its moving hinge stands still."""
+    if not dyads and number == 1:
+        return None
+    if not 1 <= number <= len(dyads):
+        allowed = f"from 1 to {len(dyads)}, the number of real dyads" if dyads else "left out: there is no real dyad"
+        raise InputError(f"--carrier {number} is not allowed: it must be {allowed}")
+    found = dyads[number - 1]
+    return found if found.radius > _POINT * Scale.of(poses).size else None
+
+
+def _reversals(dyad: Dyad, poses: Array) -> list[Reversal]:
+    dx, dy = (formulas.placed(poses, dyad.point) - dyad.centre).T
+    return reversals(np.arctan2(dy, dx), poses[:, 2])
+
+
+def _nearest(dyad: Dyad | None, poses: Array, slopes: tuple[float, float]) -> tuple[Nearest | None, str]:
+    if dyad is None:
+        return None, ""
+    try:
+        return nearest(dyad, poses, slopes), ""
+    except ComputationError as error:
+        return None, error.message
+
+
+def _of_points(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve | None:
+    """The curve through the points that a file chooses on the paths of one of its linkages."""
+    points = file.points
+    if points is None:
+        return None
+    if points.linkage > len(linkages):
+        raise file.input_error("points.linkage", f"it must be from 1 to {len(linkages)}, the number of linkages")
+    linkage = linkages[points.linkage - 1]
+    first, second = (_assembly(file, points, linkage, key) for key in ("first_pose", "second_pose"))
+    return of_paths(linkage.bar, points.choice(first, second))
+
+
+def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) -> int:
+    number = int(getattr(points, key))
+    if number > len(linkage.found):
+        raise file.input_error(f"points.{key}", f"it must be from 1 to {len(linkage.found)}, the number of poses")
+    return linkage.found[number - 1].assembly
+
+
+def _linkage_shown(linkage: Linkage, poses: Array) -> dict[str, Any]:
+    return {
+        "dyads": list(linkage.numbers),
+        **shown.four_bar(linkage.bar),
+        "poses": [shown.standing(k, s) for k, s in enumerate(linkage.found, 1)],
+        "defects": {name: getattr(linkage.defects, name) for name in ("order", "branch", "circuit")},
+        "crank_sense": linkage.defects.sense,
+        "monotone": shown.monotone(_reversals(linkage.bar.crank, poses)),
+    }
+
+
+def _nearest_shown(found: Nearest, slopes: tuple[float, float]) -> dict[str, Any]:
+    return {
+        "least_slope": slopes[0],
+        "largest_slope": slopes[1],
+        "order": [k + 1 for k in found.order],
+        **shown.curve(found.curve),
+        "poses": [shown.miss(k, miss) for k, miss in enumerate(found.misses, 1)],
+        "rms_mm": _rms(found.misses),
+    }
+
+
+def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> dict[str, Any]:
+    misses = met_by(dyad, poses, curve)
+    return {
+        "points": len(curve.carrier),
+        **shown.curve(curve),
+        "poses": [shown.miss(k, miss) for k, miss in enumerate(misses, 1)],
+        "rms_mm": _rms(misses),
+    }
+
+
+def _rms(misses: Sequence[Miss]) -> float:
+    """Root of the mean square of how far the ends of the arm are off [mm]."""
+    return float(np.sqrt(np.mean([(m.tip**2 + m.hinge**2) / 2 for m in misses])) * 1e3)
+
+
+def _family_shown(solution: Solution, found: tuple[list[Dyad], list[Straight]], poses: Array) -> dict[str, Any] | None:
+    if not solution.free:
+        return None
+    dyads, straights = found
+    return {
+        "parameters": solution.free,
+        "dyads": [shown.dyad(d, poses) for d in dyads],
+        "straight": [shown.straight(s) for s in straights],
+    }
+
+
+def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:
+    found = []
+    if count < len(poses):
+        found.append(f"only {count} of the {len(poses)} poses are different")
+    if solution.free and count >= CONDITIONS:
+        found.append(f"the poses depend on each other: they leave a family with {solution.free} free parameters")
+    elif solution.free:
+        found.append(f"{count} poses leave a family of dyads with {solution.free} free parameters; members are listed")
+    elif count > CONDITIONS:
+        found.append(f"{count} poses: no dyad passes all of them in general; those listed are the closest")
+    if solution.orientations:
+        found.append("the poses have two directions of the body only, which counts as a root without hinges")
+    return found

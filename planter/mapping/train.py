@@ -1,0 +1,152 @@
+"""The two-stage non-circular planetary gear train of an angle curve: split, closure, pitch curves, path of the tip.
+
+The first driver stands in the frame, the first follower and the second driver are one body in the middle of the
+carrier, the arm is fixed to the second follower. Ratios and radii are those of the derivation (sun2019, step 5):
+i = 1/slope, i1 = x_s sqrt(i), i2 = sqrt(i)/x_s, r1 = a/(1 + i1), r2 = a - r1, r3 = a/(1 + i2), r4 = a - r3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planter.errors import ComputationError, GeometryError
+from planter.kernels import Array
+from planter.mapping import formulas
+from planter.mapping.curve import AngleCurve
+from planter.mapping.dyads import Dyad
+from planter.mapping.linkage import TURN
+
+GEARS = ("driver 1", "follower 1", "driver 2", "follower 2")
+RADII = ("r1", "r2", "r3", "r4")
+_PANEL = TURN / 90
+"""Longest panel of a quadrature; panels end at the points of the curve."""
+_NODES, _FEWER = 16, 12
+_CONVEX = 1e-9
+"""Share of the largest curvature that a convex curve may fall below zero by rounding."""
+
+
+@dataclass(frozen=True)
+class Train:
+    """A train for a curve and a centre distance [m], equal in both stages.
+
+    Raises ComputationError where the slope of the curve reaches zero: a gear would stand still or turn back.
+    """
+
+    curve: AngleCurve
+    distance: float
+
+    def __post_init__(self) -> None:
+        least = self.curve.extremes[0]
+        if least.value <= 0:
+            at, worst = np.degrees(self.curve.crossing()), np.degrees(least.angle)
+            raise ComputationError(
+                f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where the gears would stand "
+                f"still and turn back (least slope {least.value:.6g} at {worst:.6g} deg): it must stay positive"
+            )
+
+    @cached_property
+    def x_s(self) -> float:
+        """Split parameter that closes the first stage: the mean of 1/sqrt(i) over a turn."""
+        return float(self._cumulated(_NODES, lambda slope: np.sqrt(slope))[1][-1]) / TURN
+
+    def _cumulated(self, nodes: int, of_slope: object) -> tuple[Array, Array]:
+        """Carrier angles (m,) of the ends of the panels and the integral of a function of the slope up to them."""
+        assert callable(of_slope)
+        points, weights = np.polynomial.legendre.leggauss(nodes)
+        ends = self._panels
+        widths = np.diff(ends)
+        angles = ends[:-1, None] + widths[:, None] * (1 + points) / 2
+        values = of_slope(self.curve.slopes(angles.ravel())[0]).reshape(angles.shape)
+        return ends, np.append(0.0, np.cumsum(values @ weights * widths / 2))
+
+    @cached_property
+    def _panels(self) -> Array:
+        """Ends of panels on each of which the curve is one cubic; about the least slope they grow with the distance."""
+        knots = self.curve.carrier
+        dense = knots[0] + TURN * np.arange(round(TURN / _PANEL)) / round(TURN / _PANEL)
+        low = self.curve.extremes[0].angle
+        graded = _PANEL * 0.5 ** np.arange(24)
+        inside = np.concatenate([knots, dense, low - graded, low + graded])
+        inside = inside[(inside >= knots[0]) & (inside <= knots[-1])]
+        found = np.unique(inside)
+        return found[np.append(True, np.diff(found) > 1e-12)]
+
+    def gears(self, theta: Array) -> dict[str, Array]:
+        """Ratios i, i1, i2, pitch radii r1 to r4 [m] and rates dpsi1 to dpsi4 of the polar angles (n,)."""
+        return formulas.gears(self.curve.slopes(theta)[0], self.x_s, self.distance)
+
+    @cached_property
+    def closure_errors(self) -> tuple[float, float]:
+        """What the followers turn by in a turn of their drivers, less a turn [rad], by a quadrature of its own.
+
+        The first follower turns through the mesh of stage 1; the second by the product of both ratios.
+        """
+        first = self._turned(_FEWER, "dpsi2")[1][-1]
+        second = self._turned(_FEWER, "dpsi4")[1][-1]
+        return float(first - TURN), float(second - TURN)
+
+    def _turned(self, nodes: int, rate: str) -> tuple[Array, Array]:
+        return self._cumulated(nodes, lambda slope: formulas.gears(slope, self.x_s, self.distance)[rate])
+
+    def polar_angles(self) -> tuple[Array, Array]:
+        """Carrier angles (m,) along the turn, and the polar angles of the four gears' contacts (4, m) [rad]."""
+        theta, middle = self._turned(_NODES, "dpsi2")
+        last = self._turned(_NODES, "dpsi4")[1]
+        return theta, np.array([theta - theta[0], middle, middle, last])
+
+    @cached_property
+    def radius_range(self) -> tuple[Array, Array]:
+        """Least and largest pitch radius (4,) [m]: radii go with the slope, so they have their extremes with it."""
+        slopes = np.array([extreme.value for extreme in self.curve.extremes])
+        radii = np.array([formulas.gears(slopes, self.x_s, self.distance)[name] for name in RADII])
+        return radii.min(axis=1), radii.max(axis=1)
+
+    @cached_property
+    def curvatures(self) -> tuple[Array, Array]:
+        """Carrier angles (m,) [rad] and curvatures (4, m) [1/m], on both sides of the points of the curve."""
+        knots = self.curve.carrier
+        shares = np.linspace(0, 1, 41)
+        theta = (knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel()
+        slope, first, _ = self.curve.slopes(theta)
+        # The third derivative of a cubic is one value between two points, which at its right end belongs to the next.
+        second = np.repeat(self.curve.slopes(knots[:-1])[2], len(shares))
+        return theta, formulas.curvature(slope, first, second, self.x_s, self.distance)
+
+    @property
+    def convex(self) -> list[bool]:
+        """Whether each pitch curve is convex."""
+        kappa = self.curvatures[1]
+        return [bool(k.min() >= -_CONVEX * np.abs(k).max()) for k in kappa]
+
+    @property
+    def least_curvature_radius(self) -> Array:
+        """Smallest radius of curvature (4,) [m] where a pitch curve is convex."""
+        return np.asarray(1 / self.curvatures[1].max(axis=1))
+
+    def concave(self, gear: int) -> list[tuple[float, float]]:
+        """Ranges of the carrier angle [rad] in which a pitch curve (0 to 3) is concave at the contact."""
+        theta, kappa = self.curvatures[0], self.curvatures[1][gear]
+        hollow = np.concatenate([[False], kappa < -_CONVEX * np.abs(kappa).max(), [False]])
+        edges = np.flatnonzero(np.diff(hollow.astype(int)))
+        return [(float(theta[a]), float(theta[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+    def bend(self, crank: float) -> float:
+        """Angle at the middle hinge [rad]. Raises GeometryError where the hinges of the carrier form no triangle."""
+        if crank > 2 * self.distance:
+            raise GeometryError(
+                f"the length of the carrier, {crank * 1e3:.6g} mm, is not allowed: it must be at most twice the centre "
+                f"distance, {2e3 * self.distance:.6g} mm"
+            )
+        return formulas.bend(crank, self.distance)
+
+    def motion(self, dyad: Dyad) -> dict[str, Array]:
+        """A turn of the arm as the gears drive it: `theta`, `phi` (m,) [rad], `places` of tip and hinge (4, m) [m].
+
+        The arm turns against the carrier with the second follower, by the product of both ratios.
+        """
+        theta, psi = self.polar_angles()
+        phi = self.curve.relative[0] + self.curve.sense * psi[3] + theta
+        return {"theta": theta, "phi": phi, "places": formulas.arm(theta, phi, dyad.vector)}

@@ -1,0 +1,102 @@
+"""`planter train`: from an angle curve to the gear train, and how near its arm comes to poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.mapping import shown
+from planter.mapping.curve import AngleCurve
+from planter.mapping.dyads import Dyad, distinct, solve
+from planter.mapping.files import PoseFile
+from planter.mapping.linkage import TURN
+from planter.mapping.nearest import met_by
+from planter.mapping.train import Train
+
+
+@dataclass(frozen=True)
+class Training:
+    """A train with its carrier dyad and poses, where they are known; `result` is its JSON object."""
+
+    train: Train
+    crank: float | None
+    dyad: Dyad | None
+    poses: Array | None
+    result: dict[str, Any]
+
+
+def train_of(
+    curve: AngleCurve, distance: float, crank: float | None = None, file: PoseFile | None = None, carrier: int = 1
+) -> Training:
+    """The train of a curve for a centre distance and, if given, a carrier length [m]; poses to hold its path against.
+
+    Raises ComputationError where the slope of the curve reaches zero, InputError where the carrier does not fit.
+    """
+    dyad = None if file is None else _carrier(file, carrier)
+    if crank is None and dyad is not None:
+        crank = dyad.radius
+    train = Train(curve, distance)
+    bend = None if crank is None else train.bend(crank)
+    poses = None if file is None else file.poses
+    result = _result(train, bend)
+    result["poses"] = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
+    result["warnings"] = _remarks(train)
+    return Training(train, crank, dyad, poses, result)
+
+
+def _carrier(file: PoseFile, number: int) -> Dyad:
+    """The dyad that a file names for its carrier, or a real one of its poses, counted by radius."""
+    if file.carrier_dyad is not None and number == 1:
+        return file.carrier_dyad
+    found = solve(file.poses).dyads if len(distinct(file.poses)) > 1 else []
+    if not 1 <= number <= len(found):
+        raise InputError(
+            f"--carrier {number} is not allowed: it must be a dyad of {file.source}, which has {len(found)} real ones"
+        )
+    return found[number - 1]
+
+
+def _result(train: Train, bend: float | None) -> dict[str, Any]:
+    least, largest = train.curve.extremes
+    smallest, biggest = train.radius_range
+    return {
+        "x_s": train.x_s,
+        "x_s_under_root": train.x_s**2,
+        "slope_min": least.value,
+        "slope_max": largest.value,
+        "slope_min_at_deg": shown.degrees(least.angle % TURN),
+        "slope_max_at_deg": shown.degrees(largest.angle % TURN),
+        "monotone": train.curve.monotone,
+        "ratio_min": 1 / largest.value,
+        "ratio_max": 1 / least.value,
+        "closure_error_rad": list(train.closure_errors),
+        "carrier_bend_deg": None if bend is None else shown.degrees(bend),
+        "convex": train.convex,
+        "concave_deg": [[[shown.degrees(a), shown.degrees(b)] for a, b in train.concave(k)] for k in range(4)],
+        "radius_min_mm": shown.mm(smallest),
+        "radius_max_mm": shown.mm(biggest),
+        "curvature_radius_min_mm": shown.mm(train.least_curvature_radius),
+    }
+
+
+def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[dict[str, Any]]:
+    return [shown.miss(k, miss) for k, miss in enumerate(met_by(dyad, poses, curve), 1)]
+
+
+def _remarks(train: Train) -> list[str]:
+    if train.curve.sense < 0:
+        return []
+    return ["the arm gains on the carrier: two external meshes turn it the other way, so that one mesh needs an idler"]
+
+
+def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:
+    """Polar angles (4, m) [rad] and radii (4, m) [m] of the pitch curves, at the train's own carrier angles."""
+    theta, psi = train.polar_angles()
+    step = max(len(theta) // samples, 1)
+    chosen = np.unique(np.append(np.arange(0, len(theta), step), len(theta) - 1))
+    gears = train.gears(theta[chosen])
+    return psi[:, chosen], np.array([gears[name] for name in ("r1", "r2", "r3", "r4")])

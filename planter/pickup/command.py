@@ -1,0 +1,60 @@
+"""What `planter pickup` does: load, build, move if asked to, tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from planter.errors import InputError
+from planter.pickup.config import Pickup, load
+from planter.pickup.redesign import Redesign, redesign
+from planter.pickup.result import result
+from planter.pickup.train import Train, build
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A pick-up, its train, the redesign if there was one, and the JSON object."""
+
+    machine: Pickup
+    train: Train
+    redesigned: Redesign | None
+    result: dict[str, Any]
+
+
+def run(
+    source: str,
+    at: Sequence[float] = (),
+    optimise: bool = False,
+    changes: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """The outcome for a file, built-in name or CSV of points; `at` in deg.
+
+    Raises InputError for bad input, ComputationError where nothing was found.
+    """
+    for angle in at:
+        if not math.isfinite(angle):
+            raise InputError(f"--at {angle} is not allowed: it must be a finite angle in deg")
+    machine = load(source, changes)
+    train = build(machine)
+    if not optimise:
+        return Outcome(machine, train, None, result(machine, train, at))
+    moved = redesign(machine, train, progress)
+    return Outcome(machine, moved.train, moved, result(machine, moved.train, at) | {"optimised": _told(moved)})
+
+
+def _told(moved: Redesign) -> dict[str, Any]:
+    return {
+        "holds": moved.holds,
+        "moved_mm": moved.moved * 1000,
+        "iterations": moved.iterations,
+        "rounds": moved.rounds,
+        "requirements_before": [requirement.as_json() for requirement in moved.before],
+        "value_points_before_mm": (moved.points_before * 1000).tolist(),
+        "value_points_mm": (moved.points * 1000).tolist(),
+    }

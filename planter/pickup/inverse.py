@@ -1,0 +1,187 @@
+"""From points of the tip's path to the mechanism that draws it. Nothing here knows where the points come from.
+
+Extremes of the tip's distance from the sun's centre give both bars; at every point the triangle of the bars gives the
+angles of arm and carrier, and a spline of the fifth degree joins them to a law. While the arm dwells the tip keeps its
+distance: such points lie on a circle, and where the law of the others reaches the angle held there the dwell begins and
+ends. At these ends the path has corners, so no spline is laid across them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.optimize import brentq
+
+from planter.errors import ComputationError, InputError
+from planter.formulas import load
+from planter.kernels import Array
+from planter.pickup.law import MODEL, TURN, Dwell, SplineLaw
+from planter.pickup.plateau import Plateau, plateau
+from planter.pickup.spline import Extreme, PathSpline, best_spline
+
+LAW_DEGREE = 5
+LEAST_TOOTHED = 8
+TOLERANCE = 1e-7
+"""How far distances may be apart that count as one [m]."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Bars [m], direction of the carrier at the farthest tip [rad], the law from there on, and the path's spline."""
+
+    L1: float
+    L2: float
+    phi5_far: float
+    law: SplineLaw
+    path: PathSpline
+
+
+def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Found:
+    """The mechanism whose tip passes points (n, 2) in m, given in the order of a carrier that turns counter-clockwise.
+
+    Raises InputError, naming `source`, where there is no such mechanism.
+    """
+    flat = plateau(points, tolerance)
+    order = flat.toothed if flat else np.arange(len(points))
+    if len(order) < LEAST_TOOTHED:
+        raise InputError(f"{source}: {len(order)} points outside the dwell are not enough: at least {LEAST_TOOTHED}")
+    path = best_spline(points[order], closed=flat is None)
+    far, near = _extremes(path, flat, points, tolerance, source)
+    bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=near.distance)
+    chain = _Chain(path, far, near, np.array([bars["L1"], bars["L2"]]))
+    phi5, phi1 = chain.angles(path.knots[: len(order)])
+    _check_order(phi5, source)
+    if flat is None:
+        phi5_far, law = _closed_law(chain, phi5, phi1)
+    else:
+        held5, held1 = chain.held(points[flat.members], phi5[-1])
+        phi5_far, law = _dwelling_law(chain, phi5, phi1, held5, float(np.mean(held1)), source)
+    return Found(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
+
+
+def _extremes(
+    path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
+) -> tuple[Extreme, Extreme]:
+    """The farthest and the nearest place, of which there must be one each; either may be the dwell itself."""
+    found = path.extremes(tolerance)
+    highs = [e for e in found if e.highest]
+    lows = [e for e in found if not e.highest]
+    if flat is not None:
+        place = points[flat.members[len(flat.members) // 2]]
+        held = float(np.hypot(*place))
+        beyond = path.length * (1 + 1e-9)
+        if not highs and len(lows) == 1:
+            highs = [Extreme(beyond, place, True)] if held > np.hypot(*path.points.T).max() - tolerance else []
+        if not lows and len(highs) == 1:
+            lows = [Extreme(beyond, place, False)] if held < np.hypot(*path.points.T).min() + tolerance else []
+    if len(highs) != 1 or len(lows) != 1:
+        raise InputError(
+            f"{source}: the distance of the points from the origin has {len(highs)} maxima and {len(lows)} minima: "
+            "over the closed path it must have one of each, and may dwell once"
+        )
+    if lows[0].distance <= tolerance:
+        raise InputError(f"{source}: the path is not allowed to meet the origin: the sun's centre lies there")
+    return highs[0], lows[0]
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """Angles of the mechanism along a path."""
+
+    path: PathSpline
+    far: Extreme
+    near: Extreme
+    bars: Array
+
+    def angles(self, u: Array) -> tuple[Array, Array]:
+        """Directions phi5 of the carrier and angles phi1 of the arm, both counted on along the path."""
+        way = self._way(u)
+        short, over = -self.path.square_less(u, self.far), self.path.square_less(u, self.near)
+        phi5, phi1 = self._solved(self.path(u), short, over, way)
+        return np.unwrap(phi5), phi1 + TURN * (u >= self.far.u)
+
+    def held(self, places: Array, after: float) -> tuple[Array, Array]:
+        """The same at points of the dwell, which follows the path's end, where the carrier stands at `after`."""
+        way = self._way(np.array([self.path.length]))
+        square = np.sum(places**2, axis=1)
+        short, over = self.far.distance**2 - square, square - self.near.distance**2
+        phi5, phi1 = self._solved(places, short, over, np.broadcast_to(way, len(places)))
+        phi5 = np.unwrap(np.concatenate([[after], phi5]))[1:]
+        return phi5, phi1 + TURN * (self.path.length >= self.far.u)
+
+    def _way(self, u: Array) -> Array:
+        """1 where the tip goes from its farthest to its nearest place, -1 on the way back."""
+        whole = self.path.length * (1 if self.path.closed else 2)
+        return np.where((u - self.far.u) % whole < (self.near.u - self.far.u) % whole, 1.0, -1.0)
+
+    def _solved(self, places: Array, short: Array, over: Array, way: Array) -> tuple[Array, Array]:
+        x, y = places.T
+        clipped = {"short": np.maximum(short, 0), "over": np.maximum(over, 0)}
+        found = load(MODEL)("inverse", x_S=x, y_S=y, way=way, bars=self.bars, **clipped)
+        return found["phi5"], found["phi1"]
+
+    def direction(self, near_to: float) -> float:
+        """Direction of the carrier at the farthest place, that of the tip, in the turn that a guess lies in."""
+        raw = float(np.arctan2(*self.far.place[::-1]))
+        return raw + TURN * round((near_to - raw) / TURN)
+
+
+def _check_order(phi5: Array, source: str) -> None:
+    steps = np.diff(phi5)
+    if (steps <= 0).all():
+        raise InputError(f"{source}: the points are in the wrong order: the carrier must turn counter-clockwise")
+    if (steps <= 0).any():
+        i = int(np.argmin(steps)) + 1
+        raise InputError(f"{source}: the carrier would have to turn back near point {i}: no mechanism draws this path")
+
+
+def _closed_law(chain: _Chain, phi5: Array, phi1: Array) -> tuple[float, SplineLaw]:
+    """A law without dwell: the lead of the arm over the carrier repeats after a turn."""
+    far = chain.direction(float(np.interp(chain.far.u, chain.path.knots[:-1], phi5)))
+    t, lead = phi5 - far, phi1 - phi5 + far - TURN
+    ring, closed = np.append(t, t[0] + TURN), np.append(lead, lead[0])
+    curve = make_interp_spline(ring, closed, k=LAW_DEGREE, bc_type="periodic")
+    curve.extrapolate = "periodic"
+    return far, SplineLaw(curve, None, 0.0)
+
+
+def _dwelling_law(
+    chain: _Chain, phi5: Array, phi1: Array, held5: Array, held1: float, source: str
+) -> tuple[float, SplineLaw]:
+    """A law on teeth between the ends of the dwell, which are where it reaches the angle that is held."""
+    begin, end = (float(held5[-1]) - TURN, held1 - TURN), (float(held5[0]), held1)
+    arm = _spline(phi5, phi1)
+    first, last = _meets(arm, begin, float(phi5[0])), _meets(arm, end, float(phi5[-1]))
+    nodes = [begin] * (first is None) + list(zip(phi5, phi1, strict=True)) + [end] * (last is None)
+    arm = _spline(*np.array(nodes).T)
+    ends = begin[0] if first is None else first, end[0] if last is None else last
+    if ends[1] - ends[0] >= TURN:
+        raise ComputationError(f"{source}: the dwell that the points show has no length")
+    if chain.far.u > chain.path.length:
+        far = (ends[1] + ends[0] + TURN) / 2
+    else:
+        far = chain.direction(float(np.interp(chain.far.u, chain.path.knots, phi5)))
+    turns = np.floor((ends[1] - far) / TURN)
+    shift = far + turns * TURN
+    lead = BSpline(arm.t - shift, arm.c - _greville(arm) + far - TURN, arm.k)
+    dwell = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
+    return far, SplineLaw(lead, dwell, held1 - TURN - turns * TURN)
+
+
+def _greville(curve: BSpline) -> Array:
+    """Coefficients of the spline on the same knots that gives its argument back."""
+    return np.array([curve.t[i + 1 : i + 1 + curve.k].mean() for i in range(len(curve.c))])
+
+
+def _spline(phi5: Array, phi1: Array) -> BSpline:
+    return make_interp_spline(phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1))
+
+
+def _meets(arm: BSpline, held: tuple[float, float], toothed: float) -> float | None:
+    """Where a law reaches the angle held from its own last angle on; None where it does not until the dwell's point."""
+    angle, level = held
+    if (arm(toothed) - level) * (arm(angle) - level) > 0:
+        return None
+    return float(brentq(lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15))

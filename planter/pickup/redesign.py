@@ -1,0 +1,221 @@
+"""The reverse design: value points are moved until the requirements hold, with exact gradients, by IPOPT.
+
+Of all designs that hold them the one is sought whose tip path differs least from the file's. A requirement that no
+design can hold is broken as little as possible, and the result says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+import numpy as np
+
+from planter.kernels import Array, Kernel
+from planter.pickup.config import Pickup
+from planter.pickup.graph import Nodes, Sampled, nodes, sampled
+from planter.pickup.law import TURN
+from planter.pickup.requirements import Requirement, pick_angle_deg, push, requirements
+from planter.pickup.train import Train
+from planter.pickup.tray import Cell, Entry
+
+SAMPLES = 241
+"""Carrier angles on the teeth at which requirements are imposed."""
+ROUNDS = 8
+"""Rounds of moving the push angle to where the needle rests, and of taking back what samples have missed."""
+LEAST_SLOPE, LEAST_CURVATURE = 0.05, 0.5
+"""What slope [-] and curvature of the pitch curves [1/m] are kept above, to be above zero between samples."""
+FUNNEL = 5.0
+"""How fast the room for the needle widens above the tray, where nothing is in its way [-]."""
+NEAR_PICK = np.radians(100)
+"""Carrier angles around the pick at which needle and tray can meet."""
+PENALTY = 10.0
+"""Cost of breaking a requirement by one unit; larger than what keeping it costs."""
+STEP = 0.05
+"""Unit of the variables: arm's angle [rad]."""
+MOVED_MM, BENT = 30.0, 1.0
+"""What counts as one in the objective: tip moved [mm], second derivative of the slope changed [-]."""
+STRAIGHT_SHARE = 0.45
+"""Part of the straightness that a line through the pick may use up, so that chords keep within the whole."""
+
+NAMES = ("push angle", "straight entry", "needle to tray", "slope on the teeth", "pitch curves convex")
+"""Requirements that the optimiser knows, each with a slack of its own."""
+
+
+@dataclass(frozen=True)
+class Redesign:
+    """The train at the start and the one that was found, with value points (n, 2) [m] and requirements of both."""
+
+    start: Train
+    train: Train
+    points_before: Array
+    points: Array
+    before: list[Requirement]
+    after: list[Requirement]
+    iterations: int
+    rounds: int
+
+    @property
+    def holds(self) -> bool:
+        return all(requirement.holds for requirement in self.after)
+
+    @property
+    def moved(self) -> float:
+        """Largest distance that a value point was moved [m]."""
+        return float(np.hypot(*(self.points - self.points_before).T).max())
+
+
+def redesign(machine: Pickup, train: Train, progress: Callable[[str, int, int], None] | None = None) -> Redesign:
+    """Moves the value points of a train until its requirements hold, or as far towards it as they go."""
+    before = requirements(machine, train)
+    at = nodes(train, machine.spline.value_points)
+    reserve = dict.fromkeys(NAMES, 0.0)
+    v, iterations, current, after, turns = at.values, 0, train, before, 0
+    for turns in range(1, ROUNDS + 1):
+        if all(requirement.holds for requirement in after):
+            turns -= 1
+            break
+        problem = Problem(machine, train, at, push(current)[0], reserve)
+        v, used = problem.solve(v)
+        iterations += used
+        rested = push(current)[0]
+        current = replace(train, law=at.law_of(v), found=None)
+        after = requirements(machine, current)
+        if progress is not None:
+            progress(f"round {turns}: least margin {min(r.margin for r in after):.4g}", turns, ROUNDS)
+        if abs(push(current)[0] - rested) < SETTLED:
+            reserve = _tightened(reserve, after)
+    steps = np.arange(machine.spline.value_points) * TURN / machine.spline.value_points
+    return Redesign(train, current, train.tip(steps), current.tip(steps), before, after, iterations, turns)
+
+
+SETTLED = np.radians(0.01)
+_SHARE = {"sun's pitch curve convex": "pitch curves convex", "intermediate gear's convex": "pitch curves convex",
+          "push angle less pick angle": "push angle"}  # fmt: skip
+
+
+def _tightened(reserve: dict[str, float], after: list[Requirement]) -> dict[str, float]:
+    """Reserves grown by what was missed, in the unit in which the optimiser imposes each requirement."""
+    grown = dict(reserve)
+    for requirement in after:
+        name = _SHARE.get(requirement.name, requirement.name)
+        if not requirement.holds and name in grown:
+            grown[name] += 1.2 * abs(requirement.margin) * {"straight entry": 0.02}.get(name, 1.0)
+    return grown
+
+
+@dataclass
+class Problem:
+    """The programme for IPOPT: variables are arm's angles [rad], the slope of the entry's line, and the slacks."""
+
+    machine: Pickup
+    train: Train
+    at: Nodes
+    rests: float
+    reserve: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = self.at.size
+        self.x = ca.MX.sym("x", n + 1 + len(NAMES))
+        self.lower = np.concatenate([np.full(n, -np.pi / 2 / STEP), [-1.0], np.zeros(len(NAMES))])
+        self.upper = np.concatenate([np.full(n, np.pi / 2 / STEP), [1.0], np.full(len(NAMES), 1e3)])
+        objective, held, pinned = self._graph(n)
+        g = ca.vertcat(held, pinned)
+        self.g_lower = np.zeros(g.numel())
+        self.g_upper = np.concatenate([np.full(held.numel(), np.inf), np.zeros(pinned.numel())])
+        self._compile(objective, g)
+
+    def _graph(self, n: int) -> tuple[ca.MX, ca.MX, ca.MX]:
+        v, tilted, slack = ca.DM(self.at.values) + STEP * self.x[:n], self.x[n], self.x[n + 1 :]
+        cell, t = Cell.of(self.machine), self.train.samples(SAMPLES)
+        now = sampled(self.train, self.at, v, t, Entry(self.train, cell).axis(), cell.entry)
+        held = [
+            *self._angles(v, slack[0]),
+            *(part + slack[1] for part in self._straight(now, t, tilted)),
+            *(part + slack[2] for part in self._clear(now, t, cell)),
+            (now.slopes[0, :].T - LEAST_SLOPE - self.reserve["slope on the teeth"]) * 10 + slack[3],
+            ca.vec(now.curvatures) / 10 - (LEAST_CURVATURE / 10 + self.reserve["pitch curves convex"]) + slack[4],
+        ]
+        moved = (now.arm - ca.DM(self.train.law.arm(t))) * (self.train.geometry.L2 * 1000 / MOVED_MM)
+        bent = (now.slopes[2, :].T - ca.DM(self.train.law.slopes(t)[2])) / BENT
+        objective = (ca.sumsqr(moved) + ca.sumsqr(bent)) / SAMPLES + PENALTY * ca.sum1(slack)
+        return objective, ca.vertcat(*held), self._row(v, 0.0, 0) - np.pi
+
+    def _row(self, v: ca.MX, t: float, order: int) -> ca.MX:
+        first = self.train.toothed[0]
+        matrix, offset = self.at.rows(np.array([first + (t - first) % TURN]), order)
+        return ca.mtimes(ca.DM(matrix), v) + ca.DM(offset + t - (first + (t - first) % TURN) if order == 0 else offset)
+
+    def _angles(self, v: ca.MX, slack: ca.MX) -> list[ca.MX]:
+        """Push angle and swing in their bands [deg], at the place where the needle rests."""
+        targets = self.machine.targets
+        turned = (self._row(v, self.rests, 0) - np.pi - self.rests) * (180 / np.pi)
+        wanted = ((targets.push_deg - pick_angle_deg(self.machine), targets.push_tolerance_deg),
+                  (targets.swing_deg, targets.swing_tolerance_deg))  # fmt: skip
+        reserve = self.reserve["push angle"]
+        least = [turned - (target - tolerance) for target, tolerance in wanted]
+        most = [(target + tolerance) - turned for target, tolerance in wanted]
+        return [band - reserve + slack for band in (*least, *most)]
+
+    def _straight(self, now: Sampled, t: Array, tilted: ca.MX) -> list[ca.MX]:
+        """The path into the cell keeps to a line through the pick, over the length that must be straight [mm]."""
+        targets = self.machine.targets
+        i = np.flatnonzero((t <= 0) & (t > -NEAR_PICK)).tolist()
+        back = self.machine.si("targets.entry_depth_mm") - now.along[i]
+        beside = now.across[i] - tilted * back
+        beyond = ca.fmax(back * 1000 - targets.straight_entry_mm - 2, 0)
+        room = STRAIGHT_SHARE * targets.straightness_mm - self.reserve["straight entry"] + FUNNEL * beyond
+        return [room - beside * 1000, room + beside * 1000]
+
+    def _clear(self, now: Sampled, t: Array, cell: Cell) -> list[ca.MX]:
+        """The needle's tip and its edges at the surface stay within the cell, whose room widens above the tray [mm]."""
+        i = np.flatnonzero(np.abs(t) < NEAR_PICK).tolist()
+        along, across, tilt = now.along[i], now.across[i], now.tilt[i]
+        clear = self.machine.si("targets.clearance_mm") + self.reserve["needle to tray"] / 1000
+        taper, half = (cell.top - cell.bottom) / 2 / cell.depth, cell.needle_width / 2
+        found = []
+        for side in (1, -1):
+            depth, beside = along - side * half * ca.sin(tilt), across + side * half * ca.cos(tilt)
+            widened = cell.top / 2 + FUNNEL * ca.fmax(-depth, 0) - clear
+            surface = beside - depth * ca.tan(tilt)
+            found += [(widened - taper * ca.fmax(depth, 0) - side * beside) * 1000, (widened - side * surface) * 1000]
+        return found
+
+    def _compile(self, objective: ca.MX, g: ca.MX) -> None:
+        x, lam, weight = self.x, ca.MX.sym("lam", g.numel()), ca.MX.sym("weight")
+        second, _ = ca.hessian(weight * objective + ca.dot(lam, g), x)
+        self._objective = Kernel(ca.Function("objective", [x], [objective], ["x"], ["f"]))
+        self._gradient = Kernel(ca.Function("gradient", [x], [ca.gradient(objective, x)], ["x"], ["df"]))
+        self._held = Kernel(ca.Function("held", [x], [g], ["x"], ["g"]))
+        self._jacobian = Kernel(ca.Function("jacobian", [x], [ca.jacobian(g, x)], ["x"], ["dg"]))
+        self._second = Kernel(ca.Function("second", [x, weight, lam], [second], ["x", "weight", "lam"], ["ddl"]))
+
+    def f(self, z: Array) -> float:
+        return float(self._objective(x=z)["f"][0, 0])
+
+    def gradient(self, z: Array) -> Array:
+        return self._gradient(x=z)["df"][:, 0]
+
+    def g(self, z: Array) -> Array:
+        return self._held(x=z)["g"][:, 0]
+
+    def jacobian(self, z: Array) -> Array:
+        return self._jacobian(x=z)["dg"]
+
+    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        return self._second(x=z, weight=weight, lam=multipliers)["ddl"]
+
+    def start(self, v: Array) -> Array:
+        """Variables with slacks that let every requirement hold."""
+        z = np.concatenate([(v - self.at.values) / STEP, [0.0], np.full(len(NAMES), 0.0)])
+        short = max(0.0, -float(self.g(z)[:-1].min()))
+        z[-len(NAMES) :] = short + 1e-3
+        return z
+
+    def solve(self, v: Array) -> tuple[Array, int]:
+        """The best variables (size,) from a start, and the iterations that this took."""
+        from planter.optimise import ipopt
+
+        found = ipopt.solve(self, self.start(v), most_iterations=300)
+        return self.at.values + STEP * found.z[: self.at.size], found.iterations

@@ -1,0 +1,122 @@
+"""What the path of a seedling pick-up must do, each requirement with its value, its target and its margin.
+
+The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their numbers stand in the text, with "about".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.pickup.config import Pickup
+from planter.pickup.law import TURN
+from planter.pickup.train import Train
+from planter.pickup.tray import Cell, Entry
+
+SAMPLES = 1441
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A value in shown units, what is wanted of it, and by how much that holds: negative where it does not."""
+
+    name: str
+    value: float
+    unit: str
+    wanted: str
+    margin: float
+    t: float | None = None
+
+    @property
+    def holds(self) -> bool:
+        return self.margin >= 0
+
+    def as_json(self) -> dict[str, Any]:
+        at = None if self.t is None else float(np.degrees(self.t) % 360)
+        return {"name": self.name, "value": self.value, "unit": self.unit, "wanted": self.wanted,
+                "margin": self.margin, "t_deg": at, "holds": self.holds}  # fmt: skip
+
+
+def push(train: Train) -> tuple[float, float]:
+    """Where the needle pushes, and how far it has turned back from the pick [rad].
+
+    It pushes where it rests between turning back and turning on: where the arm's heading is least.
+    """
+    t = np.linspace(0.0, TURN, SAMPLES)
+    heading = train.arm_heading(t)
+    best = int(np.argmin(heading))
+    where = _level(train, float(t[max(best - 1, 0)]), float(t[min(best + 1, SAMPLES - 1)]))
+    return where, float(heading[0] - train.arm_heading(np.array([where]))[0])
+
+
+def _level(train: Train, low: float, high: float) -> float:
+    """Where the slope is 1 between two angles, or the one that is closest to it: the slope may jump past 1."""
+    from scipy.optimize import brentq
+
+    def beyond(t: float) -> float:
+        return float(train.slope(np.array([t]))[0]) - 1
+
+    if beyond(low) * beyond(high) > 0:
+        return low if train.arm_heading(np.array([low])) < train.arm_heading(np.array([high])) else high
+    return float(brentq(beyond, low, high, xtol=1e-14))
+
+
+def pick_angle_deg(machine: Pickup) -> float:
+    """Elevation of the needle where it picks: along the axis of a cell, which is square to the tray box."""
+    return 90 - machine.tray.box_inclination_deg
+
+
+def requirements(machine: Pickup, train: Train) -> list[Requirement]:
+    """All of them, in the order of the paper, then those of the gears."""
+    return [*_angles(machine, train), *_entry(machine, train), *_gears(train)]
+
+
+def _angles(machine: Pickup, train: Train) -> list[Requirement]:
+    targets = machine.targets
+    where, swing = push(train)
+    turned = float(np.degrees(swing))
+    angle = pick_angle_deg(machine) + turned
+    return [
+        _about("push angle", angle, "deg", targets.push_deg, targets.push_tolerance_deg, where),
+        _about("push angle less pick angle", turned, "deg", targets.swing_deg, targets.swing_tolerance_deg, where),
+    ]
+
+
+def _entry(machine: Pickup, train: Train) -> list[Requirement]:
+    targets, entry = machine.targets, Entry(train, Cell.of(machine))
+    depth, deepest = entry.depth()
+    straight = entry.straight(targets.straightness_mm / 1000) * 1000
+    gap, tight = entry.clearance()
+    return [
+        _about("entry depth", depth * 1000, "mm", targets.entry_depth_mm, targets.entry_depth_tolerance_mm, deepest),
+        _at_least("straight entry", straight, "mm", targets.straight_entry_mm),
+        _at_least("needle to tray", gap * 1000, "mm", targets.clearance_mm, tight),
+    ]
+
+
+def _gears(train: Train) -> list[Requirement]:
+    t = train.samples(SAMPLES)
+    slopes = train.law.slopes(t)[0]
+    curves = train.pitch(t)
+    least = int(np.argmin(slopes))
+    found = [_at_least("slope on the teeth", float(slopes[least]), "", 0.0, float(t[least]))]
+    for name, key in (("sun's pitch curve convex", "kappa1"), ("intermediate gear's convex", "kappa2")):
+        found.append(_convex(name, curves[key], t))
+    return found
+
+
+def _convex(name: str, curvature: Array, t: Array) -> Requirement:
+    worst = int(np.argmin(curvature))
+    return _at_least(name, float(curvature[worst]) / 1000, "1/mm", 0.0, float(t[worst]))
+
+
+def _about(name: str, value: float, unit: str, target: float, tolerance: float, t: float) -> Requirement:
+    wanted = f"{target:g} \N{PLUS-MINUS SIGN} {tolerance:g}"
+    return Requirement(name, value, unit, wanted, tolerance - abs(value - target), t)
+
+
+def _at_least(name: str, value: float, unit: str, least: float, t: float | None = None) -> Requirement:
+    return Requirement(name, value, unit, f"at least {least:g}", value - least, t)

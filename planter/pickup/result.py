@@ -1,0 +1,203 @@
+"""What a pick-up is found to be, as the one JSON object that its command prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.pickup.config import Pickup
+from planter.pickup.inverse import invert
+from planter.pickup.law import TURN
+from planter.pickup.requirements import Requirement, push, requirements
+from planter.pickup.train import Train
+
+ROUND_TRIP_POINTS = 4096
+"""Points of the tip's path from which the inverse chain must find the law again."""
+COMPARED = 2881
+"""Carrier angles at which both laws are compared."""
+_MM = 1000.0
+
+
+@dataclass(frozen=True)
+class Teeth:
+    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole [m]."""
+
+    exact: float
+    whole: int
+    module: float
+
+
+def teeth(train: Train) -> Teeth:
+    """Number of teeth on the toothed arc, made whole by scaling the module."""
+    exact = train.arc / (np.pi * float(train.teeth[0]))
+    whole = max(1, round(exact))
+    return Teeth(exact, whole, train.arc / (np.pi * whole))
+
+
+@dataclass(frozen=True)
+class Locking:
+    """Locking arcs: their radius [m], pitch radii where the teeth end [m], sweep of the convex arc on the sun [rad].
+
+    While they act both arcs lie about the sun's centre, with the smaller of the end radii: the sun's arc stands above
+    no tooth. The concave one on the intermediate gear reaches `reach` [rad, at the sun's centre] to either side of the
+    centre line, where it meets that gear's tip circle.
+    """
+
+    radius: float
+    ends: tuple[float, float]
+    sweep: float
+    reach: float
+
+
+def locking(train: Train) -> Locking | None:
+    """The locking arcs of a train that dwells."""
+    dwell = train.law.dwell
+    if dwell is None:
+        return None
+    start, end = train.pitch(np.array([train.toothed[1], train.toothed[0]]))["R1"]
+    radius, a1 = float(min(start, end)), train.geometry.a1
+    tip = a1 - radius + float(train.teeth[2] * train.teeth[0])
+    reach = np.arccos((a1**2 + radius**2 - tip**2) / (2 * a1 * radius))
+    return Locking(radius, (float(start), float(end)), dwell.width, float(reach))
+
+
+def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float:
+    """Largest difference of phi1 [rad] between a train's law and the law found again from points of its path alone."""
+    found = invert(train.tip(np.arange(count) * TURN / count))
+    t = np.linspace(0, TURN, COMPARED)
+    turned = found.phi5_far - train.phi5_far
+    turned -= TURN * round(turned / TURN)
+    return float(np.abs(found.law.arm(t - turned) - train.law.arm(t)).max())
+
+
+def result(machine: Pickup, train: Train, at: Sequence[float] = ()) -> dict[str, Any]:
+    """The object of `planter pickup`; `at` are carrier angles in deg from the farthest tip."""
+    geometry, slopes = train.geometry, train.slope_extremes
+    dwell = train.law.dwell
+    radii = [geometry.a1 * slope / (1 + slope) * _MM for slope in slopes]
+    counted, arcs, wanted = teeth(train), locking(train), requirements(machine, train)
+    where, swing = push(train)
+    return {
+        "machine": machine.name,
+        "driven_by": "law" if machine.law is not None else "path",
+        "L1_mm": geometry.L1 * _MM,
+        "L2_mm": geometry.L2 * _MM,
+        "L3_max_mm": (geometry.L1 + geometry.L2) * _MM,
+        "L3_min_mm": (geometry.L2 - geometry.L1) * _MM,
+        "phi5_far_deg": _deg(train.phi5_far % TURN),
+        "phi5_near_deg": _deg(train.near),
+        "beta1_deg": _deg(geometry.beta1),
+        "a1_mm": geometry.a1 * _MM,
+        "a2_mm": geometry.a2 * _MM,
+        "helix_deg": _deg(geometry.helix),
+        "helical_contact_ratio": geometry.helical_contact_ratio,
+        "dwell": None
+        if dwell is None
+        else {
+            "start_deg": _deg(dwell.start),
+            "end_deg": _deg(dwell.end),
+            "tip_radius_mm": float(train.motion(np.array([dwell.start]))["L3"][0]) * _MM,
+        },
+        "slope": {"min": min(slopes[0], 0.0) if dwell else slopes[0], "max": slopes[1], "mean": _mean_slope(train)},
+        "sun_radius_mm": {"min": radii[0], "max": radii[1]},
+        "sun_toothed_arc_mm": train.arc * _MM,
+        "phi1_monotone": train.monotone,
+        "round_trip_error_rad": round_trip(train),
+        "teeth": {"exact": counted.exact, "whole": counted.whole, "module_mm": counted.module * _MM},
+        "locking_arcs": None
+        if arcs is None
+        else {
+            "radius_mm": arcs.radius * _MM,
+            "end_radii_mm": [radius * _MM for radius in arcs.ends],
+            "sweep_deg": _deg(arcs.sweep),
+        },
+        "push": {"t_deg": _deg(where), "swing_deg": _deg(swing)},
+        "requirements": [requirement.as_json() for requirement in wanted],
+        "warnings": warnings(wanted),
+        "at": [_row(train, angle) for angle in at],
+    }
+
+
+def warnings(wanted: Sequence[Requirement]) -> list[dict[str, Any]]:
+    """A warning for each requirement that does not hold."""
+    return [
+        {
+            "name": one.name,
+            "t_deg": one.as_json()["t_deg"],
+            "message": f"{one.name} is {one.value:.4g} {one.unit}".rstrip() + f", wanted {one.wanted}",
+        }
+        for one in wanted
+        if not one.holds
+    ]
+
+
+def _row(train: Train, angle: float) -> dict[str, Any]:
+    t = np.array([np.radians(angle)])
+    found = {name: float(value[0]) for name, value in train.motion(t).items()}
+    curvature: list[float | None] = [None, None]
+    ratio = None
+    if not train.locked(t)[0] and float(train.slope(t)[0]) > 0:
+        curves = train.pitch(t)
+        bends = [float(curves[name][0]) for name in ("kappa1", "kappa2")]
+        curvature = [None if bend == 0 else _MM / bend for bend in bends]
+        ratio = float(train.contact_ratio(t, *PRINTED_TEETH)[0])
+    return {
+        "t_deg": float(angle),
+        "tip_mm": [found["x_S"] * _MM, found["y_S"] * _MM],
+        "L3_mm": found["L3"] * _MM,
+        "tip_speed_mm_s": float(np.hypot(found["vx_S"], found["vy_S"])) * _MM,
+        "rho1_mm": curvature[0],
+        "rho2_mm": curvature[1],
+        "contact_ratio": ratio,
+    }
+
+
+PRINTED_TEETH = (0.002, 1.2)
+"""Module [m] and addendum coefficient for which single angles tell the contact ratio."""
+
+
+def _mean_slope(train: Train) -> float:
+    """Mean slope over the whole turn, from the integral over the teeth: the dwell adds nothing."""
+    return train.integral(lambda t: train.law.slopes(t)[0]) / TURN
+
+
+def _deg(angle: float) -> float:
+    return float(np.degrees(angle))
+
+
+def cycle(train: Train, count: int) -> dict[str, Array]:
+    """Columns of a turn at equal steps, in shown units."""
+    t = np.arange(count) * TURN / count
+    found = train.motion(t)
+    heading = train.arm_heading(t)
+    return {
+        "t_deg": np.degrees(t),
+        "phi1_deg": np.degrees(train.law.arm(t)),
+        "slope": train.slope(t),
+        "tip_x_mm": found["x_S"] * _MM,
+        "tip_y_mm": found["y_S"] * _MM,
+        "L3_mm": found["L3"] * _MM,
+        "tip_vx_mm_s": found["vx_S"] * _MM,
+        "tip_vy_mm_s": found["vy_S"] * _MM,
+        "arm_turned_back_deg": np.degrees(heading[0] - heading),
+    }
+
+
+def pitch(train: Train, count: int) -> dict[str, Array]:
+    """Columns over the teeth: pitch radii, curves in the gears' own frames, curvatures, contact ratio."""
+    t = train.samples(count)
+    found = train.pitch(t)
+    return {
+        "t_deg": np.degrees(t),
+        "slope": train.law.slopes(t)[0],
+        "sun_radius_mm": found["R1"] * _MM,
+        "intermediate_radius_mm": found["R2"] * _MM,
+        **{f"{axis}{gear}_mm": found[f"{axis}{gear}"] * _MM for gear in "12" for axis in "xy"},
+        "sun_curvature_1_mm": found["kappa1"] / _MM,
+        "intermediate_curvature_1_mm": found["kappa2"] / _MM,
+        "contact_ratio": train.contact_ratio(t),
+    }

@@ -1,0 +1,213 @@
+"""Cubic B-splines through value points: the closed one of the paper over chord length, and open ones between corners.
+
+The control points of the closed curve solve the cyclic system that (2), (3) of Yu et al. (2023) stand for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import comb
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import BSpline, PPoly, make_interp_spline
+
+from planter.kernels import Array
+
+DEGREE = 3
+_TO_BERNSTEIN = np.array([[comb(i, k) / comb(5, k) if k <= i else 0.0 for k in range(6)] for i in range(6)])
+"""From powers on [0, 1] to Bernstein's basis, whose coefficients bound the polynomial."""
+NEAR = 1e-6
+"""Part of the curve's length around an extreme in which differences to it are taken from their series."""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """Where the distance from O has an extreme: parameter, place (2,), and whether it is a maximum."""
+
+    u: float
+    place: Array
+    highest: bool
+
+    @property
+    def distance(self) -> float:
+        return float(np.hypot(*self.place))
+
+
+def chords(points: Array, closed: bool) -> Array:
+    """Distances from each point (n, 2) to the next, (n,), or (n - 1,) for an open curve."""
+    ring = np.vstack([points, points[:1]]) if closed else points
+    return np.hypot(*np.diff(ring, axis=0).T)
+
+
+def best_spline(points: Array, closed: bool) -> PathSpline:
+    """The spline over chord length or over the points' own numbers: that which better foretells every other point.
+
+    Where the tip comes to rest its path has a cusp, which no smooth curve over chord length is near; over numbers of
+    points that follow each other evenly it is smooth.
+    """
+    along = np.concatenate([[0.0], np.cumsum(chords(points, closed))])
+    numbers = np.arange(len(along), dtype=float)
+    parameter = min((numbers, along), key=lambda taken: _miss(taken[: len(points)], points))
+    return PathSpline(points, closed, parameter)
+
+
+def _miss(parameter: Array, points: Array) -> float:
+    """Root mean square distance of every other point from the curve through those between."""
+    curve = make_interp_spline(parameter[::2], points[::2], k=DEGREE)
+    odd = slice(1, len(points) - 1, 2)
+    return float(np.sqrt(np.mean((curve(parameter[odd]) - points[odd]) ** 2)))
+
+
+@dataclass(frozen=True)
+class PathSpline:
+    """The curve through value points (n, 2) in m; `closed` joins the last to the first with two derivatives.
+
+    `parameter` (n,), or (n + 1,) for a closed curve, is increasing; without one it is the cumulative chord length.
+    """
+
+    points: Array
+    closed: bool = True
+    parameter: Array | None = None
+
+    @cached_property
+    def knots(self) -> Array:
+        """The parameter at the value points, from 0; a closed curve has one more, where it meets its beginning."""
+        if self.parameter is not None:
+            return self.parameter - self.parameter[0]
+        return np.concatenate([[0.0], np.cumsum(chords(self.points, self.closed))])
+
+    @cached_property
+    def curve(self) -> BSpline:
+        if self.closed:
+            ring = np.vstack([self.points, self.points[:1]])
+            return make_interp_spline(self.knots, ring, k=DEGREE, bc_type="periodic")
+        return make_interp_spline(self.knots, self.points, k=DEGREE)
+
+    @property
+    def length(self) -> float:
+        """Length of the parameter's range."""
+        return float(self.knots[-1])
+
+    @cached_property
+    def controls(self) -> Array:
+        """Control points (n, 2) of the closed curve, the first belonging to the first basis function."""
+        return np.asarray(self.curve.c)[: len(self.points)]
+
+    def __call__(self, u: Any, derivative: int = 0) -> Array:
+        """Places (m, 2), or derivatives of them in the parameter."""
+        return np.asarray(self.curve(np.asarray(u, dtype=float), derivative))
+
+    def with_value(self, index: int, place: Array) -> PathSpline:
+        """The curve with one value point moved."""
+        moved = self.points.copy()
+        moved[index] = place
+        return PathSpline(moved, self.closed)
+
+    def with_control(self, index: int, place: Array) -> PathSpline:
+        """The closed curve whose control point `index` is moved while the knots stay, by its value points.
+
+        The new value points lie on the new curve at the old knots, and their chords differ; so the curve through
+        them is the new one only as nearly as chord length is kept.
+        """
+        controls = self.controls.copy()
+        controls[index] = place
+        periodic = np.vstack([controls, controls[:DEGREE]])
+        moved = BSpline(self.curve.t, periodic, DEGREE)
+        return PathSpline(np.asarray(moved(self.knots[:-1])), self.closed)
+
+    @cached_property
+    def _pieces(self) -> list[PPoly]:
+        return [PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE)) for axis in (0, 1)]
+
+    def extremes(self, tolerance: float) -> list[Extreme]:
+        """Extremes of the distance from O by parameter: roots of S . S', without those that differ by less."""
+        found = [Extreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
+        return _prominent(found, tolerance, self.closed)
+
+    def _roots(self) -> Array:
+        """Where S . S' vanishes: all roots of its pieces, which are of the fifth degree."""
+        inside = np.flatnonzero((self._pieces[0].x[:-1] < self.length) & (self._pieces[0].x[1:] > 0))
+        product, width = self._products()
+        bernstein = (product * width[:, None] ** np.arange(6)) @ _TO_BERNSTEIN.T
+        may = (bernstein.min(axis=1) <= 0) & (bernstein.max(axis=1) >= 0)
+        roots = [u for i in inside[may[inside]] for u in self._roots_of(i, np.polynomial.Polynomial(product[i]))]
+        return np.unique(np.array(roots))
+
+    def _products(self) -> tuple[Array, Array]:
+        """Coefficients (pieces, 6) of S . S' in powers of the distance from where a piece begins, and its width."""
+        total = np.zeros((self._pieces[0].c.shape[1], 6))
+        for piece in self._pieces:
+            c = piece.c[::-1].T
+            for i in range(4):
+                for j in range(1, 4):
+                    total[:, i + j - 1] += j * c[:, i] * c[:, j]
+        return total, np.diff(self._pieces[0].x)
+
+    def _roots_of(self, index: int, product: np.polynomial.Polynomial) -> list[float]:
+        begin, end = self._pieces[0].x[index : index + 2]
+        slack = 1e-9 * (end - begin)
+        real = [x.real for x in product.roots() if abs(x.imag) <= slack and -slack <= x.real <= end - begin + slack]
+        slope = product.deriv()
+        polished = [x - product(x) / slope(x) for x in real if slope(x) != 0]
+        return [min(max(begin + x, 0.0), self.length) for x in polished]
+
+    def _taylor(self, u: float, inside: float) -> Array:
+        """Coefficients (4, 2) of the piece that holds `inside`, in powers of the distance from `u`."""
+        pieces = self._pieces
+        i = int(np.clip(np.searchsorted(pieces[0].x, inside, side="right") - 1, 0, pieces[0].c.shape[1] - 1))
+        shift = u - pieces[0].x[i]
+        local = [np.polynomial.Polynomial(p.c[::-1, i])(np.polynomial.Polynomial([shift, 1.0])) for p in pieces]
+        return np.array([np.pad(poly.coef, (0, 4 - len(poly.coef))) for poly in local]).T
+
+    def _bend(self, u: float) -> float:
+        """Second derivative of half the squared distance."""
+        return float(np.sum(self(u, 1) ** 2) + self(u) @ self(u, 2))
+
+    def square_less(self, u: Array, extreme: Extreme) -> Array:
+        """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses no digits."""
+        apart = self._apart(u, extreme)
+        gap = self(u) - extreme.place
+        plain = np.sum(gap * (self(u) + extreme.place), axis=1)
+        for i in np.flatnonzero(np.abs(apart) < NEAR * self.length):
+            x = float(apart[i])
+            _, slope, bend, third = self._taylor(extreme.u, extreme.u + x / 2)
+            step = x * (slope + x * (bend + x * third))
+            plain[i] = 2 * extreme.place @ (x * x * (bend + x * third)) + step @ step
+        return plain
+
+    def _apart(self, u: Array, extreme: Extreme) -> Array:
+        apart = np.asarray(u, dtype=float) - extreme.u
+        return (apart + self.length / 2) % self.length - self.length / 2 if self.closed else apart
+
+
+def _prominent(found: list[Extreme], tolerance: float, closed: bool) -> list[Extreme]:
+    """Extremes of a wavy distance, without neighbouring pairs that differ by less than the tolerance."""
+    left = _alternating(found, closed)
+    while len(left) > 1:
+        pairs = list(zip(left, left[1:] + left[:1], strict=True)) if closed else list(pairwise(left))
+        steps = [abs(a.distance - b.distance) for a, b in pairs]
+        least = int(np.argmin(steps))
+        if steps[least] >= tolerance:
+            break
+        left = _alternating([e for e in left if e not in pairs[least]], closed)
+    return left
+
+
+def _alternating(found: list[Extreme], closed: bool) -> list[Extreme]:
+    """Of neighbours of one kind, which roots at a joint of two pieces may leave, the more extreme."""
+    kept: list[Extreme] = []
+    for extreme in found:
+        if kept and kept[-1].highest == extreme.highest:
+            extreme = _further(kept.pop(), extreme)
+        kept.append(extreme)
+    if closed and len(kept) > 1 and kept[0].highest == kept[-1].highest:
+        last = kept.pop()
+        kept[0] = _further(kept[0], last)
+    return kept
+
+
+def _further(a: Extreme, b: Extreme) -> Extreme:
+    return a if (a.distance > b.distance) == a.highest else b

@@ -1,0 +1,155 @@
+"""The tray before the needle: entry, straightness of its path, and room between needle and cell.
+
+The cell's axis is the needle's direction where it picks, at the farthest tip, through that place. The tray lies along
+the axis so that this place has the depth that is wanted. In the frame of the cell, `along` runs into it from the tray's
+surface and `across` to the left of that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from planter.formulas import load
+from planter.kernels import Array
+from planter.pickup.config import Pickup
+from planter.pickup.law import MODEL, TURN
+from planter.pickup.train import Train
+
+CELLS_BESIDE = 2
+"""Cells of the tray on either side of the one that is picked, in the plane of the needle."""
+SAMPLES = 720
+"""Carrier angles at which the needle is held against the tray; the tightest is refined."""
+BRANCH = 721
+"""Points of a branch of the path on which its straightness is judged."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A tray's cell and needle in SI."""
+
+    depth: float
+    top: float
+    bottom: float
+    pitch: float
+    entry: float
+    needle_length: float
+    needle_width: float
+    mounting: float
+
+    @staticmethod
+    def of(machine: Pickup) -> Cell:
+        depth, top, bottom, pitch = (machine.si(f"tray.cell_{part}_mm") for part in ("depth", "top", "bottom", "pitch"))
+        length, width, mounting = (machine.si(f"needle.{key}") for key in ("length_mm", "width_mm", "mounting_deg"))
+        return Cell(depth, top, bottom, pitch, machine.si("targets.entry_depth_mm"), length, width, mounting)
+
+    def walls(self) -> Any:
+        """What the tray fills, in the frame of the cell, as a shapely geometry in mm."""
+        from shapely import Polygon, box, unary_union
+
+        half = (CELLS_BESIDE + 0.5) * self.pitch * 1000
+        depth, top, bottom = (value * 1000 for value in (self.depth, self.top, self.bottom))
+        holes = [
+            Polygon([(-1, c - top / 2), (0, c - top / 2), (depth, c - bottom / 2), (depth, c + bottom / 2),
+                     (0, c + top / 2), (-1, c + top / 2)])
+            for c in (k * self.pitch * 1000 for k in range(-CELLS_BESIDE, CELLS_BESIDE + 1))
+        ]  # fmt: skip
+        return box(0, -half, depth + FLOOR_MM, half) - unary_union(holes)
+
+
+FLOOR_MM = 1.0
+"""Thickness of a cell's floor."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The path and the needle of a train in the frame of a cell."""
+
+    train: Train
+    cell: Cell
+
+    def axis(self) -> float:
+        """Direction of the cell's axis: that of the needle where it picks [rad]."""
+        return float(self.train.arm_heading(np.zeros(1))[0] + self.cell.mounting)
+
+    def place(self, t: Array) -> Array:
+        """Places of the tip (n, 2), along and across [m]."""
+        bottom, tips = self.train.tip(np.zeros(1))[0], self.train.tip(t)
+        given = {"x_S": tips[:, 0], "y_S": tips[:, 1], "x_bottom": bottom[0], "y_bottom": bottom[1]}
+        found = load(MODEL)("entry", **given, axis=self.axis())
+        return np.column_stack([found["along"] + self.cell.entry, found["across"]])
+
+    def tilt(self, t: Array) -> Array:
+        """The needle's angle from the cell's axis (n,) [rad]."""
+        return np.asarray(self.train.arm_heading(t) - self.train.arm_heading(np.zeros(1))[0])
+
+    def to_frame(self, places: Array) -> Array:
+        """Places (n, 2) of the cell's frame in the machine's [same unit; the bottom of the entry in m is added]."""
+        c, s = np.cos(self.axis()), np.sin(self.axis())
+        along, across = (places - [self.cell.entry, 0]).T
+        return self.train.tip(np.zeros(1))[0] + np.column_stack([c * along - s * across, s * along + c * across])
+
+    def needle(self, t: float) -> Array:
+        """Corners (4, 2) of the needle in the frame of the cell [m]: two at the tip, two at the root."""
+        at = np.array([t])
+        tip, tilt = self.place(at)[0], float(self.tilt(at)[0])
+        ahead, left = np.array([np.cos(tilt), np.sin(tilt)]), np.array([-np.sin(tilt), np.cos(tilt)])
+        root, half = tip - self.cell.needle_length * ahead, self.cell.needle_width / 2 * left
+        return np.array([tip - half, tip + half, root + half, root - half])
+
+    def depth(self) -> tuple[float, float]:
+        """Largest depth of the tip below the tray's surface [m], and where [rad]."""
+        t = np.linspace(-TURN / 2, TURN / 2, SAMPLES + 1)
+        found = self.place(t)[:, 0]
+        best = int(np.argmax(found))
+        return _refined(lambda x: float(self.place(np.array([x]))[0, 0]), float(t[best]), TURN / SAMPLES)
+
+    def straight(self, allowed: float, entering: bool = True) -> float:
+        """Length of the chord from the deepest place [m] from which the path into it, or out of it, stays `allowed`."""
+        last = self.train.toothed[0 if entering else 1]
+        tips = self.train.tip(np.linspace(0.0, last, BRANCH))
+        chord = tips - tips[0]
+        length = np.hypot(*chord.T)
+        length[0] = 1.0
+        ahead = chord / length[:, None]
+        beside = np.abs(chord[None, :, 0] * ahead[:, None, 1] - chord[None, :, 1] * ahead[:, None, 0])
+        worst = np.max(np.tril(beside), axis=1)
+        beyond = np.flatnonzero(worst > allowed)
+        if len(beyond) == 0:
+            return float(length[-1])
+        i = int(beyond[0])
+        share = (allowed - worst[i - 1]) / (worst[i] - worst[i - 1])
+        before = 0.0 if i == 1 else float(length[i - 1])
+        return before + float(share) * (float(length[i]) - before)
+
+    def clearance(self) -> tuple[float, float]:
+        """Least distance of needle and tray over a turn [m], negative where they cut, and where [rad]."""
+        walls = self.cell.walls()
+        free = walls.envelope.buffer(1000) - walls
+        t = np.arange(SAMPLES) * TURN / SAMPLES
+        gaps = [_gap(self.needle(float(x)), walls, free) for x in t]
+        best = int(np.argmin(gaps))
+        gap, where = _refined(lambda x: -_gap(self.needle(x), walls, free), float(t[best]), TURN / SAMPLES)
+        return -gap, where % TURN
+
+
+def _gap(corners: Array, walls: Any, free: Any) -> float:
+    """Distance of a needle from the walls [m]; where it cuts them, less the depth of the cut."""
+    from shapely import Point, Polygon, get_coordinates
+
+    needle = Polygon(corners * 1000)
+    if not needle.intersects(walls):
+        return float(needle.distance(walls)) / 1000
+    cut = get_coordinates(needle.intersection(walls))
+    return -max(float(Point(corner).distance(free)) for corner in cut) / 1000
+
+
+def _refined(value: Any, guess: float, step: float) -> tuple[float, float]:
+    """The largest value near a guess, and where."""
+    found = minimize_scalar(lambda x: -value(x), bounds=(guess - step, guess + step), method="bounded",
+                            options={"xatol": 1e-9})  # fmt: skip
+    own = value(guess)
+    return (own, guess) if own >= -found.fun else (float(-found.fun), float(found.x))

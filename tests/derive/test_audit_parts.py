@@ -1,0 +1,145 @@
+"""The audit's parts: terms and their matching, edits, values at points."""
+
+import mpmath
+import pytest
+import sympy as sp
+from mpmath import mpf
+
+from derive.audit.edits import edits
+from derive.audit.terms import Match, expanded, matched, overall_factor, remainder_vanishes, value
+from derive.evaluate import DIGITS, NotEvaluated, Point
+from tests.support.made_up import POINTS, WORDS, a, b, c, e, quantity, t, u, v, x, x_dot
+
+# terms
+
+
+def test_equal_terms_are_struck_out() -> None:
+    assert matched((a * u, -b), (-b, a * u), POINTS) == Match((), ())
+    assert matched((a * u, -b), (a * u,), POINTS) == Match((-b,), ())
+
+
+def test_terms_match_however_they_are_written() -> None:
+    assert matched((a * sp.sin(sp.pi - u, evaluate=False),), (a * sp.sin(u),), POINTS).equal
+
+
+def test_a_part_of_a_coefficient_that_is_missing() -> None:
+    assert matched((a * u,), (3 * a * u,), POINTS) == Match((), (2 * a * u,))
+
+
+def test_a_wrong_sign_and_a_coefficient_too_large_leave_both_terms() -> None:
+    assert matched((-a * u,), (a * u,), POINTS) == Match((-a * u,), (a * u,))
+    assert matched((3 * a * u,), (a * u,), POINTS) == Match((3 * a * u,), (a * u,))
+
+
+def test_a_coefficient_that_is_no_whole_part_is_another_term() -> None:
+    assert matched((2 * a * u,), (3 * a * u,), POINTS) == Match((2 * a * u,), (3 * a * u,))
+    fourth = sp.Rational(6, 25) * a * u
+    assert matched((fourth,), (2 * a * u,), POINTS) == Match((fourth,), (2 * a * u,))
+
+
+def test_a_remainder_can_vanish_as_a_whole() -> None:
+    left = matched((a * sp.sin(u) ** 2, a * sp.cos(u) ** 2), (a,), POINTS)
+    assert not left.equal
+    assert remainder_vanishes(left, POINTS)
+    assert not remainder_vanishes(Match((a,), (b,)), POINTS)
+
+
+def test_terms_of_nothing() -> None:
+    assert expanded(sp.S.Zero) == ()
+    assert set(expanded(a * (b - c))) == {a * b, -a * c}
+
+
+def test_value_of_what_is_not_real() -> None:
+    assert value(sp.asin(2 + u), POINTS[0]) is None
+    assert value(a, POINTS[0]) == POINTS[0](a)
+
+
+# edits
+
+FORMULA = a * sp.sin(u) - b * sp.cos(v) + x_dot * t + c * sp.atan(u * v)
+
+
+@pytest.mark.parametrize(
+    "meant",
+    [
+        -FORMULA,
+        2 * FORMULA,
+        FORMULA - 2 * a * sp.sin(u),
+        FORMULA + 2 * b * sp.cos(v),
+        FORMULA + a * sp.sin(u),
+        FORMULA - a * sp.sin(u) / 2,
+        FORMULA + (sp.pi / 180 - 1) * a * sp.sin(u),
+        FORMULA.xreplace({a: b}),
+        FORMULA.xreplace({c: e}),
+        FORMULA.xreplace({x_dot: x}),
+        FORMULA.xreplace({u: v, v: u}),
+        FORMULA.xreplace({u: v}),
+        FORMULA.xreplace({sp.sin(u): sp.cos(u)}),
+        FORMULA.xreplace({sp.cos(v): sp.sin(v)}),
+        FORMULA.xreplace({sp.sin(u): sp.sin(u / 2)}),
+        FORMULA.xreplace({sp.sin(u): sp.sin(sp.pi / 180 * u)}),
+        FORMULA.xreplace({sp.atan(u * v): u * v}),
+        FORMULA.xreplace({sp.atan(u * v): sp.atan(sp.atan(u * v))}),
+    ],
+)
+def test_each_kind_of_edit_is_tried(meant: sp.Expr) -> None:
+    assert any(sp.expand(edit.result - meant) == 0 for edit in edits(FORMULA, WORDS))
+
+
+def test_conditions_are_exchanged() -> None:
+    cases = sp.Piecewise((a, u < 0), (b, True))
+    assert sp.Piecewise((b, u < 0), (a, True)) in {edit.result for edit in edits(cases, WORDS)}
+
+
+def test_every_edit_differs_from_the_original() -> None:
+    for edit in edits(FORMULA, WORDS):
+        assert edit.result != FORMULA, edit.what
+        assert any(abs(p(edit.result) - p(FORMULA)) > mpf(10) ** -40 for p in POINTS), edit.what
+
+
+def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:
+    texts = {edit.what for edit in edits(a * u - b * u, WORDS)}
+    assert f"{c} for {a}" in texts
+    assert f"{t} for {a}" not in texts
+    assert f"{t} for {a}" in {edit.what for edit in edits(a + u, WORDS)}
+
+
+# values at points
+
+
+@pytest.mark.parametrize(
+    "expr",
+    [FORMULA, sp.sqrt(a / b) ** 3, sp.Abs(a - b), sp.atan2(-a, -b), sp.exp(u) * sp.log(1 + v), sp.Min(a, b, c),
+     sp.pi * a, sp.Piecewise((a, u > v), (b, True)), sp.acos(u / 2) + sp.tan(v), sp.Rational(1, 3) * sp.cosh(u),
+     sp.floor(7 * u)],
+)  # fmt: skip
+def test_values_have_fifty_digits(expr: sp.Expr) -> None:
+    point = POINTS[0]
+    known = {s: sp.Rational(mpmath.nstr(point(s), 12)) for s in WORDS}
+    expected = sp.N(expr.subs(known), DIGITS + 10)
+    with mpmath.workdps(DIGITS + 10):
+        assert abs(point(expr) - mpf(str(expected))) <= mpf(10) ** -DIGITS * abs(mpf(str(expected)))
+
+
+def test_values_that_do_not_exist_are_errors_that_name_them() -> None:
+    with pytest.raises(NotEvaluated, match="nowhere has no value"):
+        POINTS[0](quantity("nowhere") + a)
+    with pytest.raises(NotEvaluated, match="is not real"):
+        POINTS[0](sp.sqrt(-a - b))
+    with pytest.raises(NotEvaluated, match="gamma cannot be evaluated"):
+        POINTS[0](sp.gamma(u + sp.Rational(1, 3)))
+
+
+def test_a_new_value_of_a_symbol_is_used() -> None:
+    point = Point({a: 2, b: 3})
+    assert point(a * b) == 6
+    point.set(a, 5)
+    assert point(a * b) == 15
+
+
+def test_the_overall_factor_is_that_of_most_shared_terms() -> None:
+    assert overall_factor((2 * a, 2 * b * u), (a, b * u, c), POINTS) == 2
+    assert overall_factor((2 * a, 2 * b * u, -2 * c), (a, b * u, c), POINTS) == 2
+    assert overall_factor((2 * a, b * u), (a, b * u), POINTS) == 1
+    assert overall_factor((2 * a,), (a,), POINTS) == 1
+    assert overall_factor((a,), (b,), POINTS) == 1

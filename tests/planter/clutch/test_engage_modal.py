@@ -1,0 +1,127 @@
+"""The one-mode engagement of a clutch file: closed form against integration, print against derivation, the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from typer.testing import CliRunner
+
+from planter.cli import app
+from planter.clutch import config
+from planter.clutch.engage import beam, modal
+from planter.errors import InputError
+
+CLUTCH = config.load("shi2021")
+
+
+def test_motion_is_that_of_the_equations_of_tooth_and_mode() -> None:
+    """Two bodies held together by an unknown load, (8): its closed form makes both move alike."""
+    found = modal.modal(CLUTCH.si)
+    struck, shaft = found.struck, found.beam
+
+    def both(t: float, y: np.ndarray) -> list[float]:
+        load = found.at(t)["N"]
+        return [y[1], (struck.force - load) / struck.body, y[3], (load - shaft.stiffness * y[2]) / shaft.mass]
+
+    start = [0, struck.start, 0, struck.start]
+    ran = solve_ivp(both, (0, 5e-4), start, rtol=1e-9, atol=1e-13, max_step=2e-5)
+    np.testing.assert_allclose(ran.y[0], ran.y[2], atol=1e-12)
+    assert ran.y[0, -1] == pytest.approx(found.at(5e-4)["y_max"], rel=1e-7)
+
+
+@pytest.mark.parametrize("shape", beam.SHAPES)
+def test_the_largest_load_stands_where_it_is_said_to(shape: str) -> None:
+    result = modal.result(CLUTCH.si, shape)
+    found = modal.modal(CLUTCH.si, shape)
+    assert found.at(result["t_max_s"])["N"] == pytest.approx(result["N_max_N"], rel=1e-12)
+    assert found.at(result["t_loss_s"])["N"] == pytest.approx(0, abs=1e-9)
+    assert found.at(0.0)["N"] == pytest.approx(result["N0_N"], rel=1e-12)
+    grid = [found.at(t)["N"] for t in np.linspace(0, result["t_loss_s"], 200)]
+    assert max(grid) <= result["N_max_N"] * (1 + 1e-12)
+    assert min(grid[:-1]) > 0
+    energy = result["energy"]
+    assert energy["imbalance_J"] == pytest.approx(0, abs=1e-12 * abs(energy["input_J"]) + 1e-18)
+
+
+def test_a_wrong_mass_breaks_the_energy_balance() -> None:
+    found = modal.modal(CLUTCH.si)
+    wrong = modal.Modal(found.struck, beam.Beam(**{**vars(found.beam), "mass": 1.1 * found.beam.mass}))
+    tampered = modal.Modal(found.struck, found.beam)
+    tampered.__dict__["extremes"] = wrong.extremes
+    assert abs(tampered.energy()["imbalance_J"]) > 1e-3 * abs(tampered.energy()["input_J"])
+
+
+def test_contact_is_never_lost_where_the_driving_force_rules() -> None:
+    slow = config.load("shi2021", {"input_speed_rpm": 0.01, "body_kg": 0.01})
+    assert modal.result(slow.si)["t_loss_s"] is None
+
+
+def test_numbers() -> None:
+    """Coefficients of the paper's shape; and (12) as printed, by hand from the file's inputs."""
+    result = modal.result(CLUTCH.si)
+    assert result["modal"]["K_coefficient"] == pytest.approx(np.pi**4 / 32, rel=1e-15)
+    assert result["modal"]["mass_coefficient"] == pytest.approx(0.5, rel=1e-15)
+    edge = 0.02 / np.sqrt(3)
+    bending = 206e9 * 5 * np.sqrt(3) / 16 * edge**4 / 0.06**3
+    m2, force, speed = 7850 * 3 * np.sqrt(3) / 2 * edge**2 * 0.06, 1.2 / 0.0105, 45 * np.pi / 30 * 0.0105
+    printed = force + 0.35 * np.sqrt(np.pi**4 / 32 * bending * speed**2 / m2 + force**2 / m2**2)
+    assert result["printed"]["N_max_N"] == pytest.approx(printed, rel=1e-12)
+    moving = 0.35 + m2 / 2
+    derived = force + 0.35 * np.sqrt(np.pi**4 / 32 * bending * speed**2 / moving + force**2 / moving**2)
+    assert result["N_max_N"] == pytest.approx(derived, rel=1e-12)
+    assert result["N0_N"] == pytest.approx(force * m2 / 2 / moving, rel=1e-12)
+    assert result["printed"]["N0_N"] < 0  # the print starts with a pull
+
+
+def test_command(tmp_path: Path) -> None:
+    arguments = ["clutch", "engage", "shi2021", "--json", "--shape", "clamped-mode", "--out", str(tmp_path)]
+    ran = CliRunner().invoke(app, arguments)
+    assert ran.exit_code == 0, ran.output
+    result = json.loads(ran.stdout)
+    assert result["mode"] == "modal"
+    assert {"N0_N", "N_max_N", "t_max_s", "t_loss_s", "modal", "energy", "sensitivity"} <= result.keys()
+    assert {"K_coefficient", "mass_coefficient", "shape"} <= result["modal"].keys()
+    assert result["energy"].keys() == {"input_J", "stored_J", "lost_J", "imbalance_J"}
+    assert all({"input", "factor", "N_max_ratio"} <= row.keys() for row in result["sensitivity"])
+    assert json.loads((tmp_path / "summary.json").read_text())["N_max_N"] == result["N_max_N"]
+    assert (tmp_path / "report.html").stat().st_size > 1000
+    assert (tmp_path / "figures" / "modal.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--shape", "bow"], "--shape = bow is not allowed: it must be one of quarter-sine"),
+        (["--set", "contact.lock_N=-1"], "contact.lock_N = -1.0 (set on the command line) is not allowed"),
+        (["--set", "dog.backlash_deg=40"], "dog.backlash_deg"),
+        (["--set", "dog.edge_mm=5"], "it must be less than depth_mm = 3.4"),
+        (["--set", "rod_mm=90", "--mode", "contact"], "linkage.rod_mm = 90 is not allowed"),
+        (["--set", "root_mm=10", "--mode", "contact"], "it must be greater than tooth.tip_mm = 10.5"),
+        (["--set", "dog.depth_mm=4.3", "--mode", "contact"], "it must be less than sleeve.travel_mm = 4.2"),
+        (["--speed-rpm", "3", "--mode", "contact"], "engagement.input_speed_rpm = 3.0 (set on the command line)"),
+        (["--set", "switching_speed_mm_s=1", "--mode", "contact"], "the sleeve is there within 3 s"),
+        (["--mode", "magic"], "Invalid value for '--mode'"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    arguments: list[str], said: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from planter.cli import main
+
+    monkeypatch.setattr("sys.argv", ["planter", "clutch", "engage", "shi2021", *arguments])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    printed = capfd.readouterr()
+    assert stopped.value.code == 2
+    assert said in printed.err
+    assert len(printed.err.strip().splitlines()) == 1
+    assert printed.out == ""
+
+
+def test_an_unknown_shape_is_refused() -> None:
+    with pytest.raises(InputError, match="quarter-sine"):
+        beam.beam(CLUTCH.si, "sine")

@@ -1,0 +1,106 @@
+"""Fastest switching: exact derivatives, an optimum that another solver does not beat, a certificate that can fail."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from planter.clutch import config
+from planter.clutch.optimise import certificate, optimise
+from planter.clutch.switching import VARIABLES, Switching, TravelTime
+from planter.errors import ComputationError, InputError
+
+CLUTCH = config.load("shi2021")
+FOUND = optimise(CLUTCH)
+
+
+def at(problem: Switching, design: dict[str, float]) -> np.ndarray:
+    own = np.array(
+        [design[key] * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1) for key in VARIABLES]
+    )
+    return (own - problem.box_lower) / (problem.box_upper - problem.box_lower)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_derivatives_against_differences(seed):
+    problem = Switching(CLUTCH)
+    programme = TravelTime(problem, 0.05)
+    u, h = np.random.default_rng(seed).uniform(0.1, 0.9, 5), 1e-5
+    steps = h * np.eye(5)
+    multipliers = np.random.default_rng(seed + 9).normal(size=len(problem.names))
+
+    def slope(z):
+        return 0.7 * programme.gradient(z) + programme.jacobian(z).T @ multipliers
+
+    gradient = [(programme.f(u + s) - programme.f(u - s)) / (2 * h) for s in steps]
+    jacobian = np.array([(programme.g(u + s) - programme.g(u - s)) / (2 * h) for s in steps]).T
+    hessian = np.array([(slope(u + s) - slope(u - s)) / (2 * h) for s in steps])
+    assert programme.gradient(u) == pytest.approx(gradient, rel=1e-6, abs=1e-8)
+    assert programme.jacobian(u) == pytest.approx(jacobian, rel=1e-6, abs=1e-8)
+    assert programme.hessian(u, 0.7, multipliers) == pytest.approx(hessian, rel=1e-5, abs=1e-6)
+
+
+def test_the_optimum_keeps_every_limit_and_is_certified():
+    proof = FOUND["certificate"]
+    assert proof["kkt_residual"] < 1e-6
+    assert proof["agreeing_starts"] == proof["starts"] == 8
+    assert min(FOUND["least_margin_along"].values()) > -1e-6
+    problem = Switching(CLUTCH)
+    assert problem.first(u=at(problem, FOUND["design"]))["margins"].min() > -1e-6
+    assert FOUND["travel_time_s"] < FOUND["start_travel_time_s"]
+    for key, (low, high) in FOUND["bounds"].items():
+        assert low <= FOUND["design"][key] <= high
+
+
+def test_another_solver_does_not_beat_it():
+    problem = Switching(CLUTCH)
+    programme = TravelTime(problem, FOUND["travel_time_s"])
+    random = np.random.default_rng(4)
+    limits = {"type": "ineq", "fun": programme.g, "jac": programme.jacobian}
+    for _ in range(3):
+        found = minimize(programme.f, random.random(5), jac=programme.gradient, bounds=[(0, 1)] * 5, method="SLSQP",
+                         constraints=[limits], options={"maxiter": 300, "ftol": 1e-12})  # fmt: skip
+        if found.success and programme.g(found.x).min() > -1e-8:
+            assert found.fun > 1 - 1e-5
+
+
+def test_a_point_beside_the_optimum_has_no_certificate():
+    problem = Switching(CLUTCH, FOUND["stations"])
+    u = at(problem, FOUND["design"])
+    assert certificate(problem, u, FOUND["start_travel_time_s"]).residual < 1e-5
+    for i in range(5):
+        moved = u.copy()
+        moved[i] += 0.02 if u[i] < 0.5 else -0.02
+        assert certificate(problem, moved, FOUND["start_travel_time_s"]).residual > 1e-3
+
+
+def test_what_holds_the_optimum_is_what_gives_time_when_it_gives_way():
+    """A multiplier is the share of the time that a share of its limit is worth."""
+    held = {a["name"]: a["multiplier"] for a in FOUND["certificate"]["active"]}
+    assert {"normal force", "teeth"} <= held.keys()
+    assert sum(m for name, m in held.items() if name.startswith("tooth force")) == pytest.approx(0.9435, abs=1e-2)
+    for name, key in (("normal force", "normal_force_N"), ("tooth force", "tooth_force_N")):
+        share = 1e-4
+        limit = getattr(CLUTCH.limits, key)
+        freed = optimise(config.load("shi2021", {key: limit * (1 + share)}))["travel_time_s"]
+        gained = (FOUND["travel_time_s"] - freed) / FOUND["start_travel_time_s"] / share
+        worth = sum(m for active, m in held.items() if active.startswith(name))
+        assert gained == pytest.approx(worth, rel=0.02)
+
+
+def test_the_time_goes_with_the_speed_of_the_links():
+    faster = optimise(config.load("shi2021", {"lift_rad_s": 1.8}))
+    assert faster["travel_time_s"] == pytest.approx(FOUND["travel_time_s"] / 2, rel=1e-6)
+
+
+def test_same_seed_same_result():
+    assert optimise(CLUTCH) == FOUND
+
+
+def test_what_cannot_be_kept_is_named():
+    with pytest.raises(ComputationError, match="no design within the bounds keeps all limits: teeth"):
+        optimise(config.load("shi2021", {"teeth_least": 40}), starts=2)
+
+
+def test_bounds_with_linkages_that_do_not_close_are_refused():
+    with pytest.raises(InputError, match=r"search.rod_bounds_mm = \[40.0, 60.0\] is not allowed: it must lie between"):
+        optimise(config.load("shi2021", {"rod_bounds_mm[1]": 60}))

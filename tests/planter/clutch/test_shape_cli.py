@@ -1,0 +1,178 @@
+"""`planter clutch geometry`, `design`, `optimise` and `rotor` from outside: keys, files, exit codes, one sentence."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from planter import builtin
+from planter.cli import app
+from planter.clutch import config
+from planter.errors import InputError
+from planter.report import files
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["clutch", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def answer(*arguments: str) -> dict:
+    code, out, err = run(*arguments, "--json")
+    assert (code, err) == (0, "")
+    return json.loads(out)
+
+
+def refusal(*arguments: str) -> str:
+    for extra in ((), ("--json",)):
+        code, out, err = run(*arguments, *extra)
+        assert (code, out) == (2, "")
+        assert err.count("\n") == 1
+        assert "Traceback" not in err
+    return err.strip()
+
+
+def tampered(folder: Path, old: str, new: str) -> str:
+    text = builtin.example("shi2021")
+    assert text.count(old) == 1
+    path = folder / "my.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize("command", ["geometry", "design", "optimise"])
+def test_every_command_has_tables_and_one_object(command):
+    code, tables, err = run(command, "shi2021")
+    assert (code, err) == (0, "")
+    assert "shi2021" in tables or "optimum" in tables
+    assert answer(command, "shi2021")["clutch"] == "shi2021"
+
+
+def test_geometry_follows_a_changed_value():
+    own, other = answer("geometry", "shi2021"), answer("geometry", "shi2021", "--set", "hexagon_side_mm=18")
+    assert other["R_mm"] / own["R_mm"] == pytest.approx(18 / 17, rel=1e-14)
+    assert run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count("warning: shi2021: levels.rods_mm[") == 2
+
+
+def test_geometry_leaves_files_that_hold_together(tmp_path):
+    assert run("geometry", "shi2021", "--out", str(tmp_path))[0] == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["input"]["sleeve"]["hexagon_side_mm"] == 17
+    assert len(summary["provenance"]["machine_sha256"]) == 64
+    _, columns = files.read_cycle_csv(tmp_path / "poses.csv")
+    assert abs(columns["y_A_mm"] - summary["R_mm"] / 2).max() < 1e-12
+    assert abs(columns["overlap_mm"]).max() / summary["R_mm"] == pytest.approx(
+        summary["rotor"]["mismatch_over_R"], rel=1e-3
+    )
+    with Image.open(tmp_path / "turning.gif") as gif:
+        assert gif.n_frames == 60
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<figure>") == 4
+    assert "no clearance" in page
+    assert "assumed" in page
+    assert {p.name for p in (tmp_path / "figures").iterdir()} >= {
+        "turning.png",
+        "vertex_path.svg",
+        "linkage.svg",
+        "travel.svg",
+    }
+
+
+def test_the_same_run_leaves_the_same_bytes_and_the_way_keeps_the_limits(tmp_path):
+    for name in ("one", "two"):
+        assert run("optimise", "shi2021", "--out", str(tmp_path / name))[0] == 0
+    one, two = ({p.name: p.read_bytes() for p in (tmp_path / n).rglob("*") if p.is_file()} for n in ("one", "two"))
+    assert one == two
+    _, columns = files.read_cycle_csv(tmp_path / "one" / "way.csv")
+    assert (
+        "no friction in crank, rod and gears"
+        in json.loads((tmp_path / "one" / "summary.json").read_text())["assumptions"]
+    )
+    limits = config.load("shi2021").limits
+    assert columns["tooth_force_N"].max() <= limits.tooth_force_N * (1 + 2e-6)
+    assert columns["rod_angle_deg"].max() <= limits.rod_angle_deg
+
+
+def test_a_design_that_does_not_fit_is_exit_1_and_leaves_what_was_reached(tmp_path):
+    code, out, err = run("design", "shi2021", "--radius-mm", "12", "--json", "--out", str(tmp_path))
+    assert code == 1
+    assert json.loads(out)["error"]["name"] == "ComputationError"
+    assert "no clutch fits: corners of the hexagonal hole within the space fails by" in err
+    assert json.loads((tmp_path / "summary.json").read_text())["feasible"] is False
+
+
+def test_design_takes_shaft_travel_and_space_from_the_command_line():
+    found = answer(
+        "design", "shi2021", "--shaft-mm", "26", "--travel-mm", "4", "--radius-mm", "30", "--length-mm", "17"
+    )
+    assert found["sizes"]["tip_mm"] == pytest.approx(13 / math.sin(math.radians(72)), rel=1e-13)
+    assert found["sizes"]["travel_mm"] == 4
+
+
+def test_rotors_in_general(tmp_path):
+    found = answer("rotor", "--vertices", "3", "--sides", "4")
+    assert found["exact"] is True
+    assert found["smallest_over_R"] == pytest.approx(1, abs=1e-12)
+    pentagon, own = answer("rotor"), answer("geometry", "shi2021")
+    for key in ("centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"):
+        assert pentagon["ellipse"][key] == pytest.approx(own["ellipse"][key], rel=1e-12)
+    assert answer("rotor", "--vertices", "5", "--sides", "3", "--out", str(tmp_path))["ellipse"] is None
+    assert "vertices apart" in (tmp_path / "report.html").read_text()
+    assert "vertices = 4 is not allowed: it must be odd" in refusal("rotor", "--vertices", "4")
+
+
+REFUSED = [
+    (
+        "hexagon_side_mm = 17 ",
+        "hexagon_side_mm = -17 ",
+        "sleeve.hexagon_side_mm = -17 is not allowed: it must be greater",
+    ),
+    ("axial_angle_deg = 20\n", "axial_angle_deg = 95\n", "sleeve.axial_angle_deg = 95 is not allowed: it must be less"),
+    ("fillet_mm = 4.8\n", "fillet_mm = 12\n", "shaft.fillet_mm = 12.0 is not allowed: it must be less than half of"),
+    ("tip_mm = 10.5\n", "tip_mm = nan\n", "tooth.tip_mm = nan is not allowed: it must be a finite number"),
+    ("tip_mm = 10.5\n", "", "tooth.tip_mm is missing: it must be given, in mm"),
+    ("tip_mm = 10.5\n", 'tip_mm = "long"\n', 'tooth.tip_mm = "long" is not allowed: it must be a number'),
+    ("rods_mm = [42.0, 44.8, 47.1]", "rods_mm = [42.0]", "levels.rods_mm = [42.0] is not allowed: it must have a rod"),
+    (
+        "rods_mm = [42.0, 44.8, 47.1]",
+        "rods_mm = []",
+        "levels.rods_mm = [] is not allowed: it must be a list of 1 to 20",
+    ),
+    ("lift_limit_deg = 10 ", "lift_limit_deg = 5 ", "wanted.lift_limit_deg = 5.0 is not allowed: it must be greater"),
+    ("ratio_bounds = [0.25, 0.55]", "ratio_bounds = [0.6, 0.5]", "search.ratio_bounds = [0.6, 0.5] is not allowed: it"),
+    ('\ntravel_mm = "paper', '\ntravel_mm = "guess', 'origin.travel_mm = "guess (4.2)" is not allowed: it must start'),
+    ("[slip]\n", "[slipp]\n", "slipp = {"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), REFUSED)
+def test_bad_files_are_refused_in_one_sentence(tmp_path, old, new, sentence):
+    path = tampered(tmp_path, old, new)
+    for command in ("geometry", "design", "optimise"):
+        assert refusal(command, path).startswith(f"planter: {path}: {sentence}")
+
+
+def test_bad_calls_are_refused():
+    assert "there is no built-in machine of that name" in refusal("geometry", "nowhere")
+    assert "it fits several values" in refusal("geometry", "shi2021", "--set", "length_mm=3")
+    assert "did you mean" in refusal("geometry", "shi2021", "--set", "fillet=3")
+    assert "it must be NAME=VALUE" in refusal("geometry", "shi2021", "--set", "fillet_mm")
+    assert "no such file" in refusal("geometry", "missing.toml")
+
+
+def test_every_number_has_an_origin_and_the_paper_s_are_marked():
+    clutch = config.load("shi2021", {"tip_mm": 10.6})
+    origins = {path: clutch.origin(path) for path in clutch.numbers()}
+    assert all(re.match("paper|assumed|set on the command line", origin) for origin in origins.values())
+    assert origins["tooth.tip_mm"] == "set on the command line"
+    assert origins["levels.rods_mm[1]"].startswith("paper")
+    assert origins["linkage.crank_mm"] == origins["sleeve.hexagon_side_mm"] == "assumed"
+
+
+def test_a_clutch_cannot_be_asked_for_what_it_has_not():
+    with pytest.raises(InputError, match="the file has no such value"):
+        config.load("shi2021").si("sleeve.depth_mm")

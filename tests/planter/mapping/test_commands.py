@@ -1,0 +1,292 @@
+"""`planter synthesise` and `planter train`: keys of the contract, files, exit codes, one sentence for bad input."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter import builtin
+from planter.cli import app
+from planter.mapping.files import load_poses
+from planter.report.files import read_cycle_csv
+from tests.planter.mapping.data import CORRECTED
+
+SYNTHESIS = {"dyads", "complex_pairs", "singular_values", "linkages", "monotone"}
+LINKAGE = {
+    "dyads", "frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "type", "grashof", "poses", "defects", "arm_length_mm",
+}  # fmt: skip
+POSE = {"pose", "crank_angle_deg", "assembly", "hinges_mm", "position_error_mm"}
+TRAIN = {
+    "x_s", "slope_min", "slope_max", "monotone", "ratio_min", "ratio_max", "closure_error_rad", "carrier_bend_deg",
+    "convex", "radius_min_mm", "radius_max_mm",
+}  # fmt: skip
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, list(arguments))
+    return result.exit_code, result.stdout, result.stderr
+
+
+def answer(*arguments: str) -> dict:
+    code, out, err = run(*arguments, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def refusal(*arguments: str) -> str:
+    for extra in ((), ("--json",)):
+        code, out, err = run(*arguments, *extra)
+        assert (code, out) == (2, ""), (out, err)
+        assert err.count("\n") == 1
+        assert "Traceback" not in err
+    return err.strip()
+
+
+def poses_file(path: Path, rows: list, more: str = "") -> str:
+    text = "".join(f"[[pose]]\nx_mm = {x!r}\ny_mm = {y!r}\nphi_deg = {phi!r}\n" for x, y, phi in rows)
+    path.write_text(more + text, encoding="utf-8")
+    return str(path)
+
+
+def curve_file(path: Path, rows: list, header: str = "carrier_deg,relative_deg") -> str:
+    path.write_text("# a comment\n" + header + "\n" + "".join(f"{a},{b}\n" for a, b in rows), encoding="utf-8")
+    return str(path)
+
+
+def test_synthesis_has_the_keys_of_the_contract() -> None:
+    found = answer("synthesise", "sun2019-corrected")
+    assert found.keys() >= SYNTHESIS
+    assert len(found["singular_values"]) == 5
+    assert found["complex_pairs"] == 1
+    assert [d["radius_mm"] for d in found["dyads"]] == pytest.approx([99.724, 202.0462], abs=1e-4)
+    assert all(d.keys() >= {"moving_point_mm", "centre_mm", "radius_mm"} for d in found["dyads"])
+    (linkage,) = found["linkages"]
+    assert linkage.keys() >= LINKAGE
+    assert linkage["defects"] == {"order": False, "branch": False, "circuit": True}
+    assert linkage["dyads"] == [1, 2]
+    assert linkage["arm_length_mm"] == pytest.approx(211.5459, abs=5e-5)
+    assert [p["pose"] for p in linkage["poses"]] == [1, 2, 3, 4, 5]
+    assert all(p.keys() >= POSE and p["position_error_mm"] < 1e-10 for p in linkage["poses"])
+    assert [p["assembly"] for p in linkage["poses"]] == [1, 1, 1, -1, -1]
+    (reversal,) = found["monotone"]["reversals"]
+    assert found["monotone"]["possible"] is False
+    assert {reversal["from_pose"], reversal["to_pose"]} == {3, 4}
+    assert reversal["deg"] == pytest.approx(31.2514291, abs=1e-6)
+
+
+def test_built_in_poses_are_those_of_the_print_and_the_corrected_ones() -> None:
+    printed, corrected = load_poses("sun2019"), load_poses("sun2019-corrected")
+    assert printed.poses[0, 2] == -corrected.poses[0, 2]
+    assert np.array_equal(printed.poses[1:], corrected.poses[1:])
+    assert [(p.x_mm, p.y_mm, p.phi_deg) for p in corrected.pose] == CORRECTED
+    assert corrected.origin("pose[0].phi_deg").startswith("calibrated")
+    assert corrected.origin("pose[1].phi_deg") == "paper"
+
+
+def test_the_print_has_four_dyads_and_six_linkages() -> None:
+    found = answer("synthesise", "sun2019")
+    assert (len(found["dyads"]), found["complex_pairs"], len(found["linkages"])) == (4, 0, 6)
+    assert [link["dyads"] for link in found["linkages"]] == [[1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
+
+
+def test_a_set_value_is_that_of_another_file() -> None:
+    changed = answer("synthesise", "sun2019", "--set", "pose[0].phi_deg=-10")
+    assert changed["dyads"] == answer("synthesise", "sun2019-corrected")["dyads"]
+
+
+def test_carrier_may_be_another_dyad() -> None:
+    found = answer("synthesise", "sun2019-corrected", "--carrier", "2")
+    assert found["carrier_dyad"] == 2
+    assert found["monotone"]["reversals"][0]["deg"] == pytest.approx(7.84544, abs=1e-5)
+    assert "--carrier 3" in refusal("synthesise", "sun2019-corrected", "--carrier", "3")
+
+
+@pytest.mark.parametrize(
+    ("rows", "free", "note"),
+    [
+        (CORRECTED[:4], 1, "4 poses leave"),
+        (CORRECTED[:2], 3, "2 poses leave"),
+        ([*CORRECTED[:4], CORRECTED[0]], 1, "only 4 of the 5"),
+        ([(x, y, 0) for x, y, _ in CORRECTED], 1, "depend on each other"),
+    ],
+)
+def test_families_are_said(tmp_path: Path, rows: list, free: int, note: str) -> None:
+    found = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
+    assert found["family"]["parameters"] == free
+    assert (found["dyads"], found["linkages"], found["monotone"]) == ([], [], None)
+    assert any(note in warning for warning in found["warnings"])
+
+
+def test_six_poses_are_fitted(tmp_path: Path) -> None:
+    found = answer("synthesise", poses_file(tmp_path / "p.toml", [*CORRECTED, (240, 118, 5)]))
+    assert found["dyads"]
+    assert all(0 < d["largest_miss_mm"] < 50 for d in found["dyads"])
+    assert any("closest" in warning for warning in found["warnings"])
+
+
+@pytest.mark.parametrize("scale", [1e-60, 1e-6, 1e60])
+def test_any_unit_will_do(tmp_path: Path, scale: float) -> None:
+    rows = [(x * scale, y * scale, phi) for x, y, phi in CORRECTED]
+    found, known = (
+        answer("synthesise", poses_file(tmp_path / "p.toml", rows)),
+        answer("synthesise", "sun2019-corrected"),
+    )
+    for one, other in zip(found["dyads"], known["dyads"], strict=True):
+        assert one["radius_mm"] == pytest.approx(scale * other["radius_mm"], rel=1e-10)
+    assert found["linkages"][0]["type"] == "crank-rocker"
+    assert found["monotone"]["reversals"][0]["deg"] == pytest.approx(31.2514291, abs=1e-6)
+    assert found["nearest"]["rms_mm"] == pytest.approx(scale * known["nearest"]["rms_mm"], rel=1e-3)
+
+
+def test_no_real_dyads_is_an_answer(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        rows = [(*map(float, rng.uniform(-300, 300, 2)), float(rng.uniform(-115, 115))) for _ in range(5)]
+        found = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
+        if not found["dyads"]:
+            break
+    assert (found["complex_pairs"], found["linkages"], found["monotone"], found["nearest"]) == (2, [], None, None)
+
+
+def test_train_has_the_keys_of_the_contract() -> None:
+    found = answer("train", "sun2019-curve", "--crank-mm", "99.724")
+    assert found.keys() >= TRAIN
+    assert found["x_s"] == pytest.approx(0.969, abs=5e-5)
+    assert found["ratio_max"] == pytest.approx(1 / found["slope_min"])
+    assert found["carrier_bend_deg"] == pytest.approx(2 * np.degrees(np.arcsin(99.724 / 140)))
+    assert max(map(abs, found["closure_error_rad"])) < 1e-10
+    for least, largest in zip(found["radius_min_mm"], found["radius_max_mm"], strict=True):
+        assert 0 < least < largest < 70
+    assert answer("train", "sun2019-curve")["carrier_bend_deg"] is None
+
+
+def test_radii_grow_with_the_centre_distance() -> None:
+    small, large = (answer("train", "sun2019-curve", "--centre-distance-mm", a) for a in ("70", "140"))
+    assert large["radius_min_mm"] == pytest.approx([2 * r for r in small["radius_min_mm"]])
+
+
+def test_train_against_poses() -> None:
+    found = answer("train", "sun2019-curve", "--poses", "sun2019-corrected")
+    errors = [p["position_error_mm"] for p in found["poses"]]
+    assert max(errors[:2]) < 0.5
+    assert min(errors[3:]) > 50
+
+
+def test_the_closest_curve_is_one_for_the_train(tmp_path: Path) -> None:
+    code, _, err = run("synthesise", "sun2019-corrected", "--out", str(tmp_path))
+    assert code == 0, err
+    result = json.loads((tmp_path / "summary.json").read_text())
+    assert result["input"]["pose"][0]["phi_deg"] == -10
+    assert result["provenance"]["machine_sha256"]
+    names = {"dyads", "linkage_1_2", "angle_curve"}
+    for suffix in (".svg", ".png"):
+        assert {p.stem for p in (tmp_path / "figures").glob(f"*{suffix}")} == names
+    _, columns = read_cycle_csv(tmp_path / "coupler_1_2_circuit2.csv")
+    assert np.hypot(columns["tip_x_mm"] - 80, columns["tip_y_mm"] + 270).min() < 2
+    assert "turning back" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    train = answer("train", str(tmp_path / "nearest_curve.csv"), "--poses", "sun2019-corrected")
+    assert train["slope_min"] == pytest.approx(0.1, abs=1e-6)
+    for met, promised in zip(train["poses"], result["nearest"]["poses"], strict=True):
+        assert met["position_error_mm"] ** 2 + met["hinge_error_mm"] ** 2 <= (
+            promised["position_error_mm"] ** 2 + promised["hinge_error_mm"] ** 2 + 1e-9
+        )
+
+
+def test_train_files(tmp_path: Path) -> None:
+    code, _, err = run("train", "sun2019-curve", "--poses", "sun2019-corrected", "--out", str(tmp_path))
+    assert code == 0, err
+    assert {p.stem for p in (tmp_path / "figures").glob("*.png")} == {"ratios", "pitch_curves", "tip_path"}
+    _, pitch = read_cycle_csv(tmp_path / "pitch_curves.csv")
+    assert pitch["driver_1_radius_mm"] + pitch["follower_1_radius_mm"] == pytest.approx(70)
+    _, cycle = read_cycle_csv(tmp_path / "cycle.csv")
+    assert cycle["i1"] * cycle["i2"] == pytest.approx(cycle["i"])
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_tables_are_printed() -> None:
+    code, out, _ = run("synthesise", "sun2019-corrected")
+    assert code == 0
+    assert "crank-rocker" in out
+    assert "from pose 4 to 3" in out
+    assert "follower 2" in run("train", "sun2019-curve")[1]
+
+
+GOOD = "[[pose]]\nx_mm = 1\ny_mm = 1\nphi_deg = 1\n"
+BAD_POSES = {
+    "one pose": (GOOD, "pose"),
+    "no poses": ("name = 'nothing'\n", "pose is missing"),
+    "text": (GOOD + GOOD.replace("x_mm = 1", "x_mm = 'a'"), "pose[1].x_mm"),
+    "nan": (GOOD + GOOD.replace("x_mm = 1", "x_mm = nan"), "pose[1].x_mm"),
+    "large": (GOOD + GOOD.replace("x_mm = 1", "x_mm = 1e300"), "pose[1].x_mm"),
+    "far": (
+        GOOD.replace("x_mm = 1", "x_mm = 1e20") + GOOD.replace("x_mm = 1", "x_mm = 1.0000000000000002e20"),
+        "nearer to the origin",
+    ),
+    "key": (GOOD + GOOD.replace("phi_deg", "phi"), "did you mean phi_deg"),
+    "same": (GOOD + GOOD.replace("phi_deg = 1", "phi_deg = 361"), "one and the same"),
+    "toml": ("[[pose]\n", "not valid TOML"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD_POSES)
+def test_bad_poses_are_refused(tmp_path: Path, kind: str) -> None:
+    text, said = BAD_POSES[kind]
+    path = tmp_path / "bad.toml"
+    path.write_text(text, encoding="utf-8")
+    assert said in refusal("synthesise", str(path))
+
+
+@pytest.mark.parametrize("points", ["second_pose = 9", "second_pose = 4\nlinkage = 7", "second_pose = 0"])
+def test_bad_choices_of_points_are_refused(tmp_path: Path, points: str) -> None:
+    more = f"[points]\nfirst_pose = 1\nfirst_carrier_deg = [0, 20, 40]\nsecond_carrier_deg = [240]\n{points}\n"
+    assert "points." in refusal("synthesise", poses_file(tmp_path / "p.toml", CORRECTED, more))
+
+
+TURN = [(0, 0), (100, -90), (220, -200), (360, -360)]
+BAD_CURVES = {
+    "header": (TURN, "carrier,relative", "header"),
+    "open carrier": ([*TURN[:-1], (350, -360)], None, "carrier_deg = 350"),
+    "open arm": ([*TURN[:-1], (360, -350)], None, "relative_deg = -350"),
+    "backwards": ([(0, 0), (220, -90), (100, -200), (360, -360)], None, "line 5: carrier_deg = 100"),
+    "few": ([TURN[0], TURN[-1]], None, "at least 4"),
+    "words": ([(0, 0), ("a", 1), *TURN[2:]], None, "line 4"),
+    "nan": ([(0, 0), (100, "nan"), *TURN[2:]], None, "line 4"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD_CURVES)
+def test_bad_curves_are_refused(tmp_path: Path, kind: str) -> None:
+    rows, header, said = BAD_CURVES[kind]
+    path = curve_file(tmp_path / "bad.csv", rows, header or "carrier_deg,relative_deg")
+    assert said in refusal("train", path)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--centre-distance-mm", "0"), ("--centre-distance-mm", "nan"), ("--crank-mm", "-3"), ("--crank-mm", "141")],
+)
+def test_bad_lengths_are_refused(options: tuple[str, str]) -> None:
+    assert options[0] in refusal("train", "sun2019-curve", *options)
+
+
+def test_missing_files_are_refused() -> None:
+    assert "no such file" in refusal("train", "nowhere.csv")
+    assert "no built-in" in refusal("synthesise", "sun")
+    assert "--least-slope" in refusal("synthesise", "sun2019", "--least-slope", "0")
+
+
+def test_a_curve_that_turns_back_is_no_success(tmp_path: Path) -> None:
+    path = curve_file(tmp_path / "back.csv", [(0, 0), (100, -90), (200, -60), (300, -250), (360, -360)])
+    code, out, err = run("train", path, "--json")
+    assert code == 1
+    assert "carrier angle" in err
+    assert json.loads(out)["error"]["name"] == "ComputationError"
+    assert json.loads(out)["partial"] is None
+
+
+def test_every_built_in_file_can_be_used() -> None:
+    for name in builtin.names("mapping", ".toml"):
+        assert len(load_poses(name).poses) == 5
+    assert "sun2019-curve" in answer("example")["examples"]

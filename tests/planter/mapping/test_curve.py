@@ -1,0 +1,197 @@
+"""The angle curve: periodic C2 cubic, exact extremes; points of both paths; the closest monotone curve."""
+
+import numpy as np
+import pytest
+import scipy
+
+from planter import builtin
+from planter.errors import ComputationError
+from planter.mapping import formulas
+from planter.mapping.curve import AngleCurve, closed_turn, unwrapped
+from planter.mapping.curve_file import load_curve
+from planter.mapping.dyads import Dyad, solve
+from planter.mapping.linkage import TURN, FourBar
+from planter.mapping.nearest import Nearest, met_by, missed, nearest, through_poses
+from planter.mapping.paths import Choice, of_paths
+from tests.planter.mapping.data import CORRECTED, si
+
+DYADS = solve(si(CORRECTED)).dyads
+LINKAGE = FourBar(*DYADS)
+CHOICE = Choice(
+    1, np.radians(np.arange(0, 61, 10)), -1, np.radians([230, 240, 250]), np.radians(30),
+    np.radians([90, 120, 150, 180, 205, 305]),
+)  # fmt: skip
+
+
+def test_curve_is_periodic_and_c2() -> None:
+    curve = load_curve("sun2019-curve")
+    assert curve.at(curve.carrier) == pytest.approx(curve.relative, abs=1e-14)
+    theta = np.linspace(0, TURN, 100)
+    assert curve.at(theta + TURN) == pytest.approx(curve.at(theta) - TURN, abs=1e-12)
+    left, right = curve.slopes(curve.carrier - 1e-9), curve.slopes(curve.carrier + 1e-9)
+    assert left[:2] == pytest.approx(right[:2], abs=1e-6)
+    assert np.abs(left[2] - right[2]).max() > 0.1
+
+
+def test_slopes_are_the_derivatives_of_the_curve() -> None:
+    curve = load_curve("sun2019-curve")
+    theta, step = np.linspace(0.03, 6.2, 40), 1e-5
+    assert curve.slopes(theta)[0] == pytest.approx(
+        -(curve.at(theta + step) - curve.at(theta - step)) / (2 * step), rel=1e-8
+    )
+    ahead, behind = curve.slopes(theta + step), curve.slopes(theta - step)
+    assert curve.slopes(theta)[1] == pytest.approx((ahead[0] - behind[0]) / (2 * step), abs=1e-6)
+
+
+def test_extremes_are_the_true_ones() -> None:
+    curve = load_curve("sun2019-curve")
+    least, largest = curve.extremes
+    slopes = curve.slopes(np.linspace(0, TURN, 200001))[0]
+    assert least.value <= slopes.min()
+    assert largest.value >= slopes.max()
+    assert (least.value, largest.value) == pytest.approx((slopes.min(), slopes.max()), abs=1e-8)
+    assert curve.slopes(np.array([least.angle]))[0] == pytest.approx(least.value)
+
+
+def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
+    """The built-in points, made from the dyads alone; they are printed to 1e-6 deg."""
+    made = of_paths(LINKAGE, CHOICE)
+    printed = load_curve("sun2019-curve")
+    assert np.degrees(made.carrier) == pytest.approx(np.degrees(printed.carrier), abs=1e-9)
+    assert np.degrees(made.relative) == pytest.approx(np.degrees(printed.relative), abs=6e-7)
+    assert made.monotone
+
+
+def test_points_of_a_path_are_on_the_linkage() -> None:
+    made = of_paths(LINKAGE, CHOICE)
+    phi = made.relative[:7] + made.carrier[:7]
+    closure = formulas.closed(made.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
+    assert np.abs(closure).max() < 1e-15
+    wrong = formulas.closed(made.carrier[7:9], made.relative[7:9] + made.carrier[7:9], LINKAGE.crank.vector,
+                            LINKAGE.follower.vector)[0]  # fmt: skip
+    assert np.abs(wrong).min() > 1e-4
+
+
+def test_the_arm_must_not_turn_more_than_once() -> None:
+    """Points of the second path between those of the first would take a turn each."""
+    too_far = Choice(1, CHOICE.first, -1, np.radians([5, 15]), 0.0, np.array([]))
+    with pytest.raises(ComputationError, match="one closed turn"):
+        of_paths(LINKAGE, too_far)
+
+
+def test_turns_are_added_so_that_the_curve_falls() -> None:
+    assert unwrapped(np.radians([10, -100, 120, -350])) == pytest.approx(np.radians([10, -100, -240, -350]))
+    assert unwrapped(np.radians([10, 100, -120]), 1) == pytest.approx(np.radians([10, 100, 240]))
+
+
+def test_curve_through_the_poses_passes_them_and_turns_back() -> None:
+    poses = si(CORRECTED)
+    curve = through_poses(DYADS[0], poses)
+    assert max(m.tip for m in met_by(DYADS[0], poses, curve)) < 1e-8
+    assert not curve.monotone
+
+
+@pytest.fixture(scope="module")
+def closest() -> Nearest:
+    return nearest(DYADS[0], si(CORRECTED))
+
+
+def test_closest_curve_is_monotone_and_within_its_slopes(closest: Nearest) -> None:
+    slopes = closest.curve.slopes(np.linspace(0, TURN, 100001))[0]
+    assert slopes.min() > 0.1 - 1e-6
+    assert slopes.max() < 10 + 1e-6
+
+
+def test_poses_that_do_not_conflict_are_met_exactly(closest: Nearest) -> None:
+    off = [m.tip + m.hinge for m in closest.misses]
+    assert max(off[k] for k in (0, 1, 4)) < 1e-9
+    assert min(off[k] for k in (2, 3)) > 1e-3
+
+
+def test_misses_are_those_of_the_curve(closest: Nearest) -> None:
+    """Again from the curve, by complex numbers."""
+    poses, dyad = si(CORRECTED), DYADS[0]
+    for miss, pose in zip(closest.misses, poses, strict=True):
+        phi = float(closest.curve.at(np.array([miss.carrier]))[0]) + miss.carrier
+        hinge = complex(*dyad.centre) + dyad.radius * np.exp(1j * miss.carrier)
+        tip = hinge - np.exp(1j * phi) * complex(*dyad.point)
+        wanted = complex(*pose[:2]) + np.exp(1j * pose[2]) * complex(*dyad.point)
+        assert abs(tip - complex(*pose[:2])) == pytest.approx(miss.tip, abs=1e-12)
+        assert abs(hinge - wanted) == pytest.approx(miss.hinge, abs=1e-12)
+
+
+def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
+    """Random steps and a second optimiser from many starts, on the two poses in conflict, find nothing better."""
+    poses, dyad = si(CORRECTED), DYADS[0]
+    wanted = np.vstack([poses[:, :2].T, formulas.placed(poses, dyad.point).T])
+    least = 0.125
+
+    def cost(theta: np.ndarray, phi: np.ndarray) -> float:
+        return float(((formulas.arm(theta, phi, dyad.vector) - wanted) ** 2).sum())
+
+    met = np.array([m.carrier for m in closest.misses])
+    phi = closest.curve.at(met) + met
+    best = cost(met, phi)
+    order = np.array([4, 3, 2])
+
+    def with_penalty(z: np.ndarray) -> float:
+        theta, arm = met.copy(), phi.copy()
+        theta[[3, 2]], arm[[3, 2]] = z[:2], z[2:]
+        y = arm - theta
+        falls = np.append(-np.diff(y[order]), y[2] - (y[1] - TURN))
+        steps = np.append(np.diff(theta[order]), met[1] + TURN - theta[2])
+        return cost(theta, arm) + 10 * float(np.maximum(least * steps - falls, 0).sum())
+
+    start = np.array([met[3], met[2], phi[3], phi[2]])
+    assert with_penalty(start) == pytest.approx(best, abs=1e-6)
+    rng = np.random.default_rng(1)
+    tried = [scipy.optimize.minimize(with_penalty, start + rng.normal(scale=0.2, size=4), method="Nelder-Mead",
+                                     options={"maxiter": 1500}).fun for _ in range(4)]  # fmt: skip
+    assert min(tried) > best * (1 - 1e-3)
+
+
+def test_poses_that_allow_it_are_passed_exactly() -> None:
+    """A carrier that makes whole turns under an arm that swings: the miss is rounding, in every pose."""
+    dyad = Dyad(np.array([-0.2, -0.05]), np.array([0.1, 0.0]), 0.1)
+    theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])
+    tips = formulas.arm(theta, phi, dyad.vector)[:2]
+    found = nearest(dyad, np.column_stack([tips.T, phi]))
+    assert max(m.tip + m.hinge for m in found.misses) < 1e-7
+    assert found.curve.monotone
+
+
+def test_a_wider_bound_comes_closer(closest: Nearest) -> None:
+    def total(found: Nearest) -> float:
+        return sum(m.tip**2 + m.hinge**2 for m in found.misses)
+
+    assert total(nearest(DYADS[0], si(CORRECTED), (0.02, 10))) < total(closest)
+
+
+def test_gradient_of_the_places_is_exact() -> None:
+    theta, phi, step = np.array([0.3, 2.0]), np.array([1.0, -0.4]), 1e-6
+    _, by_theta, by_phi = formulas.arm_slopes(theta, phi, DYADS[0].vector)
+    for slopes, d_theta, d_phi in ((by_theta, step, 0), (by_phi, 0, step)):
+        ahead = formulas.arm(theta + d_theta, phi + d_phi, DYADS[0].vector)
+        behind = formulas.arm(theta - d_theta, phi - d_phi, DYADS[0].vector)
+        assert slopes == pytest.approx((ahead - behind) / (2 * step), abs=1e-9)
+
+
+def test_a_shifted_curve_misses_by_the_shift() -> None:
+    poses = si(CORRECTED)
+    curve = through_poses(DYADS[0], poses)
+    shifted = AngleCurve(curve.carrier, curve.relative + 0.01, curve.sense)
+    theta = np.sort(np.mod(curve.carrier[:-1], TURN))
+    found = list(missed(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
+    assert [m.angle for m in found] == pytest.approx([0.01] * 5, abs=1e-9)
+
+
+def test_points_are_ordered_round_the_turn() -> None:
+    curve = closed_turn(np.array([3.0, 1.0, 5.0]), np.array([-3.0, -1.0, -5.0]))
+    assert curve.carrier == pytest.approx([1, 3, 5, 1 + TURN])
+    assert curve.monotone
+
+
+def test_the_built_in_points_close() -> None:
+    assert "Assumed" in builtin.example("sun2019-curve")
+    curve = load_curve("sun2019-curve")
+    assert (len(curve.carrier), curve.sense) == (17, -1)

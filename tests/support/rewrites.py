@@ -1,0 +1,89 @@
+"""Other ways to write the same equation: what must change nothing in an audit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import sympy as sp
+from sympy import Basic, Expr
+
+from derive.equations import Equation
+from tests.support.errors import REVERSED, rewritten
+
+
+def _held(function: type[sp.Function]) -> Callable[[Expr], Expr]:
+    return lambda argument: function(argument, evaluate=False)
+
+
+_sin, _cos, _tan = (_held(f) for f in (sp.sin, sp.cos, sp.tan))
+
+
+def _replaced(old: type[Basic], new: Callable[..., Expr]) -> Callable[[Expr], Expr]:
+    return lambda expr: expr.replace(old, new)
+
+
+def _reversed(expr: Expr) -> Expr:
+    return expr.func(*reversed(expr.args), evaluate=False) if isinstance(expr, sp.Add | sp.Mul) else expr
+
+
+def _product(base: Expr, exponent: Expr) -> Expr:
+    return sp.Mul(base, base, evaluate=False) if exponent == 2 else sp.Pow(base, exponent)
+
+
+def _conditions_turned(expr: Expr) -> Expr:
+    return expr.replace(
+        sp.Piecewise, lambda *cases: sp.Piecewise(*((v, c.reversed if c.is_Relational else c) for v, c in cases[::-1]))
+    )
+
+
+def _sides_exchanged(equation: Equation) -> Equation:
+    if equation.defines is not None:
+        return equation
+    relation = REVERSED.get(equation.relation, equation.relation)
+    return replace(equation, residual=-equation.residual, relation=relation)
+
+
+def _multiplied(equation: Equation) -> Equation:
+    if equation.defines is not None or equation.relation != "=":
+        return equation
+    return replace(equation, residual=sp.Rational(7, 3) * equation.residual)
+
+
+def _said(change: Callable[[Expr], Expr]) -> Callable[[Equation], Equation]:
+    return lambda equation: rewritten(equation, change)
+
+
+REWRITES: dict[str, Callable[[Equation], Equation]] = {
+    "sides exchanged": _sides_exchanged,
+    "both sides times a number": _multiplied,
+    "multiplied out": _said(sp.expand),
+    "products multiplied out": _said(sp.expand_mul),
+    "factored": _said(sp.factor),
+    "common factors taken out": _said(sp.factor_terms),
+    "one fraction": _said(sp.together),
+    "terms reversed": _said(_reversed),
+    "double negation": _said(lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False)),
+    "halves of the double": _said(
+        lambda e: e and sp.Mul(sp.Rational(1, 2), sp.Mul(2, e, evaluate=False), evaluate=False)
+    ),
+    "divided by one": _said(lambda e: sp.Mul(e, sp.Pow(sp.Integer(1), -1, evaluate=False), evaluate=False)),
+    "sin(pi - x)": _said(_replaced(sp.sin, lambda x: _sin(sp.pi - x))),
+    "-sin(-x)": _said(_replaced(sp.sin, lambda x: -_sin(-x))),
+    "cos(-x)": _said(_replaced(sp.cos, lambda x: _cos(-x))),
+    "-cos(pi - x)": _said(_replaced(sp.cos, lambda x: -_cos(sp.pi - x))),
+    "cos(2 pi + x)": _said(_replaced(sp.cos, lambda x: _cos(2 * sp.pi + x))),
+    "tan(pi + x)": _said(_replaced(sp.tan, lambda x: _tan(sp.pi + x))),
+    "sin/cos for tan": _said(_replaced(sp.tan, lambda x: sp.sin(x) / sp.cos(x))),
+    "-atan(-x)": _said(_replaced(sp.atan, lambda x: -sp.atan(-x, evaluate=False))),
+    "squares as products": _said(_replaced(sp.Pow, _product)),
+    "sin^2 + cos^2 for one": _said(lambda e: e * (sp.sin(1) ** 2 + sp.cos(1) ** 2)),
+    "sums of angles multiplied out": _said(sp.expand_trig),
+    "conditions the other way round": _said(_conditions_turned),
+}
+"""Other ways to write the same, by name."""
+PLACES_KEPT = (
+    "sides exchanged", "both sides times a number", "terms reversed", "double negation", "halves of the double",
+    "one fraction", "cos(-x)", "-sin(-x)", "sin/cos for tan", "-atan(-x)", "squares as products",
+)  # fmt: skip
+"""Rewrites that keep the places at which an equation may be corrected: the rest may join or split them."""
