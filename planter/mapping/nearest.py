@@ -30,7 +30,7 @@ SLOPES = (0.1, 10.0)
 _MARGINS = (1.25, 1.6, 2.5)
 """Between poses the slopes keep this factor from their bounds: the first that leaves room for a smooth curve."""
 _ALL_ORDERS, _SWAPPED_ORDERS = 5, 20
-"""Up to so many poses every order on the turn is tried, or that of the crank and exchanged neighbours; else that alone."""
+"""Up to so many poses every order on the turn is tried, or that of the crank and exchanged neighbours."""
 
 
 @dataclass(frozen=True)

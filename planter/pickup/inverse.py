@@ -57,6 +57,7 @@ def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") ->
         phi5_far, law = _closed_law(chain, phi5, phi1)
     else:
         held5, held1 = chain.held(points[flat.members], phi5[-1])
+        _check_order(np.array([*phi5, *held5, phi5[0] + TURN]), source)
         phi5_far, law = _dwelling_law(chain, phi5, phi1, held5, float(np.mean(held1)), source)
     return Found(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
 
@@ -129,12 +130,13 @@ class _Chain:
 
 
 def _check_order(phi5: Array, source: str) -> None:
-    steps = np.diff(phi5)
-    if (steps <= 0).all():
-        raise InputError(f"{source}: the points are in the wrong order: the carrier must turn counter-clockwise")
-    if (steps <= 0).any():
-        i = int(np.argmin(steps)) + 1
-        raise InputError(f"{source}: the carrier would have to turn back near point {i}: no mechanism draws this path")
+    """Raise InputError unless the carrier's angles (n,), from the dwell's end on, increase."""
+    falls = np.flatnonzero(np.diff(phi5) <= 0)
+    if len(falls):
+        raise InputError(
+            f"{source}: the carrier would have to turn back at {len(falls)} of {len(phi5)} points: the points must be in "
+            "the order of a carrier that turns counter-clockwise, on a path that the mechanism can draw"
+        )
 
 
 def _closed_law(chain: _Chain, phi5: Array, phi1: Array) -> tuple[float, SplineLaw]:

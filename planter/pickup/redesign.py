@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
+from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
 from planter.pickup.config import Pickup
 from planter.pickup.graph import Nodes, Sampled, nodes, sampled
@@ -38,6 +39,11 @@ MOVED_MM, BENT = 30.0, 1.0
 """What counts as one in the objective: tip moved [mm], second derivative of the slope changed [-]."""
 STRAIGHT_SHARE = 0.45
 """Part of the straightness that a line through the pick may use up, so that chords keep within the whole."""
+
+SETTLED = np.radians(0.01)
+"""Change of the angle where the needle rests that is none [rad]."""
+BROKEN = 1e-4
+"""Slack from which a requirement cannot be held, in the unit in which it is imposed."""
 
 NAMES = ("push angle", "straight entry", "needle to tray", "slope on the teeth", "pitch curves convex")
 """Requirements that the optimiser knows, each with a slack of its own."""
@@ -77,20 +83,21 @@ def redesign(machine: Pickup, train: Train, progress: Callable[[str, int, int], 
             turns -= 1
             break
         problem = Problem(machine, train, at, push(current)[0], reserve)
-        v, used = problem.solve(v)
+        v, broken, used = problem.solve(v)
         iterations += used
         rested = push(current)[0]
         current = replace(train, law=at.law_of(v), found=None)
         after = requirements(machine, current)
         if progress is not None:
             progress(f"round {turns}: least margin {min(r.margin for r in after):.4g}", turns, ROUNDS)
-        if abs(push(current)[0] - rested) < SETTLED:
+        if abs(rested - problem.rests) < SETTLED:
+            if broken > BROKEN:
+                break
             reserve = _tightened(reserve, after)
     steps = np.arange(machine.spline.value_points) * TURN / machine.spline.value_points
     return Redesign(train, current, train.tip(steps), current.tip(steps), before, after, iterations, turns)
 
 
-SETTLED = np.radians(0.01)
 _SHARE = {"sun's pitch curve convex": "pitch curves convex", "intermediate gear's convex": "pitch curves convex",
           "push angle less pick angle": "push angle"}  # fmt: skip
 
@@ -213,9 +220,17 @@ class Problem:
         z[-len(NAMES) :] = short + 1e-3
         return z
 
-    def solve(self, v: Array) -> tuple[Array, int]:
-        """The best variables (size,) from a start, and the iterations that this took."""
+    def solve(self, v: Array) -> tuple[Array, float, int]:
+        """The best angles (size,) from a start, the largest slack that they need, and the iterations that this took.
+
+        Raises ComputationError where IPOPT finds none.
+        """
         from planter.optimise import ipopt
 
         found = ipopt.solve(self, self.start(v), most_iterations=300)
-        return self.at.values + STEP * found.z[: self.at.size], found.iterations
+        if not found.converged:
+            raise ComputationError(
+                f"the value points were not moved: IPOPT stopped after {found.iterations} iterations"
+            )
+        slack = float(found.z[-len(NAMES) :].max())
+        return self.at.values + STEP * found.z[: self.at.size], slack, found.iterations

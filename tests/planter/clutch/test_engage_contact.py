@@ -279,7 +279,7 @@ def test_both_clutches_read_the_same_inputs() -> None:
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contact, "VARIED", {"speed": contact.VARIED["speed"]})
     monkeypatch.setattr(contact, "FACTORS", (10**0.5,))
-    monkeypatch.setattr(contact, "PHASES_DEG", (18.0,))
+    monkeypatch.setattr(contact, "PHASES_DEG", ())
     ran = CliRunner().invoke(
         app, ["clutch", "engage", "shi2021", "--mode", "contact", "--json", "--out", str(tmp_path)]
     )

@@ -1,0 +1,123 @@
+"""The inverse chain: it sees points alone, finds the law, the bars and the dwell again, and knows what has none."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
+
+import planter.pickup.inverse
+import planter.pickup.plateau
+import planter.pickup.spline
+from planter.errors import InputError
+from planter.pickup.inverse import Found, invert
+from planter.pickup.law import TURN
+
+T = np.linspace(0, TURN, 2001)
+AWAY = T[np.min([np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np.radians(142.78), 0)], axis=0) > 0.5]
+
+
+def found(count: int, offset: float = 0.0, **law: float) -> Found:
+    t = steps(count, offset)
+    return invert(tips(t, arm(t, **law)))
+
+
+def error(one: Found, at: np.ndarray = T, **law: float) -> float:
+    shift = (one.phi5_far - FAR + np.pi) % TURN - np.pi
+    return float(np.abs(one.law.arm(at - shift) - arm(at, **law)).max())
+
+
+def test_the_chain_cannot_see_a_law() -> None:
+    for module in (planter.pickup.inverse, planter.pickup.plateau, planter.pickup.spline):
+        tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+        taken = {(n.module, alias.name) for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names}
+        assert ("planter.pickup.law", "CosineLaw") not in taken
+        assert not {m for m, _ in taken} & {"planter.pickup.config", "planter.pickup.train", "planter.pickup.result"}
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.37, 0.5])
+def test_a_dense_path_gives_the_law_back(offset: float) -> None:
+    one = found(3600, offset)
+    assert error(one) < 1e-9
+    assert [one.L1 - L1, one.L2 - L2, one.phi5_far - FAR] == pytest.approx([0, 0, 0], abs=1e-12)
+    assert [one.law.dwell.start - START, one.law.dwell.end - END] == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_the_error_falls_at_the_order_of_the_spline_away_from_joints_and_extremes() -> None:
+    errors = [error(found(count, 0.37), AWAY) for count in (60, 120, 240)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (orders > 3.5).all()
+    bars = [abs(found(count, 0.37).L1 - L1) for count in (60, 120, 240)]
+    assert (np.log2(np.array(bars[:-1]) / bars[1:]) > 3.5).all()
+
+
+@pytest.mark.parametrize(("p", "start", "end"), [(0.2, 200, 290), (-0.3, 100, 140), (0.3, 20, 60), (0.0, 300, 350)])
+def test_dwells_anywhere_are_found_from_the_path(p: float, start: float, end: float) -> None:
+    law = {"p": p, "start": np.radians(start), "end": np.radians(end)}
+    one = found(1200, 0.2, **law)
+    assert error(one, **law) < 1e-6
+    assert np.degrees([one.law.dwell.start, one.law.dwell.end]) == pytest.approx([start, end], abs=1e-4)
+
+
+def test_a_dwell_at_the_farthest_tip() -> None:
+    """The plateau is the maximum itself; t then counts from its middle."""
+    width = np.radians(40)
+    t = steps(1800, 0.3)
+
+    def held(x: np.ndarray) -> np.ndarray:
+        within = (x + np.pi) % TURN - np.pi
+        beyond = np.sign(within) * np.maximum(np.abs(within) - width / 2, 0)
+        return np.pi + beyond * np.pi / (np.pi - width / 2) + (x - within)
+
+    one = invert(tips(t, held(t)), tolerance=1e-13)
+    assert one.law.dwell.width == pytest.approx(width, abs=1e-4)
+    inner = T[(T > 0.5) & (T < TURN - 0.5)]
+    assert np.abs(one.law.arm(inner - (one.phi5_far - FAR)) - held(inner)).max() < 1e-4
+
+
+def test_a_path_without_dwell() -> None:
+    def smooth(t: np.ndarray) -> np.ndarray:
+        return np.pi + t + 0.3 * np.sin(t) + 0.05 * np.sin(2 * t)
+
+    t = steps(900, 0.4)
+    one = invert(tips(t, smooth(t)))
+    assert one.law.dwell is None
+    assert np.abs(one.law.arm(T) - smooth(T)).max() < 1e-8
+    slope = 1 + 0.3 * np.cos(T) + 0.1 * np.cos(2 * T)
+    assert np.abs(one.law.slopes(T)[0] - slope).max() < 1e-5
+
+
+def test_the_start_of_the_points_does_not_matter() -> None:
+    points = tips(steps(400), arm(steps(400)))
+    one, other = invert(points), invert(np.roll(points, 123, axis=0))
+    assert np.abs(one.law.arm(T) - other.law.arm(T)).max() < 1e-9
+
+
+def test_a_moved_point_is_felt() -> None:
+    points = tips(steps(400), arm(steps(400)))
+    points[60] *= 1.0001
+    assert error(invert(points)) > 1e-6
+
+
+def test_uneven_points() -> None:
+    t = steps(2000) + 0.3 * np.sin(steps(2000))
+    assert error(invert(tips(t, arm(t)))) < 1e-8
+
+
+def test_points_against_the_carrier_are_refused() -> None:
+    with pytest.raises(InputError, match="counter-clockwise"):
+        invert(tips(steps(100), arm(steps(100)))[::-1])
+
+
+def test_a_path_with_two_far_points_is_refused() -> None:
+    t = steps(200)
+    r = 0.15 + 0.03 * np.cos(2 * t)
+    with pytest.raises(InputError, match="2 maxima and 2 minima"):
+        invert(np.column_stack([r * np.cos(t), r * np.sin(t)]))
+
+
+def test_a_circle_about_the_sun_is_refused() -> None:
+    t = steps(50)
+    with pytest.raises(InputError, match="maxima"):
+        invert(0.1 * np.column_stack([np.cos(t), np.sin(t)]))

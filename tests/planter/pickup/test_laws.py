@@ -1,0 +1,151 @@
+"""The train against laws of kinematics: closure, rolling, common tangent, Euler-Savary, rates, dwell, locking arcs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.planter.pickup.pickups import arm, built_in, tips
+
+from planter.pickup.result import locking
+from planter.pickup.train import Train
+from planter.report.pickup_figures import locking_arcs
+
+TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}
+
+
+@pytest.fixture(params=TRAINS.values(), ids=TRAINS.keys())
+def train(request: pytest.FixtureRequest) -> Train:
+    return request.param
+
+
+def contacts(train: Train, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Both pitch curves at t in the carrier's frame, x along the centre line: places and tangents."""
+    step, turned = 1e-6, train.law.arm(t) - np.pi
+
+    def own(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = train.pitch(at)
+        return found["x1"] + 1j * found["y1"], found["x2"] + 1j * found["y2"]
+
+    sun, middle = (curve * np.exp(sign * 1j * angle) for curve, sign, angle in
+                   zip(own(t), (-1, 1), (t, np.pi + turned), strict=True))  # fmt: skip
+    ahead, behind = own(t + step), own(t - step)
+    d1, d2 = ((a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True))
+    return sun, middle + train.geometry.a1, d1 * np.exp(-1j * t), d2 * np.exp(1j * (np.pi + turned))
+
+
+def inside(train: Train, count: int = 300) -> np.ndarray:
+    return train.samples(count + 2)[1:-1]
+
+
+def test_the_arm_gains_one_turn(train: Train) -> None:
+    t = np.linspace(-3, 3, 50)
+    assert train.law.arm(t + 2 * np.pi) - train.law.arm(t) == pytest.approx(2 * np.pi, abs=1e-12)
+    assert train.integral(lambda x: train.law.slopes(x)[0]) == pytest.approx(2 * np.pi, abs=1e-9)
+    assert train.law.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-6)
+
+
+def test_slopes_are_derivatives(train: Train) -> None:
+    t, h = inside(train), 1e-5
+    assert (train.law.arm(t + h) - train.law.arm(t - h)) / (2 * h) == pytest.approx(train.law.slopes(t)[0], abs=1e-8)
+    for order in (0, 1):
+        slope = (train.law.slopes(t + h)[order] - train.law.slopes(t - h)[order]) / (2 * h)
+        assert slope == pytest.approx(train.law.slopes(t)[order + 1], abs=1e-3)
+
+
+def test_pitch_curves_touch_on_the_centre_line_with_a_common_tangent_and_equal_arcs(train: Train) -> None:
+    sun, middle, d1, d2 = contacts(train, inside(train))
+    assert np.abs(sun.imag).max() < 1e-15
+    assert np.abs(sun - middle).max() < 1e-15
+    assert np.abs(d1 - d2).max() < 1e-9
+    assert train.arc == pytest.approx(train.integral(lambda t: np.abs(contacts(train, t)[3])), rel=1e-7)
+
+
+def test_another_centre_distance_parts_the_curves() -> None:
+    wrong = replace(TRAINS["yu2023"].geometry, a1=0.0521)
+    train = replace(TRAINS["yu2023"], geometry=wrong)
+    own = TRAINS["yu2023"].pitch(inside(train))["R2"]
+    assert np.abs(train.pitch(inside(train))["R1"] + own - wrong.a1).max() > 1e-5
+
+
+def test_curvatures_obey_euler_and_savary(train: Train) -> None:
+    found = train.pitch(inside(train))
+    sine = found["R1"] / np.hypot(found["R1"], found["dR1"])
+    assert found["kappa1"] + found["kappa2"] == pytest.approx((1 / found["R1"] + 1 / found["R2"]) * sine, rel=1e-10)
+
+
+def test_curvature_is_that_of_three_neighbouring_points() -> None:
+    train, h = TRAINS["yu2023"], 1e-3
+    t = inside(train, 50)
+    for gear, sign in (("1", 1), ("2", -1)):
+        a, b, c = (f[f"x{gear}"] + 1j * f[f"y{gear}"] for f in (train.pitch(t + k * h) for k in (-1, 0, 1)))
+        area = sign * ((b - a).conjugate() * (c - a)).imag / 2
+        bent = 4 * area / (abs(b - a) * abs(c - b) * abs(a - c))
+        assert bent == pytest.approx(train.pitch(t)[f"kappa{gear}"], rel=1e-4)
+
+
+def test_tip_and_its_velocity(train: Train) -> None:
+    t, h = np.concatenate([inside(train), np.radians([220, 240, 260])]), 1e-6
+    found = train.motion(t)
+    place = train.geometry.L1 * np.exp(1j * (train.phi5_far + t))
+    place += train.geometry.L2 * np.exp(1j * train.arm_heading(t))
+    assert np.abs(found["x_S"] + 1j * found["y_S"] - place).max() < 1e-15
+    speed = (train.tip(t + h) - train.tip(t - h)) / (2 * h) * train.omega
+    assert np.abs(np.column_stack([found["vx_S"], found["vy_S"]]) - speed).max() < 1e-7
+
+
+def test_triangle_closes(train: Train) -> None:
+    g, found = train.geometry, train.motion(np.linspace(0, 6, 30))
+    middle, planet = (found[f"x_{p}"] + 1j * found[f"y_{p}"] for p in ("M1", "O1"))
+    assert np.abs(planet) == pytest.approx(g.L1)
+    assert np.abs(middle) == pytest.approx(g.a1)
+    assert np.abs(planet - middle) == pytest.approx(g.a2)
+    assert np.abs(np.angle((planet - middle) / -middle)) == pytest.approx(g.gamma)
+    assert np.angle(middle / planet) == pytest.approx(g.beta1)
+
+
+def test_distance_has_its_extremes_where_the_bars_are_in_line(train: Train) -> None:
+    g, found = train.geometry, train.motion(np.linspace(0, 2 * np.pi, 5001))["L3"]
+    ends = train.motion(np.array([0.0, train.near]))["L3"]
+    assert ends == pytest.approx([g.L1 + g.L2, g.L2 - g.L1], abs=1e-12)
+    assert (ends[1] - 1e-15 <= found).all()
+    assert (found <= ends[0] + 1e-15).all()
+
+
+def test_in_the_dwell_the_tip_turns_with_the_carrier(train: Train) -> None:
+    dwell = train.law.dwell
+    t = np.linspace(dwell.start, dwell.end, 40)
+    found = train.motion(t)
+    assert np.ptp(found["L3"]) < 1e-15
+    assert np.hypot(found["vx_S"], found["vy_S"]) == pytest.approx(found["L3"] * train.omega, rel=1e-12)
+    assert np.ptp(train.law.arm(t)) < 1e-12
+    outside = np.array([dwell.start - 1e-3, dwell.end + 1e-3])
+    assert (np.abs(train.motion(outside)["L3"] - found["L3"][0]) > 1e-5).all()
+
+
+def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: Train) -> None:
+    arcs, dwell = locking(train), train.law.dwell
+    convex, concave = locking_arcs(train, arcs)
+    held = float(train.law.arm(np.array([dwell.start]))[0])
+    turned = (concave[0] + 1j * concave[1]) * np.exp(1j * held) + train.geometry.a1
+    assert np.abs(turned) == pytest.approx(arcs.radius)
+    assert np.hypot(*convex) == pytest.approx(arcs.radius)
+    assert np.ptp(np.unwrap(np.arctan2(convex[1], convex[0]))) == pytest.approx(dwell.width)
+    tip_circle = train.geometry.a1 - arcs.radius + train.teeth[2] * train.teeth[0]
+    assert np.hypot(*concave)[[0, -1]] == pytest.approx(tip_circle)
+    wrong = (concave[0] + 1j * concave[1]) * np.exp(1j * (held + 0.1)) + train.geometry.a1
+    assert np.ptp(np.abs(wrong)) > 1e-3
+
+
+def test_law_and_path_drive_the_same_train() -> None:
+    by_law, by_path = TRAINS["yu2023"], TRAINS["yu2023-path"]
+    t = np.linspace(0, 2 * np.pi, 500)
+    assert np.abs(by_law.law.arm(t) - by_path.law.arm(t)).max() < 5e-4
+    assert np.abs(by_law.tip(t) - by_path.tip(t)).max() < 5e-5
+
+
+def test_the_built_in_law_is_the_one_of_the_reference() -> None:
+    t = np.linspace(-7, 9, 400)
+    train = TRAINS["yu2023"]
+    assert np.abs(train.law.arm(t) - arm(t)).max() < 1e-13
+    assert np.abs(train.tip(t) - tips(t, arm(t))).max() < 1e-15
+    assert train.law.mean_on_teeth == pytest.approx(1.1606603790, abs=1e-9)

@@ -1,0 +1,100 @@
+"""The reverse design: exact derivatives, requirements held, and what cannot be held said."""
+
+import numpy as np
+import pytest
+from tests.planter.pickup.pickups import steps
+
+from planter.pickup.config import load
+from planter.pickup.graph import nodes
+from planter.pickup.inverse import invert
+from planter.pickup.redesign import NAMES, Problem, redesign
+from planter.pickup.requirements import push, requirements
+from planter.pickup.train import build
+
+MACHINE = load("yu2023")
+TRAIN = build(MACHINE)
+AT = nodes(TRAIN, 25)
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    return Problem(MACHINE, TRAIN, AT, push(TRAIN)[0], dict.fromkeys(NAMES, 0.0))
+
+
+@pytest.fixture(scope="module")
+def moved():
+    return redesign(MACHINE, TRAIN)
+
+
+def test_the_law_is_linear_in_the_value_points() -> None:
+    v = AT.values + np.random.default_rng(0).normal(0, 0.01, AT.size)
+    law, t = AT.law_of(v), TRAIN.samples(300)
+    for order in range(4):
+        matrix, offset = AT.rows(t, order)
+        own = law.arm(t) if order == 0 else law.slopes(t)[order - 1]
+        assert matrix @ v + offset == pytest.approx(own, abs=1e-8)
+    assert law.arm(AT.t)[1:] == pytest.approx(v)
+    assert law.arm(t + 2 * np.pi) - law.arm(t) == pytest.approx(2 * np.pi)
+
+
+def test_gradient_jacobian_and_hessian_are_those_of_differences(problem: Problem) -> None:
+    rng = np.random.default_rng(1)
+    z = problem.start(AT.values + rng.normal(0, 0.002, AT.size))
+    ahead, multipliers, h = rng.normal(size=len(z)), rng.random(len(problem.g_lower)), 1e-6
+    f, g = ([part(z + s * h * ahead) for s in (1, -1)] for part in (problem.f, problem.g))
+    assert (f[0] - f[1]) / (2 * h) == pytest.approx(problem.gradient(z) @ ahead, rel=1e-6)
+    assert np.abs((g[0] - g[1]) / (2 * h) - problem.jacobian(z) @ ahead).max() < 1e-4
+
+    def slope(at: np.ndarray) -> np.ndarray:
+        return problem.gradient(at) + problem.jacobian(at).T @ multipliers
+
+    bend = (slope(z + h * ahead) - slope(z - h * ahead)) / (2 * h)
+    exact = problem.hessian(z, 1.0, multipliers) @ ahead
+    assert np.abs(bend - exact).max() < 1e-5 * np.abs(exact).max()
+
+
+def test_constraints_agree_with_the_requirements(problem: Problem) -> None:
+    """Without slack the push angle falls short by what the requirement says."""
+    z = np.concatenate([np.zeros(AT.size), [0.0], np.zeros(len(NAMES))])
+    margin = {one.name: one.margin for one in requirements(MACHINE, TRAIN)}
+    assert problem.g(z)[:4].min() == pytest.approx(margin["push angle"], abs=1e-4)
+
+
+def test_value_points_are_moved_until_the_requirements_hold(moved) -> None:
+    assert not all(one.holds for one in moved.before)
+    assert moved.holds
+    assert 0.001 < moved.moved < 0.05
+    assert moved.train.monotone
+    curves = moved.train.pitch(moved.train.samples(2000))
+    assert min(curves["kappa1"].min(), curves["kappa2"].min()) > 0
+
+
+def test_what_is_fixed_stays(moved) -> None:
+    assert moved.train.geometry == TRAIN.geometry
+    assert moved.train.law.dwell == TRAIN.law.dwell
+    assert moved.points[0] == pytest.approx(moved.points_before[0], abs=1e-9)
+    held = np.hypot(*moved.points[15:19].T)
+    assert np.ptp(held) < 1e-12
+    assert abs(held[0] - np.hypot(*moved.points_before[15])) > 1e-4
+
+
+def test_the_inverse_chain_finds_the_new_law_from_its_path(moved) -> None:
+    found = invert(moved.train.tip(steps(4096)))
+    t = np.linspace(0, 2 * np.pi, 1000)
+    assert np.abs(found.law.arm(t) - moved.train.law.arm(t)).max() < 1e-8
+
+
+def test_a_design_that_holds_everything_is_left_alone() -> None:
+    easy = load("yu2023", {"push_deg": 80, "swing_deg": 40})
+    moved = redesign(easy, TRAIN)
+    assert moved.iterations == 0
+    assert moved.train.law is TRAIN.law
+
+
+def test_targets_that_exclude_each_other_are_not_held() -> None:
+    """A push angle of 90 deg is a swing of 50, not 60; the least violation lies between."""
+    moved = redesign(load("yu2023", {"swing_deg": 60}), TRAIN)
+    assert not moved.holds
+    margin = {one.name: one.margin for one in moved.after}
+    assert margin["push angle"] + margin["push angle less pick angle"] == pytest.approx(-6, abs=0.05)
+    assert {name for name, value in margin.items() if value < -1e-6} <= {"push angle", "push angle less pick angle"}

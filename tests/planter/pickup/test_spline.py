@@ -1,0 +1,87 @@
+"""Closed cubic B-spline: passes its value points, closes with two derivatives, obeys the cyclic system, can be dragged."""
+
+import numpy as np
+import pytest
+import scipy
+from tests.planter.pickup.pickups import arm, steps, tips
+
+from planter.pickup.config import load
+from planter.pickup.spline import PathSpline
+
+POINTS = load("yu2023-path").points
+CURVE = PathSpline(POINTS)
+
+
+def test_the_curve_passes_its_points_and_is_the_periodic_cubic_over_chords() -> None:
+    assert np.abs(CURVE(CURVE.knots[:-1]) - POINTS).max() < 1e-15
+    ring = np.vstack([POINTS, POINTS[:1]])
+    chords = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))])
+    other = scipy.interpolate.CubicSpline(chords, ring, bc_type="periodic")
+    u = np.linspace(0, CURVE.length, 777)
+    assert np.abs(CURVE(u) - other(u)).max() < 1e-14
+    for order in (0, 1, 2):
+        assert CURVE(0.0, order) == pytest.approx(CURVE(CURVE.length, order), abs=1e-9)
+
+
+def test_control_points_solve_the_cyclic_rows() -> None:
+    """Rows of the text with indices of the knot at hand: a d(i-1) + b d(i) + c d(i+1) = e."""
+    n = len(POINTS)
+    step = np.diff(CURVE.knots)
+    controls = np.roll(CURVE.controls, -1, axis=0)
+    for i in range(n):
+        b2, b1, here, after = (step[(i + k) % n] for k in (-2, -1, 0, 1))
+        a = here**2 / (b2 + b1 + here)
+        c = b1**2 / (b1 + here + after)
+        b = here * (b2 + b1) / (b2 + b1 + here) + b1 * (here + after) / (b1 + here + after)
+        row = a * controls[i - 1] + b * controls[i] + c * controls[(i + 1) % n]
+        assert row == pytest.approx((b1 + here) * POINTS[i], abs=1e-14)
+
+
+def test_a_value_point_is_dragged_and_others_stay() -> None:
+    moved = CURVE.with_value(5, POINTS[5] + [0.002, -0.001])
+    assert moved(moved.knots[5]) == pytest.approx(POINTS[5] + [0.002, -0.001])
+    assert moved(moved.knots[6]) == pytest.approx(POINTS[6])
+    assert np.abs(moved(moved.knots[:-1])[15] - POINTS[15]).max() < 1e-15
+
+
+def test_a_control_point_is_dragged_and_moves_its_four_spans_alone() -> None:
+    old = CURVE.controls[7]
+    moved = CURVE.with_control(7, old + [0.003, 0.0])
+    change = np.hypot(*(moved.points - POINTS).T)
+    assert np.count_nonzero(change > 1e-12) == 3
+    assert 1e-3 < change.max() < 3e-3
+
+
+def test_extremes_are_roots_of_the_distance() -> None:
+    t = steps(60, 0.4)
+    curve = PathSpline(tips(t, np.pi + t + 0.3 * np.sin(t)))
+    far, near = sorted(curve.extremes(1e-7), key=lambda e: -e.distance)
+    dense = np.hypot(*curve(np.linspace(0, curve.length, 200001)).T)
+    assert [far.distance, near.distance] == pytest.approx([dense.max(), dense.min()], abs=1e-9)
+    assert far.distance >= dense.max() - 1e-15
+    for extreme in (far, near):
+        assert curve(extreme.u) @ curve(extreme.u, 1) == pytest.approx(0, abs=1e-12)
+    assert (far.highest, near.highest) == (True, False)
+
+
+def test_ripple_below_the_tolerance_is_no_extreme() -> None:
+    t = steps(400)
+    points = tips(t, np.pi + t + 0.3 * np.sin(t))
+    points *= 1 + 1e-4 * np.cos(np.pi * np.arange(400))[:, None]
+    assert len(PathSpline(points).extremes(2e-4)) == 2
+    assert len(PathSpline(points).extremes(1e-12)) > 2
+
+
+def test_squares_near_an_extreme_keep_their_digits() -> None:
+    t = steps(200, 0.4)
+    curve = PathSpline(tips(t, np.pi + t + 0.3 * np.sin(t)))
+    far = next(e for e in curve.extremes(1e-7) if e.highest)
+    x = np.array([1e-9, 2e-9, 4e-9])
+    gone = -curve.square_less(far.u + x, far)
+    assert gone[1:] / gone[:-1] == pytest.approx(4, rel=1e-6)
+    plain = far.distance**2 - np.sum(curve(far.u + x) ** 2, axis=1)
+    assert np.abs(plain / gone - 1).max() > 1e-3
+
+
+def test_the_built_in_points_lie_on_the_built_in_law() -> None:
+    assert np.abs(POINTS - tips(steps(25), arm(steps(25)))).max() < 5.1e-10
