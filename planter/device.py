@@ -164,6 +164,12 @@ class Device:
         return len(self.names)
 
     @cached_property
+    def hoisting_kernel(self) -> Kernel:
+        """The prologue without derivatives."""
+        f = self.functions.prologue_function
+        return Kernel(ca.Function("hoisting", f.mx_in(), [f(*f.mx_in())], ["x", "c"], ["h"]))
+
+    @cached_property
     def prologue_kernel(self) -> Kernel:
         f = self.functions.prologue_function
         x, c = f.mx_in()

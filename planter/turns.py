@@ -137,6 +137,7 @@ def library(device: Device) -> Path:
     """The compiled turn of a device: prologue in CasADi's C, lanes of the force, and what joins them."""
     force = device.force
     needed = (
+        ways.casadi_library(device.hoisting_kernel.work),
         ways.casadi_library(device.prologue_kernel.work),
         ways.lane_library(force.value_kernel.work),
         ways.lane_library(force.slopes_kernel.work),
@@ -195,11 +196,12 @@ class Native:
 def _memory(turns: Turns) -> dict[str, Array]:
     """Arrays that the compiled turn reads and writes."""
     function: ca.Function = turns.device.prologue_kernel.function
+    other: ca.Function = turns.device.hoisting_kernel.function
     count = len(turns.angles) * len(turns.shares.offsets)
     sizes = {
         "h": function.nnz_out(0), "dh": function.nnz_out(1), "force": count, "weights": count,
-        "g": (1 + len(turns.device.design)) * count, "arg": function.sz_arg(), "res": function.sz_res(),
-        "iw": function.sz_iw(), "w": function.sz_w(),
+        "g": (1 + len(turns.device.design)) * count,
+        **{name: max(getattr(f, f"sz_{name}")() for f in (function, other)) for name in ("arg", "res", "iw", "w")},
     }  # fmt: skip
     work = {name: np.zeros(size + 1) for name, size in sizes.items()}
     phi = np.add.outer(turns.shares.offsets, turns.angles).ravel()

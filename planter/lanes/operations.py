@@ -37,7 +37,6 @@ def _logical(text: str, arguments: int) -> Operation:
 
 
 OPERATIONS: dict[int, Operation] = {
-    ca.OP_ASSIGN: Operation("{0}", 1),
     ca.OP_ADD: Operation("{0} + {1}", 2),
     ca.OP_SUB: Operation("{0} - {1}", 2),
     ca.OP_MUL: Operation("{0} * {1}", 2),

@@ -8,6 +8,7 @@
 
 typedef long long casadi_int;
 
+int hoisting(const double **arg, double **res, casadi_int *iw, double *w, int mem);
 int prologue(const double **arg, double **res, casadi_int *iw, double *w, int mem);
 void support(long lanes, const double *phi, const double *x, const double *c, const double *h, double *force);
 void slopes(long lanes, const double *phi, const double *x, const double *c, const double *h, const double *dh,
@@ -37,13 +38,14 @@ static int is_finite(double value)
   return (bits >> 52 & 0x7ff) != 0x7ff;
 }
 
-static int designed(const turn *t, const double *x)
+/* What the angles do not change of a design: h, and with `tangent` its derivative along the design. */
+static int designed(const turn *t, const double *x, int tangent)
 {
   t->arg[0] = x;
   t->arg[1] = t->c;
   t->res[0] = t->h;
   t->res[1] = t->dh;
-  return prologue(t->arg, t->res, t->iw, t->w, 0);
+  return (tangent ? prologue : hoisting)(t->arg, t->res, t->iw, t->w, 0);
 }
 
 static void folded(const turn *t)
@@ -81,7 +83,7 @@ static found summary(const turn *t, long *highest, long *lowest)
 int turn_value(const turn *t, const double *x, found *f)
 {
   long high, low;
-  if (designed(t, x)) return 1;
+  if (designed(t, x, 0)) return 1;
   support(t->angles * t->shares, t->phi, x, t->c, t->h, t->force);
   folded(t);
   *f = summary(t, &high, &low);
@@ -93,7 +95,7 @@ int turn_gradient(const turn *t, const double *x, found *f, double *gradient)
 {
   const long lanes = t->angles * t->shares;
   long high, low;
-  if (designed(t, x)) return 1;
+  if (designed(t, x, 1)) return 1;
   slopes(lanes, t->phi, x, t->c, t->h, t->dh, t->force, t->g);
   folded(t);
   *f = summary(t, &high, &low);
