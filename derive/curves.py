@@ -1,138 +1,32 @@
-"""Pitch-curve families, their two-segment deformation, conjugation and closure.
+"""Pitch curves in mesh: two-segment deformation, conjugation, curvature; the families are found in ``derive.families``.
 
-A family is one small class. Everything else (derivatives, conjugate, ratio, rotation) is derived from its radius
-(Litvin, Fuentes-Aznar, Gonzalez-Perez, Hayasaka: Noncircular Gears, 2009).
+A family is one small class in one file there. Everything else (derivatives, conjugate, ratio, rotation, curvature) is
+derived from its radius (Litvin, Fuentes-Aznar, Gonzalez-Perez, Hayasaka: Noncircular Gears, 2009).
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
+import pkgutil
+from importlib import import_module
 
 import sympy as sp
 from sympy import Expr, pi
 
+from derive import families
 from derive.branches import Turns, switch, wrap
 from derive.model import Let
+from derive.pitchcurve import FAMILIES, ByClosure, BySeries, Condition, PitchCurve, Shape, a, m, register, swing, t, u
 from derive.quantity import Quantity, Vector
 
+__all__ = [
+    "CONTACT", "CURVATURE", "FAMILIES", "ByClosure", "BySeries", "Condition", "PitchCurve", "Shape", "a",
+    "contact_steps", "curvature_steps", "m", "parameter_steps", "register", "swing", "t", "u",
+]  # fmt: skip
+
+for _found in sorted(found.name for found in pkgutil.iter_modules(families.__path__)):
+    import_module(f"{families.__name__}.{_found}")
+
 _SOURCE = "pitch curve"
-u = Quantity("u", "rad", "parameter of the undeformed pitch curve", _SOURCE)
-t = Quantity("t", "rad", "polar angle of the gear at the contact", _SOURCE)
-a = Quantity("a", "m", "centre distance", _SOURCE)
-m = Quantity("m", "1", "deformation coefficient", _SOURCE, shown="m")
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What must hold, as an expression that must be positive."""
-
-    name: str
-    positive: Expr
-    allowed: str
-
-
-@dataclass(frozen=True)
-class ByClosure:
-    """Centre distance fixed by one turn for one turn: the mean of the ratio over u is 1 (wang2017, section 3.2).
-
-    The mean ratio falls with a and is convex, so Newton's method started below the root climbs to it; twice the mean
-    radius lies below it by Jensen's inequality, and so does the given start for curves whose largest radius is larger.
-    """
-
-    ratio: Expr
-
-
-@dataclass(frozen=True)
-class BySeries:
-    """Rotation from the cosine series of the ratio, 1 + sum b_k cos(k u), as many terms as the caller asks for."""
-
-    ratio: Expr
-
-
-class PitchCurve(ABC):
-    """A closed pitch curve r(u), even in u, with extrema at u = 0 and u = pi."""
-
-    name: str
-    title: str
-    parameters: tuple[Quantity, ...]
-
-    @abstractmethod
-    def radius(self) -> Expr:
-        """r(u) [m]; its derivatives are taken by differentiation alone."""
-
-    def centre_distance(self) -> Expr | ByClosure:
-        """Distance to the conjugate's centre [m], in closed form where there is one."""
-        return ByClosure(self.ratio())
-
-    def turned(self) -> Expr | BySeries:
-        """Rotation of the conjugate from u = 0 [rad]: the integral of the ratio over u."""
-        return BySeries(self.ratio())
-
-    def ratio(self) -> Expr:
-        """Rotation of the conjugate per rotation of the gear, r / (a - r)."""
-        return self.radius() / (a - self.radius())
-
-    @abstractmethod
-    def conditions(self) -> list[Condition]:
-        """What the parameters must satisfy beside r < a and m > 1/2."""
-
-
-FAMILIES: dict[str, PitchCurve] = {}
-
-
-def register(family: type[PitchCurve]) -> type[PitchCurve]:
-    FAMILIES[family.name] = family()
-    return family
-
-
-@register
-class EccentricCircle(PitchCurve):
-    """A circle of radius R turning about a point e off its centre: r = e cos u + sqrt(R^2 - e^2 sin^2 u)."""
-
-    name = "eccentric_circle"
-    title = "deformed eccentric circle"
-    R = Quantity("R", "m", "radius of the eccentric circle", "wang2017 3.4", shown="R_mm")
-    e = Quantity("e", "m", "eccentricity of the circle", "wang2017 3.4", shown="e_mm")
-    parameters = (R, e)
-
-    def radius(self) -> Expr:
-        return self.e * sp.cos(u) + sp.sqrt(self.R**2 - self.e**2 * sp.sin(u) ** 2)
-
-    def conditions(self) -> list[Condition]:
-        return [Condition("e", self.e, "greater than 0"), Condition("e", self.R - self.e, "less than R")]
-
-
-@register
-class Ellipse(PitchCurve):
-    """An ellipse of semi-axis A and eccentricity k turning about a focus: r = A (1 - k^2) / (1 - k cos u).
-
-    The conjugate at the distance 2 A is the same ellipse; the rotation is the angle seen from its focus.
-    """
-
-    name = "ellipse"
-    title = "deformed ellipse"
-    A = Quantity("A", "m", "semi-axis of the ellipse", "wang2017 3.4", shown="A_mm")
-    k = Quantity("k", "1", "eccentricity of the ellipse", "wang2017 3.4", shown="k")
-    parameters = (A, k)
-
-    def radius(self) -> Expr:
-        return self.A * (1 - self.k**2) / (1 - self.k * sp.cos(u))
-
-    def centre_distance(self) -> Expr:
-        return 2 * self.A
-
-    def turned(self) -> Expr:
-        return u + 2 * sp.atan(self.k * sp.sin(u) / (1 - self.k * sp.cos(u)))
-
-    def conditions(self) -> list[Condition]:
-        return [
-            Condition("A", self.A, "greater than 0"),
-            Condition("k", self.k, "greater than 0"),
-            Condition("k", 1 - self.k, "less than 1"),
-        ]
-
-
 tau = Quantity("tau", "rad", "polar angle within the turn", _SOURCE)
 m2 = Quantity("m2", "1", "deformation coefficient of the second segment", _SOURCE)
 du = Quantity("du", "1", "slope of the parameter, per polar angle", _SOURCE)
@@ -169,3 +63,50 @@ def contact_steps(curve: PitchCurve) -> tuple[Let, ...]:
         Let(dratio, of_u.diff(u) * du, "conjugation, differentiated"),
         Let(turned, 2 * pi * Turns(t / (2 * pi)) + rotation, "conjugation, integrated"),
     )
+
+
+r_u = Quantity("r_u", "m", "slope of the undeformed pitch radius", _SOURCE)
+r_uu = Quantity("r_uu", "m", "second derivative of the undeformed pitch radius", _SOURCE)
+ratio_u = Quantity("ratio_u", "1", "slope of the undeformed ratio", _SOURCE)
+mate_u = Quantity("mate_u", "m", "slope of the conjugate's radius, per angle of its own and per slope of u", _SOURCE)
+mate_uu = Quantity("mate_uu", "m", "second derivative of the conjugate's radius, likewise", _SOURCE)
+CURVATURE = Vector(
+    "curvature",
+    tuple(
+        Quantity(f"{gear}_{segment}", "1/m", f"curvature of the {gear}'s pitch curve, positive where convex, on the "
+                 f"{segment} segment", _SOURCE)
+        for segment in ("first", "second")
+        for gear in ("gear", "conjugate")
+    ),
+)  # fmt: skip
+
+
+def curvature_steps(curve: PitchCurve) -> tuple[Let, ...]:
+    """Curvatures at the parameter u of either segment, both sides of a joint so at its u = 0 or pi.
+
+    The conjugate of the deformed curve is the deformed conjugate, with the same coefficient: its own polar angle is
+    its rotation, which the deformation divides by the slope of u as it does the gear's.
+    """
+    radius, of_u = curve.radius(), curve.ratio()
+    slopes = (m, m, m2, m2)
+    gear, mate = (r, r_u, r_uu), (a - r, mate_u, mate_uu)
+    return (
+        Let(m2, m / (2 * m - 1), "deformation: closure of the two segments"),
+        Let(r, radius, "pitch curve"),
+        Let(r_u, radius.diff(u), "pitch curve, differentiated"),
+        Let(r_uu, radius.diff(u, 2), "pitch curve, differentiated"),
+        Let(ratio, of_u, "conjugation"),
+        Let(ratio_u, of_u.diff(u), "conjugation, differentiated"),
+        Let(mate_u, -r_u / ratio, "conjugate, differentiated in its own angle"),
+        Let(mate_uu, (r_u * ratio_u / ratio - r_uu) / ratio**2, "conjugate, differentiated in its own angle"),
+        *(
+            Let(symbol, _curvature(*polar, slope), "curvature in polar coordinates")
+            for symbol, polar, slope in zip(CURVATURE, (gear, mate, gear, mate), slopes, strict=True)
+        ),
+    )
+
+
+def _curvature(radius: Expr, slope: Expr, bend: Expr, mu: Expr) -> Expr:
+    """Of a curve in polar coordinates whose radius has these derivatives in u, and u the slope mu in the angle."""
+    along = mu**2 * slope**2
+    return (radius**2 + 2 * along - mu**2 * radius * bend) / sp.sqrt(radius**2 + along) ** 3

@@ -115,6 +115,77 @@ def contact(terms: int) -> Function:
     return Function("contact", [t, parameters, hoisted], outputs, ["t", "parameters", "hoisted"], ["r", "dr", "ddr", "ratio", "dratio", "turned"])
 
 
+def curvature(terms: int) -> Function:
+    """103 operations. Outputs:
+
+        gear_first [1/m] curvature of the gear's pitch curve, positive where convex, on the first segment
+        conjugate_first [1/m] curvature of the conjugate's pitch curve, positive where convex, on the first segment
+        gear_second [1/m] curvature of the gear's pitch curve, positive where convex, on the second segment
+        conjugate_second [1/m] curvature of the conjugate's pitch curve, positive where convex, on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    hoisted = SX.sym("hoisted", 1 + terms)
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    a = hoisted[0]  # [m] centre distance
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = cos(u)
+    c2 = e**2
+    c3 = sin(u)
+    c4 = c3**2
+    c5 = R**2 - c2 * c4
+    c6 = sqrt(c5)
+    c7 = e * c1 + c6
+    # pitch curve
+    r = c7
+    c8 = 1 / c6
+    c9 = -e * c3 - c1 * c2 * c3 * c8
+    # pitch curve, differentiated
+    r_u = c9
+    c10 = c1**2
+    # pitch curve, differentiated
+    r_uu = e * (-e**3 * c10 * c4 / (sqrt(c5) * c5) - e * c10 * c8 + e * c4 * c8 - c1)
+    c11 = a - c7
+    c12 = 1 / c11
+    # conjugation
+    ratio = c12 * c7
+    # conjugation, differentiated
+    ratio_u = c12 * c9 + c7 * c9 / c11**2
+    c13 = r_u / ratio
+    # conjugate, differentiated in its own angle
+    mate_u = -c13
+    # conjugate, differentiated in its own angle
+    mate_uu = (-r_uu + ratio_u * c13) / ratio**2
+    c14 = r**2
+    c15 = m**2
+    c16 = r_u**2
+    c17 = c15 * c16
+    c18 = r * r_uu
+    # curvature in polar coordinates
+    gear_first = (c14 - c15 * c18 + 2 * c17) / (sqrt(c14 + c17) * (c14 + c17))
+    c19 = mate_u**2
+    c20 = c15 * c19
+    c21 = a - r
+    c22 = c21**2
+    c23 = mate_uu * c21
+    # curvature in polar coordinates
+    conjugate_first = (-c15 * c23 + 2 * c20 + c22) / (sqrt(c20 + c22) * (c20 + c22))
+    c24 = m2**2
+    c25 = c16 * c24
+    # curvature in polar coordinates
+    gear_second = (c14 - c18 * c24 + 2 * c25) / (sqrt(c14 + c25) * (c14 + c25))
+    c26 = c19 * c24
+    # curvature in polar coordinates
+    conjugate_second = (c22 - c23 * c24 + 2 * c26) / (sqrt(c22 + c26) * (c22 + c26))
+    outputs = [
+        gear_first, conjugate_first, gear_second, conjugate_second
+    ]
+    return Function("curvature", [u, parameters, hoisted], outputs, ["u", "parameters", "hoisted"], ["gear_first", "conjugate_first", "gear_second", "conjugate_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)
@@ -125,3 +196,30 @@ def conditions() -> Function:
         e, R - e, m - 1 / 2
     ]
     return Function("conditions", [parameters], outputs, ["parameters"], ["g0", "g1", "g2"])
+
+
+def convexity() -> Function:
+    """0 operations. Each output must be positive; the sidecar names them."""
+    parameters = SX.sym("parameters", 3)
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    outputs = [
+        R - e * fmax(m, m / (2 * m - 1))**2
+    ]
+    return Function("convexity", [parameters], outputs, ["parameters"], ["convex"])
+
+
+def relative() -> Function:
+    """0 operations. Outputs:
+
+        p0 [m] radius of the eccentric circle
+        p1 [m] eccentricity of the circle
+    """
+    swing = SX.sym("swing")
+    shape = SX.sym("shape", 0)
+
+    outputs = [
+        1, swing / sqrt(4 - 3 * swing**2)
+    ]
+    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["p0", "p1"])

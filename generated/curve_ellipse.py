@@ -14,9 +14,11 @@ from casadi import (
     atan,
     cos,
     floor,
+    fmax,
     if_else,
     pi,
     sin,
+    sqrt,
     vertcat,
 )
 
@@ -92,6 +94,77 @@ def contact(terms: int) -> Function:
     return Function("contact", [t, parameters, hoisted], outputs, ["t", "parameters", "hoisted"], ["r", "dr", "ddr", "ratio", "dratio", "turned"])
 
 
+def curvature(terms: int) -> Function:
+    """101 operations. Outputs:
+
+        gear_first [1/m] curvature of the gear's pitch curve, positive where convex, on the first segment
+        conjugate_first [1/m] curvature of the conjugate's pitch curve, positive where convex, on the first segment
+        gear_second [1/m] curvature of the gear's pitch curve, positive where convex, on the second segment
+        conjugate_second [1/m] curvature of the conjugate's pitch curve, positive where convex, on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    hoisted = SX.sym("hoisted", 1 + terms)
+    A = parameters[0]  # [m] semi-axis of the ellipse
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    a = hoisted[0]  # [m] centre distance
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = cos(u)
+    c2 = k * c1 - 1
+    c3 = -c2
+    c4 = k**2 - 1
+    c5 = -c4
+    c6 = A * c5
+    c7 = c6 / c3
+    # pitch curve
+    r = c7
+    c8 = sin(u)
+    c9 = k * c8
+    c10 = c6 * c9 / c3**2
+    # pitch curve, differentiated
+    r_u = -c10
+    # pitch curve, differentiated
+    r_uu = A * k * c4 * (2 * k * c8**2 / c2 + c1) / c2**2
+    c11 = a - c7
+    c12 = 1 / c11
+    # conjugation
+    ratio = c12 * c7
+    # conjugation, differentiated
+    ratio_u = -A**2 * c5**2 * c9 / c11**2 / c3**3 - c10 * c12
+    c13 = r_u / ratio
+    # conjugate, differentiated in its own angle
+    mate_u = -c13
+    # conjugate, differentiated in its own angle
+    mate_uu = (-r_uu + ratio_u * c13) / ratio**2
+    c14 = r**2
+    c15 = m**2
+    c16 = r_u**2
+    c17 = c15 * c16
+    c18 = r * r_uu
+    # curvature in polar coordinates
+    gear_first = (c14 - c15 * c18 + 2 * c17) / (sqrt(c14 + c17) * (c14 + c17))
+    c19 = mate_u**2
+    c20 = c15 * c19
+    c21 = a - r
+    c22 = c21**2
+    c23 = mate_uu * c21
+    # curvature in polar coordinates
+    conjugate_first = (-c15 * c23 + 2 * c20 + c22) / (sqrt(c20 + c22) * (c20 + c22))
+    c24 = m2**2
+    c25 = c16 * c24
+    # curvature in polar coordinates
+    gear_second = (c14 - c18 * c24 + 2 * c25) / (sqrt(c14 + c25) * (c14 + c25))
+    c26 = c19 * c24
+    # curvature in polar coordinates
+    conjugate_second = (c22 - c23 * c24 + 2 * c26) / (sqrt(c22 + c26) * (c22 + c26))
+    outputs = [
+        gear_first, conjugate_first, gear_second, conjugate_second
+    ]
+    return Function("curvature", [u, parameters, hoisted], outputs, ["u", "parameters", "hoisted"], ["gear_first", "conjugate_first", "gear_second", "conjugate_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)
@@ -102,3 +175,29 @@ def conditions() -> Function:
         A, k, 1 - k, m - 1 / 2
     ]
     return Function("conditions", [parameters], outputs, ["parameters"], ["g0", "g1", "g2", "g3"])
+
+
+def convexity() -> Function:
+    """0 operations. Each output must be positive; the sidecar names them."""
+    parameters = SX.sym("parameters", 3)
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    outputs = [
+        -k * (fmax(m, m / (2 * m - 1))**2 - 1) + 1
+    ]
+    return Function("convexity", [parameters], outputs, ["parameters"], ["convex"])
+
+
+def relative() -> Function:
+    """0 operations. Outputs:
+
+        p0 [m] semi-axis of the ellipse
+        p1 [1] eccentricity of the ellipse
+    """
+    swing = SX.sym("swing")
+    shape = SX.sym("shape", 0)
+
+    outputs = [
+        1, swing / (sqrt(1 - swing**2) + 1)
+    ]
+    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["p0", "p1"])

@@ -57,6 +57,11 @@ class Stage:
     def contact(self) -> Kernel:
         return Kernel(emitted.module(f"curve_{self.family}").contact(self.terms), lanes=["t"])
 
+    @cached_property
+    def curvature(self) -> Kernel:
+        """(u, parameters, hoisted) -> curvatures [1/m] of the gear and its conjugate on both segments, u in [0, pi]."""
+        return Kernel(emitted.module(f"curve_{self.family}").curvature(self.terms), lanes=["u"])
+
     def check_parameters(self, candidate: Candidate) -> None:
         """Raise GeometryError, naming file, key, value and bound, where a condition of the family fails."""
         conditions = Kernel(emitted.module(f"curve_{self.family}").conditions())
@@ -84,10 +89,10 @@ class Stage:
                 f"{distance * 1e3:.6g} mm"
             )
 
-    def tail(self, candidate: Candidate) -> float:
-        """Size of the last coefficients of the series [-]."""
-        hoisted = self.prologue(parameters=candidate.parameters)["hoisted"][:, 0]
-        return float(np.abs(hoisted[1:][-2:]).max(initial=0.0))
+    def tail(self, parameters: Array) -> float:
+        """Size of the last coefficients of the series [-]; as many as a curve of several lobes has gaps between."""
+        hoisted = self.prologue(parameters=parameters)["hoisted"][:, 0]
+        return float(np.abs(hoisted[1:][-max(3, self.terms // 8) :]).max(initial=0.0))
 
 
 def build(family: str, vector: dict[str, Any], candidates: Sequence[Candidate]) -> Stage:
@@ -98,18 +103,18 @@ def build(family: str, vector: dict[str, Any], candidates: Sequence[Candidate]) 
     stage = Stage(family, names(family, vector))
     for candidate in candidates:
         stage.check_parameters(candidate)
-    if stage.sidecar["series"]:
-        stage = _converged(stage, candidates)
+    stage = converged(stage, candidates)
     for candidate in candidates:
         stage.check_radius(candidate)
     return stage
 
 
-def _converged(stage: Stage, candidates: Sequence[Candidate]) -> Stage:
-    terms = FIRST_TERMS
+def converged(stage: Stage, candidates: Sequence[Candidate]) -> Stage:
+    """The stage with as many terms as its series needs for every candidate; GeometryError where none are enough."""
+    terms = FIRST_TERMS if stage.sidecar["series"] else 0
     while terms <= MOST_TERMS:
         stage = Stage(stage.family, stage.names, terms)
-        tails = [stage.tail(candidate) for candidate in candidates]
+        tails = [stage.tail(candidate.parameters) for candidate in candidates]
         if max(tails) < TAIL:
             return stage
         terms += terms // 2

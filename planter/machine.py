@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from planter import builtin
 from planter.complaints import lacking, not_allowed, refused
 from planter.errors import InputError
+from planter.requirements.section import Requirements
 from planter.sections import (
     Cam,
     Centroid,
@@ -50,6 +51,7 @@ class Machine(Sourced):
     bounds: dict[str, Pair]
     objective: Objective
     genetic_algorithm: GeneticAlgorithm
+    requirements: Requirements | None = None  # type: ignore[valid-type]
     origins: Origins = Field(alias="origin")
 
     def check_names(self, names: tuple[str, ...]) -> None:
@@ -87,6 +89,13 @@ class Machine(Sourced):
             if name not in self.design:
                 allowed = f"it must be a name in [design]: {', '.join(self.design)}"
                 raise refused(f"bounds.{name}", pair, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _requirements_have_a_speed(self) -> Self:
+        speed = self.operation.forward_speed_m_s
+        if self.requirements is not None and speed == 0:
+            raise refused("operation.forward_speed_m_s", speed, "[requirements] need a machine that travels")
         return self
 
     @model_validator(mode="after")

@@ -87,7 +87,7 @@ class Sourced(Section):
 
     def table(self) -> dict[str, Any]:
         """The nested table of the file, overrides included."""
-        return self.model_dump(mode="json", by_alias=True)
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
     def input_error(self, name: str, allowed: str, kind: type[InputError] = InputError) -> InputError:
         """The error that a value cannot be used, for checks that need more than its file.

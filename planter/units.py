@@ -19,6 +19,7 @@ class _Unit(NamedTuple):
 _UNITS: dict[str, _Unit] = {
     "mm": _Unit("mm", 1e-3),
     "m": _Unit("m", 1.0),
+    "per_mm": _Unit("1/mm", 1e3),
     "mm_s": _Unit("mm/s", 1e-3),
     "m_s": _Unit("m/s", 1.0),
     "m_s2": _Unit("m/s2", 1.0),

@@ -1,4 +1,7 @@
-"""Modules of a pitch curve, for CasADi and for arrays: prologue (closure, series), contact, conditions."""
+"""Modules of a pitch curve, for CasADi and for arrays.
+
+Prologue (closure, series), contact, curvature, conditions, convexity where there is a closed form, relative parameters.
+"""
 
 from __future__ import annotations
 
@@ -33,6 +36,12 @@ def contact(curve: PitchCurve) -> Emitted:
     return Emitted("contact", (curves.t, parameters_of(curve), HOISTED), steps, curves.CONTACT)
 
 
+def curvature(curve: PitchCurve) -> Emitted:
+    """Curvatures of the deformed curve and its conjugate at the parameter u, on both segments."""
+    steps = share(curves.curvature_steps(curve), prefix="c")
+    return Emitted("curvature", (curves.u, parameters_of(curve), HOISTED), steps, curves.CURVATURE)
+
+
 def conditions(curve: PitchCurve) -> Emitted:
     """Expressions that must be positive."""
     positive = tuple(c.positive for c in all_conditions(curve))
@@ -43,10 +52,34 @@ def conditions(curve: PitchCurve) -> Emitted:
     return Emitted("conditions", (parameters_of(curve),), (), names, positive)
 
 
+def convexity(curve: PitchCurve) -> list[Emitted]:
+    """The closed form that is positive if and only if the deformed curve is convex, if the family has one."""
+    closed = curve.convexity()
+    if closed is None:
+        return []
+    convex = Quantity("convex", "1", "positive if and only if the deformed curve is convex", "pitch curve")
+    steps = share((Let(convex, closed, "convexity in closed form"),), prefix="c")
+    return [Emitted("convexity", (parameters_of(curve),), steps, Vector("convexity", (convex,)))]
+
+
+def relative(curve: PitchCurve) -> Emitted:
+    """Parameters of a curve of unit size and a given swing, without the deformation coefficient."""
+    found = tuple(Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters)
+    lets = (Let(q, value, "unit size") for q, value in zip(found, curve.relative(), strict=True))
+    return Emitted("relative", (curves.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", found))
+
+
+def shapes_of(curve: PitchCurve) -> Vector:
+    return Vector("shape", tuple(shape.quantity for shape in curve.shapes))
+
+
+def functions_of(curve: PitchCurve) -> list[Emitted]:
+    """All but the prologue."""
+    return [contact(curve), curvature(curve), conditions(curve), *convexity(curve), relative(curve)]
+
+
 def casadi_module(curve: PitchCurve) -> str:
-    functions = "\n\n\n".join(
-        (_casadi_prologue(curve), *(_casadi_function(f) for f in (contact(curve), conditions(curve))))
-    )
+    functions = "\n\n\n".join((_casadi_prologue(curve), *map(_casadi_function, functions_of(curve))))
     always = ["Function", "SX", "vertcat"] + (
         ["DM", "MX", "fmax", "mmax", "rootfinder", "sum1"] if _by_closure(curve) else []
     )
@@ -64,6 +97,7 @@ def casadi_module(curve: PitchCurve) -> str:
 
 
 def array_module(curve: PitchCurve) -> str:
+    functions = "\n\n\n".join((_array_prologue(curve), *map(_array_function, functions_of(curve))))
     return f'''"""{curve.title.capitalize()}: array code of a pitch curve and its conjugate.
 
 {NOTICE}
@@ -71,10 +105,7 @@ def array_module(curve: PitchCurve) -> str:
 """
 
 
-{_array_prologue(curve)}
-
-
-{_array_function(contact(curve))}
+{functions}
 '''
 
 
@@ -172,6 +203,8 @@ def _array_prologue(curve: PitchCurve) -> str:
     nodes = [xp.pi * (2 * j + 1) / (4 * terms) for j in range(2 * terms)]
     radii = [{Printer(ARRAY)(curve.radius())} for u in nodes]
     a = sum(radii) / terms
+    for r in radii:
+        a = xp.maximum(a, r * (1 + 1e-6))
     for _ in range(50):
         ratios = [r / (a - r) for r in radii]
         slope = -sum(r / (a - r) ** 2 for r in radii)

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from derive.curves import PitchCurve
-from derive.emit.curve import all_conditions, contact, parameters_of
+from derive.emit.curve import all_conditions, functions_of, parameters_of
 from derive.emit.schedule import COMMON
 from derive.emit.text import Emitted
 from derive.model import Formulas, System
@@ -53,7 +53,8 @@ def of_curve(curve: PitchCurve) -> str:
         "parameters": _vector(parameters_of(curve)),
         "series": not isinstance(curve.turned(), sp.Expr),
         "conditions": [{"name": c.name, "allowed": c.allowed} for c in all_conditions(curve)],
-        "functions": {"contact": _function(contact(curve))},
+        "shapes": [_entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)} for s in curve.shapes],
+        "functions": {f.name: _function(f) for f in functions_of(curve)},
     })  # fmt: skip
 
 

@@ -12,6 +12,8 @@ def prologue(xp, parameters, terms):
     nodes = [xp.pi * (2 * j + 1) / (4 * terms) for j in range(2 * terms)]
     radii = [e * xp.cos(u) + xp.sqrt(R**2 - e**2 * xp.sin(u)**2) for u in nodes]
     a = sum(radii) / terms
+    for r in radii:
+        a = xp.maximum(a, r * (1 + 1e-6))
     for _ in range(50):
         ratios = [r / (a - r) for r in radii]
         slope = -sum(r / (a - r) ** 2 for r in radii)
@@ -69,4 +71,93 @@ def contact(xp, t, parameters, hoisted):
     turned = c2 + xp.where(c4, turned_u * c3, c1 - turned_u / m2)
     return (
         r, dr, ddr, ratio, dratio, turned,
+    )
+
+
+def curvature(xp, u, parameters, hoisted):
+    """gear_first, conjugate_first, gear_second, conjugate_second."""
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    a = hoisted[0]  # [m] centre distance
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = xp.cos(u)
+    c2 = e**2
+    c3 = xp.sin(u)
+    c4 = c3**2
+    c5 = R**2 - c2 * c4
+    c6 = xp.sqrt(c5)
+    c7 = e * c1 + c6
+    # pitch curve
+    r = c7
+    c8 = 1 / c6
+    c9 = -e * c3 - c1 * c2 * c3 * c8
+    # pitch curve, differentiated
+    r_u = c9
+    c10 = c1**2
+    # pitch curve, differentiated
+    r_uu = e * (-e**3 * c10 * c4 / (xp.sqrt(c5) * c5) - e * c10 * c8 + e * c4 * c8 - c1)
+    c11 = a - c7
+    c12 = 1 / c11
+    # conjugation
+    ratio = c12 * c7
+    # conjugation, differentiated
+    ratio_u = c12 * c9 + c7 * c9 / c11**2
+    c13 = r_u / ratio
+    # conjugate, differentiated in its own angle
+    mate_u = -c13
+    # conjugate, differentiated in its own angle
+    mate_uu = (-r_uu + ratio_u * c13) / ratio**2
+    c14 = r**2
+    c15 = m**2
+    c16 = r_u**2
+    c17 = c15 * c16
+    c18 = r * r_uu
+    # curvature in polar coordinates
+    gear_first = (c14 - c15 * c18 + 2 * c17) / (xp.sqrt(c14 + c17) * (c14 + c17))
+    c19 = mate_u**2
+    c20 = c15 * c19
+    c21 = a - r
+    c22 = c21**2
+    c23 = mate_uu * c21
+    # curvature in polar coordinates
+    conjugate_first = (-c15 * c23 + 2 * c20 + c22) / (xp.sqrt(c20 + c22) * (c20 + c22))
+    c24 = m2**2
+    c25 = c16 * c24
+    # curvature in polar coordinates
+    gear_second = (c14 - c18 * c24 + 2 * c25) / (xp.sqrt(c14 + c25) * (c14 + c25))
+    c26 = c19 * c24
+    # curvature in polar coordinates
+    conjugate_second = (c22 - c23 * c24 + 2 * c26) / (xp.sqrt(c22 + c26) * (c22 + c26))
+    return (
+        gear_first, conjugate_first, gear_second, conjugate_second,
+    )
+
+
+def conditions(xp, parameters):
+    """g0, g1, g2."""
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    return (
+        e, R - e, m - xp.divide(1, 2),
+    )
+
+
+def convexity(xp, parameters):
+    """convex."""
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    return (
+        R - e * xp.maximum(m, m / (2 * m - 1))**2,
+    )
+
+
+def relative(xp, swing, shape):
+    """p0, p1."""
+
+    return (
+        1, swing / xp.sqrt(4 - 3 * swing**2),
     )

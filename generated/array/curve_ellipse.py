@@ -60,3 +60,91 @@ def contact(xp, t, parameters, hoisted):
     return (
         r, dr, ddr, ratio, dratio, turned,
     )
+
+
+def curvature(xp, u, parameters, hoisted):
+    """gear_first, conjugate_first, gear_second, conjugate_second."""
+    A = parameters[0]  # [m] semi-axis of the ellipse
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    a = hoisted[0]  # [m] centre distance
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = xp.cos(u)
+    c2 = k * c1 - 1
+    c3 = -c2
+    c4 = k**2 - 1
+    c5 = -c4
+    c6 = A * c5
+    c7 = c6 / c3
+    # pitch curve
+    r = c7
+    c8 = xp.sin(u)
+    c9 = k * c8
+    c10 = c6 * c9 / c3**2
+    # pitch curve, differentiated
+    r_u = -c10
+    # pitch curve, differentiated
+    r_uu = A * k * c4 * (2 * k * c8**2 / c2 + c1) / c2**2
+    c11 = a - c7
+    c12 = 1 / c11
+    # conjugation
+    ratio = c12 * c7
+    # conjugation, differentiated
+    ratio_u = -A**2 * c5**2 * c9 / c11**2 / c3**3 - c10 * c12
+    c13 = r_u / ratio
+    # conjugate, differentiated in its own angle
+    mate_u = -c13
+    # conjugate, differentiated in its own angle
+    mate_uu = (-r_uu + ratio_u * c13) / ratio**2
+    c14 = r**2
+    c15 = m**2
+    c16 = r_u**2
+    c17 = c15 * c16
+    c18 = r * r_uu
+    # curvature in polar coordinates
+    gear_first = (c14 - c15 * c18 + 2 * c17) / (xp.sqrt(c14 + c17) * (c14 + c17))
+    c19 = mate_u**2
+    c20 = c15 * c19
+    c21 = a - r
+    c22 = c21**2
+    c23 = mate_uu * c21
+    # curvature in polar coordinates
+    conjugate_first = (-c15 * c23 + 2 * c20 + c22) / (xp.sqrt(c20 + c22) * (c20 + c22))
+    c24 = m2**2
+    c25 = c16 * c24
+    # curvature in polar coordinates
+    gear_second = (c14 - c18 * c24 + 2 * c25) / (xp.sqrt(c14 + c25) * (c14 + c25))
+    c26 = c19 * c24
+    # curvature in polar coordinates
+    conjugate_second = (c22 - c23 * c24 + 2 * c26) / (xp.sqrt(c22 + c26) * (c22 + c26))
+    return (
+        gear_first, conjugate_first, gear_second, conjugate_second,
+    )
+
+
+def conditions(xp, parameters):
+    """g0, g1, g2, g3."""
+    A = parameters[0]  # [m] semi-axis of the ellipse
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    return (
+        A, k, 1 - k, m - xp.divide(1, 2),
+    )
+
+
+def convexity(xp, parameters):
+    """convex."""
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    return (
+        -k * (xp.maximum(m, m / (2 * m - 1))**2 - 1) + 1,
+    )
+
+
+def relative(xp, swing, shape):
+    """p0, p1."""
+
+    return (
+        1, swing / (xp.sqrt(1 - swing**2) + 1),
+    )

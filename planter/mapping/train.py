@@ -7,6 +7,7 @@ i = 1/slope, i1 = x_s sqrt(i), i2 = sqrt(i)/x_s, r1 = a/(1 + i1), r2 = a - r1, r
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -52,9 +53,8 @@ class Train:
         """Split parameter that closes the first stage: the mean of 1/sqrt(i) over a turn."""
         return float(self._cumulated(_NODES, lambda slope: np.sqrt(slope))[1][-1]) / TURN
 
-    def _cumulated(self, nodes: int, of_slope: object) -> tuple[Array, Array]:
+    def _cumulated(self, nodes: int, of_slope: Callable[[Array], Array]) -> tuple[Array, Array]:
         """Carrier angles (m,) of the ends of the panels and the integral of a function of the slope up to them."""
-        assert callable(of_slope)
         points, weights = np.polynomial.legendre.leggauss(nodes)
         ends = self._panels
         widths = np.diff(ends)

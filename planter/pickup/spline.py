@@ -167,11 +167,15 @@ class PathSpline:
         return float(np.sum(self(u, 1) ** 2) + self(u) @ self(u, 2))
 
     def square_less(self, u: Array, extreme: Extreme) -> Array:
-        """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses no digits."""
+        """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses no digits.
+
+        An extreme beyond the curve's end is that of a dwell, which the curve meets at an angle.
+        """
         apart = self._apart(u, extreme)
         gap = self(u) - extreme.place
         plain = np.sum(gap * (self(u) + extreme.place), axis=1)
-        for i in np.flatnonzero(np.abs(apart) < NEAR * self.length):
+        on_curve = extreme.u <= self.length
+        for i in np.flatnonzero(on_curve & (np.abs(apart) < NEAR * self.length)):
             x = float(apart[i])
             _, slope, bend, third = self._taylor(extreme.u, extreme.u + x / 2)
             step = x * (slope + x * (bend + x * third))

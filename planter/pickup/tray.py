@@ -19,6 +19,8 @@ from planter.pickup.config import Pickup
 from planter.pickup.law import MODEL, TURN
 from planter.pickup.train import Train
 
+FLOOR_MM, BELOW_MM = 1.0, 500.0
+"""Thickness of a cell's floor as drawn, and as counted: a needle that goes through it has not left the tray."""
 CELLS_BESIDE = 2
 """Cells of the tray on either side of the one that is picked, in the plane of the needle."""
 SAMPLES = 720
@@ -47,7 +49,18 @@ class Cell:
         return Cell(depth, top, bottom, pitch, machine.si("targets.entry_depth_mm"), length, width, mounting)
 
     def walls(self) -> Any:
-        """What the tray fills, in the frame of the cell, as a shapely geometry in mm."""
+        """What the tray fills, in the frame of the cell, as a shapely geometry in mm; cells have a floor."""
+        return self._filled(FLOOR_MM)
+
+    def solid(self) -> tuple[Any, Any]:
+        """The tray with all that lies below it, and the room before it, within reach of the needle [mm]."""
+        from shapely import box
+
+        walls = self._filled(BELOW_MM)
+        _, low, _, high = walls.bounds
+        return walls, box(-BELOW_MM, low - BELOW_MM, walls.bounds[2], high + BELOW_MM) - walls
+
+    def _filled(self, floor: float) -> Any:
         from shapely import Polygon, box, unary_union
 
         half = (CELLS_BESIDE + 0.5) * self.pitch * 1000
@@ -57,11 +70,7 @@ class Cell:
                      (0, c + top / 2), (-1, c + top / 2)])
             for c in (k * self.pitch * 1000 for k in range(-CELLS_BESIDE, CELLS_BESIDE + 1))
         ]  # fmt: skip
-        return box(0, -half, depth + FLOOR_MM, half) - unary_union(holes)
-
-
-FLOOR_MM = 1.0
-"""Thickness of a cell's floor."""
+        return box(0, -half, depth + floor, half) - unary_union(holes)
 
 
 @dataclass(frozen=True)
@@ -127,8 +136,7 @@ class Entry:
 
     def clearance(self) -> tuple[float, float]:
         """Least distance of needle and tray over a turn [m], negative where they cut, and where [rad]."""
-        walls = self.cell.walls()
-        free = walls.envelope.buffer(1000) - walls
+        walls, free = self.cell.solid()
         t = np.arange(SAMPLES) * TURN / SAMPLES
         gaps = [_gap(self.needle(float(x)), walls, free) for x in t]
         best = int(np.argmin(gaps))

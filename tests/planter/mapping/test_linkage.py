@@ -77,11 +77,7 @@ def test_circuits_are_closed_and_apart(kind: str) -> None:
     linkage = bar(*LINKAGES[kind])
     for circuit in range(1, len(linkage.reaches) + 1):
         path = linkage.path(circuit, 2880)
-        places = (
-            np.vstack([path.tip, path.tip[:, :1].T])
-            if path.tip.shape[0] != 2
-            else np.column_stack([path.tip, path.tip[:, 0]])
-        )
+        places = np.column_stack([path.tip, path.tip[:, 0]])
         assert np.hypot(*np.diff(places)).max() < 0.01
         seen = {linkage.circuit(float(t), int(a)) for t, a in zip(path.theta[1:-1], path.assembly[1:-1], strict=True)}
         assert seen == {circuit}

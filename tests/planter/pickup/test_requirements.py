@@ -80,7 +80,8 @@ def test_depth_and_straight_entry() -> None:
     chord = found["straight entry"].value / 1000
     end = int(np.argmin(np.abs(np.hypot(*(tip - tip[0]).T) - chord)))
     ahead = (tip[end] - tip[0]) / np.hypot(*(tip[end] - tip[0]))
-    beside = np.abs(np.cross(ahead, tip[: end + 1] - tip[0]))
+    gone = tip[: end + 1] - tip[0]
+    beside = np.abs(ahead[0] * gone[:, 1] - ahead[1] * gone[:, 0])
     assert beside.max() * 1000 == pytest.approx(1.0, abs=5e-3)
     assert entry().straight(0.0001) < entry().straight(0.001) < entry().straight(0.004)
     assert not by_name(straightness_mm=0.1)["straight entry"].holds

@@ -1,0 +1,178 @@
+"""CasADi: from a design to objective, gradient and Hessian in one function, in its virtual machine or in its own C.
+
+Both have what our own kernels have: the share of one side at each lane, a hoisted prologue whose tangent crosses the
+cut, and memory of their own, so that a call makes no matrices. The angles are a loop that CasADi prints (`map`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from planter import toolchain, ways
+from planter.bench.case import Absent, Call, Case, Contender
+from planter.kernels import Array
+
+BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
+
+
+def virtual_machine(case: Case, work: str) -> Contender:
+    if work == "batch":
+        return Contender(_many(case, Graphs(case).value()), f"{BUILT}; {_threads()} threads")
+    run = ways.virtual_machine(ways.Work(_function(case, work), (), False))
+    return Contender(_call(run, work), BUILT)
+
+
+def own_c(case: Case, work: str) -> Contender:
+    return _compiled(case, work, ())
+
+
+def own_c_fast(case: Case, work: str) -> Contender:
+    """With the floating-point freedom that our lanes have."""
+    return _compiled(case, work, toolchain.FAST_MATH)
+
+
+def _compiled(case: Case, work: str, more: tuple[str, ...]) -> Contender:
+    flags = (*toolchain.OPTIMISED, *more)
+    function = Graphs(case).value() if work == "batch" else _function(case, work)
+    try:
+        built = f"{BUILT}; {' '.join((*flags, *toolchain.compiler().flags))}"
+        loaded = _external(function, flags)
+    except toolchain.NoCompiler as reason:
+        raise Absent(str(reason)) from None
+    if work == "batch":
+        return Contender(_many(case, loaded), f"{built}; {_threads()} threads")
+    return Contender(_call(ways.VirtualMachine(ways.Work(function, (), False), loaded), work), built)
+
+
+def _external(function: ca.Function, flags: tuple[str, ...]) -> ca.Function:
+    generator = ca.CodeGenerator(f"{function.name()}.c")
+    generator.add(function)
+    path = toolchain.library(function.name(), generator.dump(), flags)
+    toolchain.load(path)
+    return ca.external(function.name(), str(path))
+
+
+def _call(run: ways.Way, work: str) -> Call:
+    if work == "cycle":
+        return lambda x: float(run([x], 1)[0][0, 0])
+    if work == "hessian":
+        return lambda x: run([x], 1)[0]
+
+    def both(x: Array) -> tuple[float, Array]:
+        value, gradient = run([x], 1)
+        return float(value[0, 0]), gradient[:, 0]
+
+    return both
+
+
+def _threads() -> int:
+    return os.cpu_count() or 1
+
+
+def _many(case: Case, function: ca.Function) -> Call:
+    calls: dict[int, ways.Way] = {}
+
+    def call(designs: Array) -> Array:
+        count = len(designs)
+        if count not in calls:
+            mapped = function.map(count, "thread", min(_threads(), count))
+            calls[count] = ways.virtual_machine(ways.Work(mapped, (), False))
+        found: Array = calls[count]([designs.T], 1)[0][0]
+        return found
+
+    return call
+
+
+def _function(case: Case, work: str) -> ca.Function:
+    graphs = Graphs(case)
+    made: dict[str, Callable[[], ca.Function]] = {
+        "cycle": graphs.value, "cycle+gradient": graphs.gradient, "hessian": graphs.hessian,
+    }  # fmt: skip
+    return made[work]()
+
+
+class Graphs:
+    """A turn as CasADi functions of the design."""
+
+    def __init__(self, case: Case) -> None:
+        device = case.device
+        self.case, self.force, self.functions = case, device.force, device.functions
+        self.prologue = device.prologue_kernel.function
+        self.x, self.c = ca.MX.sym("x", device.size), ca.DM(case.constants)
+        self.lanes = ca.DM(case.lanes).T
+
+    def value(self) -> ca.Function:
+        h = self.functions.prologue_function(self.x, self.c)
+        share = self._mapped(self.force.value_kernel)(self.lanes, self.x, self.c, h)
+        return ca.Function("peer_value", [self.x], [self._objective(self._folded(share))])
+
+    def gradient(self) -> ca.Function:
+        force, rows, _ = self._slopes()
+        gradient = ca.mtimes(rows, self._tiled(self._weights(force)).T)
+        return ca.Function("peer_slopes", [self.x], [self._objective(force), gradient])
+
+    def hessian(self) -> ca.Function:
+        """As `Turns.hessian`: the extremes stay at their samples."""
+        force, rows, (h, dh) = self._slopes()
+        run = self._mapped(self.force.hessian_kernel)
+        packed, slope = run(self.lanes, self.x, self.c, h, dh, self._tiled(self._weights(force)))
+        curved = self.case.device.prologue_hessian_kernel.function(self.x, self.c, slope)
+        folded = sum(ca.horzsplit(rows, force.numel()))
+        n, (_, first, second) = force.numel(), self._spread(force)
+        centred = folded - ca.repmat(ca.sum2(folded) / n, 1, n)
+        along = 2 / n * ca.mtimes(folded, (force - ca.sum2(force) / n).T)
+        bent = self._unpacked(packed) + curved + 2 / n * first * ca.mtimes(centred, centred.T)
+        return ca.Function("peer_hessian", [self.x], [ca.densify(bent + second * ca.mtimes(along, along.T))])
+
+    def _mapped(self, kernel: Any) -> ca.Function:
+        """A kernel's function over all lanes, as a loop; summed where the kernel is."""
+        function, varying = kernel.work.function, kernel.work.varying
+        shared = [i for i, name in enumerate(function.name_in()) if name not in varying]
+        summed = list(range(function.n_out())) if kernel.work.summed else []
+        return function.map(f"{function.name()}_turn", "serial", self.lanes.numel(), shared, summed)
+
+    def _slopes(self) -> tuple[ca.MX, ca.MX, tuple[ca.MX, ca.MX]]:
+        """Force (1, n), rows of the shares' slopes in the design (p, lanes), and h with the entries of its tangent."""
+        h, jacobian = self.prologue(self.x, self.c)
+        dh = ca.project(jacobian, self.force.shares.tangent).nz[:]
+        share, rows = self._mapped(self.force.slopes_kernel)(self.lanes, self.x, self.c, h, dh)
+        return self._folded(share), rows[1:, :], (h, dh)
+
+    def _folded(self, share: ca.MX) -> ca.MX:
+        return sum(ca.horzsplit(share, len(self.case.angles)))
+
+    def _tiled(self, row: ca.MX) -> ca.MX:
+        return ca.repmat(row, 1, self.case.sides)
+
+    def _objective(self, force: ca.MX) -> ca.MX:
+        return self.case.objective.weight_range * (ca.mmax(force) - ca.mmin(force)) + self._spread(force)[0]
+
+    def _spread(self, force: ca.MX) -> tuple[ca.MX, Any, Any]:
+        """The weighted spread and its first two derivatives in the variance."""
+        n, weight = force.numel(), self.case.objective.weight_variance
+        variance = ca.sumsqr(force - ca.sum2(force) / n) / n
+        if self.case.objective.kind == "paper":
+            return weight * variance, weight, 0.0
+        deviation = ca.sqrt(variance)
+        first = weight / (2 * deviation)
+        return weight * deviation, first, -first / (2 * variance)
+
+    def _weights(self, force: ca.MX) -> ca.MX:
+        """Slope of the objective in the force at each angle, (1, n)."""
+        n = force.numel()
+        extremes = (force == ca.mmax(force)) - (force == ca.mmin(force))
+        spread = 2 / n * self._spread(force)[1] * (force - ca.sum2(force) / n)
+        return spread + self.case.objective.weight_range * extremes
+
+    def _unpacked(self, packed: ca.MX) -> ca.MX:
+        """The Hessian in the design from its packed rows in (angle, design)."""
+        size = self.force.size
+        places = np.zeros((size, size), dtype=int)
+        rows, columns = np.tril_indices(size)
+        places[rows, columns] = places[columns, rows] = np.arange(len(rows))
+        return ca.reshape(packed[places[1:, 1:].ravel().tolist()], size - 1, size - 1)

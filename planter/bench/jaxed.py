@@ -1,0 +1,151 @@
+"""JAX: the generator's array code, jitted in double precision, the prologue hoisted; compile time is not counted."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from planter.bench.arrays import ArrayCode
+from planter.bench.case import Absent, Call, Case, Contender
+from planter.kernels import Array
+
+CHUNK = 500
+"""Designs of a batch in one call."""
+TRIALS = 5
+
+
+def contender(case: Case, work: str, thorough: bool = True) -> Contender:
+    """The fastest of the forms that there are for a work, or, not `thorough`, the one that mostly is."""
+    try:
+        import jax
+    except ModuleNotFoundError:
+        raise Absent("jax is not installed") from None
+    jax.config.update("jax_enable_x64", True)
+    forms = Forms(case).of(work)
+    found = _fastest(case, work, forms if thorough else dict(list(forms.items())[:1]))
+    return Contender(forms[found], f"jit, float64, prologue hoisted; {found}")
+
+
+def _fastest(case: Case, work: str, forms: dict[str, Call]) -> str:
+    if len(forms) == 1 or work == "batch":
+        return next(iter(forms))
+    designs = [x for x, _ in zip(case.designs(seed=1), range(TRIALS), strict=False)]
+    return min(forms, key=lambda form: _seconds(forms[form], designs))
+
+
+def _seconds(call: Call, designs: list[Array]) -> float:
+    call(designs[0])
+    taken = []
+    for x in designs:
+        begun = time.perf_counter()
+        call(x)
+        taken.append(time.perf_counter() - begun)
+    return min(taken)
+
+
+class Forms:
+    """The same mathematics in the forms that suit a compiler of arrays differently."""
+
+    def __init__(self, case: Case) -> None:
+        import jax
+        import jax.numpy as jnp
+
+        self.case, self.code, self.jax, self.np = case, ArrayCode(case.device), jax, jnp
+        self.lanes, self.constants = jnp.asarray(case.lanes), jnp.asarray(case.constants)
+
+    def of(self, work: str) -> dict[str, Call]:
+        """Calls by what they do; the first is mostly the fastest."""
+        if work == "cycle":
+            return {f"{name}": self._value(force) for name, force in self._forces().items()}
+        if work == "cycle+gradient":
+            share = self.share
+            forward = {f"tangents along the design, {name}": self._tangents(f) for name, f in self._forces(True).items()}
+            return {**forward, "reverse, share of a side at each lane": self._reverse(share)}
+        if work == "hessian":
+            return {"forward over reverse, share of a side at each lane": self._hessian()}
+        return {f"vmap over {CHUNK} designs": self._batch()}
+
+    def _forces(self, share_first: bool = False) -> dict[str, Callable[..., Any]]:
+        forms = {"both sides at half the lanes": self.both, "share of a side at each lane": self.share}
+        return dict(sorted(forms.items(), reverse=True)) if share_first else forms
+
+    def share(self, x: Any, h: Any) -> Any:
+        return self.case.folded(self.code.share(self.np, self.lanes, x, h, self.constants))
+
+    def both(self, x: Any, h: Any) -> Any:
+        half = tuple(self.lanes.reshape(2, -1))
+        return self.code.force(self.np, half, x, h, self.constants)
+
+    def objective(self, force: Any) -> Any:
+        settings = self.case.objective
+        variance = force.var()
+        spread = variance if settings.kind == "paper" else self.np.sqrt(variance)
+        return settings.weight_range * (force.max() - force.min()) + settings.weight_variance * spread
+
+    def _value(self, force: Callable[..., Any]) -> Call:
+        run = self.jax.jit(lambda x, h: self.objective(force(x, h)))
+        return lambda x: float(run(x, self.case.prologue(x)[0]))
+
+    def _with_gradient(self, function: Callable[..., Any]) -> Call:
+        run = self.jax.jit(function)
+
+        def call(x: Array) -> tuple[float, Array]:
+            value, gradient = run(x, *self.case.prologue(x))
+            return float(value), np.asarray(gradient)
+
+        return call
+
+    def _tangents(self, force: Callable[..., Any]) -> Call:
+        size = self.case.device.size
+
+        def both(x: Any, h: Any, dh: Any) -> Any:
+            def along(step: Any) -> Any:
+                return self.jax.jvp(lambda s: force(x + s, h + dh @ s), (self.np.zeros(size),), (step,))
+
+            found, rows = self.jax.vmap(along, out_axes=(None, 0))(self.np.eye(size))
+            value, weights = self.jax.value_and_grad(self.objective)(found)
+            return value, rows @ weights
+
+        return self._with_gradient(both)
+
+    def _reverse(self, force: Callable[..., Any]) -> Call:
+        def both(x: Any, h: Any, dh: Any) -> Any:
+            slopes = self.jax.value_and_grad(lambda x, h: self.objective(force(x, h)), (0, 1))
+            value, (along_x, along_h) = slopes(x, h)
+            return value, along_x + dh.T @ along_h
+
+        return self._with_gradient(both)
+
+    def _hessian(self) -> Call:
+        def slopes(x: Any, h: Any) -> Any:
+            return self.jax.grad(lambda x, h: self.objective(self.share(x, h)), (0, 1))(x, h)
+
+        def bent(x: Any, h: Any, dh: Any) -> Any:
+            def along(step: Any) -> Any:
+                along_x, along_h = slopes(x + step, h + dh @ step)
+                return along_x + dh.T @ along_h, along_h
+
+            rows, (_, along_h) = self.jax.jacfwd(lambda s: (along(s)[0], along(s)), has_aux=True)(self.np.zeros(x.size))
+            return rows, along_h
+
+        run = self.jax.jit(bent)
+
+        def call(x: Array) -> Array:
+            rows, along_h = run(x, *self.case.prologue(x))
+            found: Array = np.asarray(rows) + self.case.bending(x, np.asarray(along_h))
+            return found
+
+        return call
+
+    def _batch(self) -> Call:
+        run = self.jax.jit(self.jax.vmap(lambda x, h: self.objective(self.both(x, h)), in_axes=(0, 1)))
+
+        def call(designs: Array) -> Array:
+            h = self.case.prologues(designs)
+            parts = [run(designs[i : i + CHUNK], h[:, i : i + CHUNK]) for i in range(0, len(designs), CHUNK)]
+            return np.concatenate([np.asarray(part) for part in parts])
+
+        return call

@@ -1,0 +1,178 @@
+"""`planter pickup` against its contract: keys, nulls in the dwell, files, exit codes, one sentence for bad input."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter import builtin
+from planter.cli import app
+
+KEYS = {
+    "L1_mm", "L2_mm", "L3_max_mm", "L3_min_mm", "phi5_far_deg", "phi5_near_deg", "beta1_deg", "a1_mm", "a2_mm", "helix_deg",
+    "helical_contact_ratio", "dwell", "slope", "sun_radius_mm", "sun_toothed_arc_mm", "phi1_monotone",
+    "round_trip_error_rad", "at",
+}  # fmt: skip
+AT = {"t_deg", "tip_mm", "L3_mm", "tip_speed_mm_s", "rho1_mm", "rho2_mm", "contact_ratio"}
+TOML = builtin.example("yu2023", "pickup", ".toml")
+CSV = builtin.example("yu2023-path", "pickup", ".csv")
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["pickup", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def answer(*arguments: str) -> dict:
+    code, out, err = run(*arguments, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def refusal(*arguments: str) -> str:
+    for extra in ((), ("--json",)):
+        code, out, err = run(*arguments, *extra)
+        assert (code, out) == (2, "")
+        assert err.count("\n") == 1
+    return err.strip()
+
+
+def by_path(folder: Path, points: str = CSV, **changes: str) -> str:
+    """A file like the built-in one, but driven by points.csv beside it."""
+    head, _, rest = TOML.partition("[law]")
+    text = head + '[path]\ncsv = "points.csv"\n\n[spline]' + rest.partition("[spline]")[2]
+    text = "\n".join(line for line in text.splitlines() if not line.startswith('law = "'))
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    (folder / "points.csv").write_text(points)
+    (folder / "mine.toml").write_text(text)
+    return str(folder / "mine.toml")
+
+
+def test_keys_and_values_of_the_built_in_law() -> None:
+    found = answer("yu2023", "--at", "0", "--at", "100", "--at", "240")
+    assert found.keys() >= KEYS
+    assert found["dwell"].keys() == {"start_deg", "end_deg", "tip_radius_mm"}
+    assert found["slope"].keys() == {"min", "max", "mean"}
+    assert found["slope"] == pytest.approx({"min": 0, "max": 1.1606603790 * 1.3549389251, "mean": 1}, abs=1e-9)
+    assert [found[key] for key in ("L1_mm", "L2_mm", "a2_mm")] == pytest.approx([93.3377, 163, 44.6])
+    assert found["phi5_far_deg"] == pytest.approx(40)
+    assert [found["dwell"]["start_deg"], found["dwell"]["end_deg"]] == pytest.approx([210, 270])
+    assert found["round_trip_error_rad"] < 1e-9
+    assert found["phi1_monotone"] is True
+    assert [row.keys() for row in found["at"]] == [AT] * 3
+    at = found["at"]
+    assert at[0]["tip_mm"] == pytest.approx([196.366071, 164.770697], abs=1e-6)
+    assert at[0]["L3_mm"] == pytest.approx(256.3377)
+    assert [at[2][key] for key in ("rho1_mm", "rho2_mm", "contact_ratio")] == [None] * 3
+    assert at[2]["L3_mm"] == pytest.approx(found["dwell"]["tip_radius_mm"])
+    assert at[2]["tip_speed_mm_s"] == pytest.approx(at[2]["L3_mm"] * 2 * np.pi)
+    ratio = 1.1606603790 * (1 + 0.3549389251 * np.cos(np.radians(210)))
+    radius = found["a1_mm"] * ratio / (1 + ratio)
+    assert found["locking_arcs"]["end_radii_mm"][0] == pytest.approx(radius)
+
+
+def test_a_path_in_a_file_a_csv_alone_and_the_built_in_one_agree(tmp_path: Path) -> None:
+    files = [answer(by_path(tmp_path)), answer(str(tmp_path / "points.csv")), answer("yu2023-path")]
+    for other in files[1:]:
+        assert {k: other[k] for k in KEYS} == {k: files[0][k] for k in KEYS}
+    law = answer("yu2023")
+    assert files[0]["L1_mm"] == pytest.approx(law["L1_mm"], abs=1e-3)
+    assert files[0]["phi5_near_deg"] == pytest.approx(law["phi5_near_deg"], abs=0.01)
+    assert files[0]["dwell"]["start_deg"] == pytest.approx(210, abs=0.05)
+
+
+def test_values_can_be_set() -> None:
+    found = answer("yu2023", "--set", "gamma_deg=140", "--set", "speed_deg_per_s=180", "--at", "240")
+    assert found["a1_mm"] != pytest.approx(answer("yu2023")["a1_mm"], abs=1)
+    assert found["at"][0]["tip_speed_mm_s"] == pytest.approx(found["at"][0]["L3_mm"] * np.pi)
+
+
+def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
+    found = answer("yu2023", "--optimise", "--out", str(tmp_path))
+    assert found["optimised"]["holds"] is True
+    assert all(one["holds"] for one in found["requirements"])
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "summary.json", "cycle.csv", "pitch.csv", "path.csv", "value_points.csv", "report.html", "figures",
+    }  # fmt: skip
+    pictures = {"path", "pitch_curves", "contact_ratio", "tip_motion", "law"}
+    assert {file.stem for file in (tmp_path / "figures").iterdir()} == pictures
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["L1_mm"] == found["L1_mm"]
+    assert summary["input"]["name"] == "yu2023"
+    assert "all requirements" not in (tmp_path / "report.html").read_text()
+    again = answer(str(tmp_path / "path.csv"))
+    missed = [one["name"] for one in again["requirements"] if one["margin"] < -1e-3]
+    assert missed == []
+    assert again["dwell"]["start_deg"] == pytest.approx(found["dwell"]["start_deg"], abs=1e-4)
+    coarse = answer(str(tmp_path / "value_points.csv"))
+    assert coarse["push"]["swing_deg"] == pytest.approx(found["push"]["swing_deg"], abs=0.1)
+
+
+def test_the_pitch_file_leaves_out_the_dwell(tmp_path: Path) -> None:
+    answer("yu2023", "--out", str(tmp_path))
+    rows = [line for line in (tmp_path / "pitch.csv").read_text().splitlines() if not line.startswith("#")]
+    angles = [float(row["t_deg"]) for row in csv.DictReader(rows)]
+    assert [angles[0], angles[-1]] == pytest.approx([-90, 210])
+
+
+def test_tables() -> None:
+    code, out, err = run("yu2023", "--at", "90")
+    assert (code, err) == (0, "")
+    assert "helical_contact_ratio" in out
+    assert "not met" in out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("gamma_deg = 150", "gamma_deg = 80", ["carrier.gamma_deg = 80", "greater than 90"]),
+        ("a2_mm = 44.6", "a2_mm = 40", ["carrier.a2_mm = 40", "at least mn"]),
+        ("a2_mm = 44.6", "a2_mm = 120", ["a2_mm = 120", "less than L1"]),
+        ("L2_mm = 163.0", "L2_mm = 90", ["bars.L2_mm = 90", "greater than L1_mm"]),
+        ("[210, 270]", "[270, 210]", ["law.dwell_t_deg", "0 < start < end"]),
+        ("p = 0.35", "p = 1.35", ["law.p", "less than 1"]),
+        ("z2 = 21", "z2 = 22", ["helical_stage.z2 = 22", "z1 = 21"]),
+        ("phi1_far_deg = 180", "phi1_far_deg = 90", ["law.phi1_far_deg", "180"]),
+        ("m_mm = 2", "m_mm = nan", ["m_mm", "finite"]),
+        ("gamma_deg = 150", "gamma = 150", ["carrier.gamma", "did you mean gamma_deg"]),
+        ("p = 0.35", "pp = 0.35", ["law.pp", "allowed here"]),
+        ("[bars]", "[path]\ncsv = 'a.csv'\n[bars]", ["path", "not both"]),
+    ],
+)
+def test_bad_files(old: str, new: str, parts: list[str], tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text(TOML.replace(old, new))
+    message = refusal(str(tmp_path / "bad.toml"))
+    assert "bad.toml" in message
+    assert all(part in message for part in parts), message
+
+
+@pytest.mark.parametrize(
+    ("points", "part"),
+    [
+        ("x,y\n1,2\n", "the header"),
+        (CSV.replace("196.366071,", "far,"), "line 4"),
+        (CSV.replace("196.366071,", "nan,"), "finite"),
+        ("\n".join(CSV.splitlines()[:9]), "at least 12"),
+        (CSV.replace("192.841830,161.826570", "196.366071,164.770697"), "point 1 is given twice"),
+        ("\n".join([*CSV.splitlines()[:3], *CSV.splitlines()[:2:-1]]), "counter-clockwise"),
+        ("", "the header"),
+    ],
+)
+def test_bad_points(points: str, part: str, tmp_path: Path) -> None:
+    message = refusal(by_path(tmp_path, points))
+    assert "points.csv" in message
+    assert part in message
+
+
+def test_missing_files_and_angles(tmp_path: Path) -> None:
+    assert "no such file" in refusal(str(tmp_path / "none.toml"))
+    assert "no built-in" in refusal("yu2024")
+    assert "no built-in machine" in refusal("wang2017")
+    config = by_path(tmp_path)
+    (tmp_path / "points.csv").unlink()
+    assert "points.csv: there is no such file" in refusal(config)
+    assert "--at nan" in refusal("yu2023", "--at", "nan")
