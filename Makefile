@@ -9,7 +9,7 @@ SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test derive audit check-generated lint clean
+.PHONY: help optimise test derive audit check-generated bench lint clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -29,6 +29,9 @@ audit: $(VENV)/.complete  ## judge the papers' equations, write generated/audit.
 check-generated: $(VENV)/.complete  ## derive again into a temporary folder, compare with generated/ both ways
 	$(BIN)/python -m derive --check
 
+bench: $(VENV)/.bench  ## time every way to evaluate a turn, write bench.json and the tables to out/
+	$(BIN)/planter bench --out $(OUT)
+
 lint: $(VENV)/.complete  ## format check, lint, types
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
@@ -38,13 +41,17 @@ clean:  ## remove the virtual environment, caches and results
 	rm -rf $(VENV) $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
 	find derive generated planter tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
-# Two stamps: what a user of the command needs, and everything that tests, derivation and lint need.
+# Stamps: what a user of the command needs, everything that tests, derivation and lint need, and the benchmark's peers.
 $(VENV)/.runtime: $(VENV)/.created
 	$(PIP) --editable .
 	@touch $@
 
 $(VENV)/.complete: $(VENV)/.created
 	$(PIP) --editable '.[derive,test,dev]'
+	@touch $@ $(VENV)/.runtime
+
+$(VENV)/.bench: $(VENV)/.created
+	$(PIP) --editable '.[derive,bench]'
 	@touch $@ $(VENV)/.runtime
 
 $(VENV)/.created: $(SETUP)

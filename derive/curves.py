@@ -20,11 +20,18 @@ from derive.quantity import Quantity, Vector
 
 __all__ = [
     "CONTACT", "CURVATURE", "FAMILIES", "ByClosure", "BySeries", "Condition", "PitchCurve", "Shape", "a",
-    "contact_steps", "curvature_steps", "m", "parameter_steps", "register", "swing", "t", "u",
+    "contact_steps", "curvature_steps", "find_families", "m", "parameter_steps", "register", "swing", "t", "u",
 ]  # fmt: skip
 
-for _found in sorted(found.name for found in pkgutil.iter_modules(families.__path__)):
-    import_module(f"{families.__name__}.{_found}")
+
+
+def find_families() -> None:
+    """Import every file in ``derive.families``, so that its families register themselves."""
+    for name in sorted(found.name for found in pkgutil.iter_modules(families.__path__)):
+        import_module(f"{families.__name__}.{name}")
+
+
+find_families()
 
 _SOURCE = "pitch curve"
 tau = Quantity("tau", "rad", "polar angle within the turn", _SOURCE)

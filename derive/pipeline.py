@@ -138,7 +138,9 @@ def _laws(its_key: str) -> list[record.Record]:
 
 def _laws_key() -> str:
     chains = wang2017.SIDE, wang2017.FRAME
-    return key.of_chain([planting_laws.__name__], chains, planting_cycle.MACHINE.read_text(encoding="utf-8"))
+    found = sorted({type(family).__module__ for family in FAMILIES.values()})
+    data = planting_cycle.MACHINE.read_text(encoding="utf-8")
+    return key.of_chain([planting_laws.__name__, *found], chains, data)
 
 
 def _named(name: str, for_casadi: str, for_arrays: str, description: str) -> dict[str, str]:

@@ -199,27 +199,35 @@ def conditions() -> Function:
 
 
 def convexity() -> Function:
-    """0 operations. Each output must be positive; the sidecar names them."""
+    """11 operations. Outputs:
+
+        convex [1] positive if and only if the deformed curve is convex
+    """
     parameters = SX.sym("parameters", 3)
     R = parameters[0]  # [m] radius of the eccentric circle
     e = parameters[1]  # [m] eccentricity of the circle
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = 1 - e * fmax(m, m / (2 * m - 1))**2 / R
     outputs = [
-        R - e * fmax(m, m / (2 * m - 1))**2
+        convex
     ]
     return Function("convexity", [parameters], outputs, ["parameters"], ["convex"])
 
 
 def relative() -> Function:
-    """0 operations. Outputs:
+    """5 operations. Outputs:
 
-        p0 [m] radius of the eccentric circle
-        p1 [m] eccentricity of the circle
+        R_ [m] radius of the eccentric circle
+        e_ [m] eccentricity of the circle
     """
     swing = SX.sym("swing")
     shape = SX.sym("shape", 0)
-
+    # unit size
+    R_ = 1
+    # unit size
+    e_ = swing / sqrt(4 - 3 * swing**2)
     outputs = [
-        1, swing / sqrt(4 - 3 * swing**2)
+        R_, e_
     ]
-    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["p0", "p1"])
+    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["R_", "e_"])

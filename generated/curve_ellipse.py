@@ -178,26 +178,34 @@ def conditions() -> Function:
 
 
 def convexity() -> Function:
-    """0 operations. Each output must be positive; the sidecar names them."""
+    """10 operations. Outputs:
+
+        convex [1] positive if and only if the deformed curve is convex
+    """
     parameters = SX.sym("parameters", 3)
     k = parameters[1]  # [1] eccentricity of the ellipse
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = -k * (fmax(m, m / (2 * m - 1))**2 - 1) + 1
     outputs = [
-        -k * (fmax(m, m / (2 * m - 1))**2 - 1) + 1
+        convex
     ]
     return Function("convexity", [parameters], outputs, ["parameters"], ["convex"])
 
 
 def relative() -> Function:
-    """0 operations. Outputs:
+    """7 operations. Outputs:
 
-        p0 [m] semi-axis of the ellipse
-        p1 [1] eccentricity of the ellipse
+        A_ [m] semi-axis of the ellipse
+        k_ [1] eccentricity of the ellipse
     """
     swing = SX.sym("swing")
     shape = SX.sym("shape", 0)
-
+    # unit size
+    A_ = 1
+    # unit size
+    k_ = swing / (sqrt(1 - swing**2) + 1)
     outputs = [
-        1, swing / (sqrt(1 - swing**2) + 1)
+        A_, k_
     ]
-    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["p0", "p1"])
+    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["A_", "k_"])

@@ -164,27 +164,35 @@ def conditions() -> Function:
 
 
 def convexity() -> Function:
-    """0 operations. Each output must be positive; the sidecar names them."""
+    """12 operations. Outputs:
+
+        convex [1] positive if and only if the deformed curve is convex
+    """
     parameters = SX.sym("parameters", 3)
     l = parameters[0]  # [m] mean radius of the limacon
     b = parameters[1]  # [m] amplitude of the limacon's radius
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = -b * (fmax(m, m / (2 * m - 1))**2 + 1) / l + 1
     outputs = [
-        -b * (fmax(m, m / (2 * m - 1))**2 + 1) + l
+        convex
     ]
     return Function("convexity", [parameters], outputs, ["parameters"], ["convex"])
 
 
 def relative() -> Function:
-    """0 operations. Outputs:
+    """5 operations. Outputs:
 
-        p0 [m] mean radius of the limacon
-        p1 [m] amplitude of the limacon's radius
+        l_ [m] mean radius of the limacon
+        b_ [m] amplitude of the limacon's radius
     """
     swing = SX.sym("swing")
     shape = SX.sym("shape", 0)
-
+    # unit size
+    l_ = 1
+    # unit size
+    b_ = swing / sqrt(4 - 3 * swing**2)
     outputs = [
-        1, swing / sqrt(4 - 3 * swing**2)
+        l_, b_
     ]
-    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["p0", "p1"])
+    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["l_", "b_"])

@@ -170,12 +170,17 @@ def conditions() -> Function:
 
 
 def convexity() -> Function:
-    """0 operations. Each output must be positive; the sidecar names them."""
+    """12 operations. Outputs:
+
+        convex [1] positive if and only if the deformed curve is convex
+    """
     parameters = SX.sym("parameters", 3)
     c = parameters[1]  # [1] amplitude of the ratio
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = c**2 - c * (fmax(m, m / (2 * m - 1))**2 + 3) + 2
     outputs = [
-        c**2 - c * (fmax(m, m / (2 * m - 1))**2 + 3) + 2
+        convex
     ]
     return Function("convexity", [parameters], outputs, ["parameters"], ["convex"])
 
@@ -183,13 +188,16 @@ def convexity() -> Function:
 def relative() -> Function:
     """0 operations. Outputs:
 
-        p0 [m] centre distance of the gear pair
-        p1 [1] amplitude of the ratio
+        D_ [m] centre distance of the gear pair
+        c_ [1] amplitude of the ratio
     """
     swing = SX.sym("swing")
     shape = SX.sym("shape", 0)
-
+    # unit size
+    D_ = 1
+    # unit size
+    c_ = swing
     outputs = [
-        1, swing
+        D_, c_
     ]
-    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["p0", "p1"])
+    return Function("relative", [swing, shape], outputs, ["swing", "shape"], ["D_", "c_"])

@@ -62,6 +62,24 @@ class Stage:
         """(u, parameters, hoisted) -> curvatures [1/m] of the gear and its conjugate on both segments, u in [0, pi]."""
         return Kernel(emitted.module(f"curve_{self.family}").curvature(self.terms), lanes=["u"])
 
+    def least_curvature(self, parameters: Array) -> dict[str, float]:
+        """Least curvature [1/m] of the gear and its conjugate on both segments; negative where a curve is hollow."""
+        from scipy.optimize import minimize_scalar
+
+        hoisted = self.prologue(parameters=parameters)["hoisted"]
+        u = np.linspace(0, np.pi, 181)
+        sampled = self.curvature(u=u, parameters=parameters, hoisted=hoisted)
+        least = {}
+        for name, row in sampled.items():
+            place = int(np.argmin(row[0]))
+            between = u[max(place - 1, 0)], u[min(place + 1, u.size - 1)]
+            found = minimize_scalar(
+                lambda v, name=name: self.curvature(u=[v], parameters=parameters, hoisted=hoisted)[name][0, 0],
+                bounds=between, method="bounded", options={"xatol": 1e-9},
+            )  # fmt: skip
+            least[name] = min(float(row[0, place]), float(found.fun))
+        return least
+
     def check_parameters(self, candidate: Candidate) -> None:
         """Raise GeometryError, naming file, key, value and bound, where a condition of the family fails."""
         conditions = Kernel(emitted.module(f"curve_{self.family}").conditions())

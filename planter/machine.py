@@ -51,7 +51,7 @@ class Machine(Sourced):
     bounds: dict[str, Pair]
     objective: Objective
     genetic_algorithm: GeneticAlgorithm
-    requirements: Requirements | None = None  # type: ignore[valid-type]
+    requirements: Requirements | None = None
     origins: Origins = Field(alias="origin")
 
     def check_names(self, names: tuple[str, ...]) -> None:

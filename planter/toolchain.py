@@ -54,10 +54,12 @@ def _compiler(name: str) -> Compiler:
     path = shutil.which(name) if name else None
     if path is None:
         raise NoCompiler(f"there is no C compiler {name!r}" if name else "the variable CC is empty")
-    answer = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
-    if answer.returncode:
-        raise NoCompiler(f"the C compiler {path} does not run")
-    return Compiler(path, answer.stdout.splitlines()[0], tuple(flag for flag in MACHINE_FLAGS if _takes(path, flag)))
+    try:
+        answer = subprocess.run([path, "--version"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise NoCompiler(f"the C compiler {path} does not run") from error
+    version = answer.stdout.partition("\n")[0]
+    return Compiler(path, version, tuple(flag for flag in MACHINE_FLAGS if _takes(path, flag)))
 
 
 def _takes(path: str, flag: str) -> bool:
@@ -72,7 +74,8 @@ def library(name: str, source: str, flags: tuple[str, ...], needed: tuple[Path, 
         if not sound(path):
             _build(source, path, flags, needed)
     except subprocess.CalledProcessError as error:
-        reason = (error.stderr.decode(errors="replace").strip().splitlines() or ["it gave no reason"])[0]
+        said = error.stderr.decode(errors="replace").strip().splitlines() or ["it gave no reason"]
+        reason = next((line for line in said if "error" in line), said[0])
         raise NoCompiler(f"{compiler().path} did not compile {name}: {reason}") from error
     except (OSError, subprocess.SubprocessError) as error:
         raise NoCompiler(f"{name} could not be compiled: {error}") from error
@@ -133,18 +136,26 @@ def _processor() -> str:
     return "\n".join([platform.machine(), platform.processor(), *sorted(set(known))])
 
 
-def cache_folder() -> Path:
-    """The user's private folder of compiled functions, made where it is missing.
+def cache_path() -> Path:
+    """Where compiled functions are kept: PLANTER_CACHE, else `planter` in XDG_CACHE_HOME, else `~/.cache/planter`.
 
-    It is PLANTER_CACHE, else `planter` in XDG_CACHE_HOME, else `~/.cache/planter`. Raises NoCompiler where it cannot be
-    made, or where others could put something into it.
+    Raises RuntimeError for a user without a home.
     """
     named = os.environ.get("PLANTER_CACHE")
     folder = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "planter"
+    return folder.absolute()
+
+
+def cache_folder() -> Path:
+    """The user's private folder of compiled functions, `cache_path`, made where it is missing.
+
+    Raises NoCompiler where it cannot be made, or where others could put something into it.
+    """
     try:
+        folder = cache_path()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         state = folder.stat()
-    except OSError as error:
+    except (OSError, RuntimeError) as error:
         raise NoCompiler(f"there is no folder for compiled functions: {error}") from error
     if hasattr(os, "getuid") and (state.st_uid != os.getuid() or state.st_mode & stat.S_IWOTH):
         raise NoCompiler(f"the folder for compiled functions, {folder}, is open to other users")
@@ -153,7 +164,11 @@ def cache_folder() -> Path:
     return folder
 
 
-@cache
+_warned: list[str] = []
+
+
 def warn(reason: str) -> None:
-    """Say, once for each reason, that everything works, but slower."""
-    logging.getLogger("planter").warning("planter: slower without compiled functions: %s", reason)
+    """Say, once for a process, that everything works, but slower."""
+    if not _warned:
+        _warned.append(reason)
+        logging.getLogger("planter").warning("planter: slower without compiled functions: %s", reason)

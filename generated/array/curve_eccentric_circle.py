@@ -150,14 +150,19 @@ def convexity(xp, parameters):
     R = parameters[0]  # [m] radius of the eccentric circle
     e = parameters[1]  # [m] eccentricity of the circle
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = 1 - e * xp.maximum(m, m / (2 * m - 1))**2 / R
     return (
-        R - e * xp.maximum(m, m / (2 * m - 1))**2,
+        convex,
     )
 
 
 def relative(xp, swing, shape):
-    """p0, p1."""
-
+    """R_, e_."""
+    # unit size
+    R_ = 1
+    # unit size
+    e_ = swing / xp.sqrt(4 - 3 * swing**2)
     return (
-        1, swing / xp.sqrt(4 - 3 * swing**2),
+        R_, e_,
     )

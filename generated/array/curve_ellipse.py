@@ -137,14 +137,19 @@ def convexity(xp, parameters):
     """convex."""
     k = parameters[1]  # [1] eccentricity of the ellipse
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = -k * (xp.maximum(m, m / (2 * m - 1))**2 - 1) + 1
     return (
-        -k * (xp.maximum(m, m / (2 * m - 1))**2 - 1) + 1,
+        convex,
     )
 
 
 def relative(xp, swing, shape):
-    """p0, p1."""
-
+    """A_, k_."""
+    # unit size
+    A_ = 1
+    # unit size
+    k_ = swing / (xp.sqrt(1 - swing**2) + 1)
     return (
-        1, swing / (xp.sqrt(1 - swing**2) + 1),
+        A_, k_,
     )

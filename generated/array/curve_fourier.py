@@ -26,10 +26,10 @@ def prologue(xp, parameters, terms):
 
 def contact(xp, t, parameters, hoisted):
     """r, dr, ddr, ratio, dratio, turned."""
-    C0 = parameters[0]  # [m] mean radius
-    C1 = parameters[1]  # [m] coefficient of cos 1u in the radius
-    C2 = parameters[2]  # [m] coefficient of cos 2u in the radius
-    C3 = parameters[3]  # [m] coefficient of cos 3u in the radius
+    C0 = parameters[0]  # [m] coefficient of cos 0 u in the radius
+    C1 = parameters[1]  # [m] coefficient of cos 1 u in the radius
+    C2 = parameters[2]  # [m] coefficient of cos 2 u in the radius
+    C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
     m = parameters[4]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
     c1 = 2 * xp.pi
@@ -77,10 +77,10 @@ def contact(xp, t, parameters, hoisted):
 
 def curvature(xp, u, parameters, hoisted):
     """gear_first, conjugate_first, gear_second, conjugate_second."""
-    C0 = parameters[0]  # [m] mean radius
-    C1 = parameters[1]  # [m] coefficient of cos 1u in the radius
-    C2 = parameters[2]  # [m] coefficient of cos 2u in the radius
-    C3 = parameters[3]  # [m] coefficient of cos 3u in the radius
+    C0 = parameters[0]  # [m] coefficient of cos 0 u in the radius
+    C1 = parameters[1]  # [m] coefficient of cos 1 u in the radius
+    C2 = parameters[2]  # [m] coefficient of cos 2 u in the radius
+    C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
     m = parameters[4]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
     # deformation: closure of the two segments
@@ -137,10 +137,10 @@ def curvature(xp, u, parameters, hoisted):
 
 def conditions(xp, parameters):
     """g0, g1, g2, g3."""
-    C0 = parameters[0]  # [m] mean radius
-    C1 = parameters[1]  # [m] coefficient of cos 1u in the radius
-    C2 = parameters[2]  # [m] coefficient of cos 2u in the radius
-    C3 = parameters[3]  # [m] coefficient of cos 3u in the radius
+    C0 = parameters[0]  # [m] coefficient of cos 0 u in the radius
+    C1 = parameters[1]  # [m] coefficient of cos 1 u in the radius
+    C2 = parameters[2]  # [m] coefficient of cos 2 u in the radius
+    C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
     m = parameters[4]  # [1] deformation coefficient
     return (
         C0, 2 * C1 + 2 * C3, C0 - C1 + C2 - C3, m - xp.divide(1, 2),
@@ -148,10 +148,18 @@ def conditions(xp, parameters):
 
 
 def relative(xp, swing, shape):
-    """p0, p1, p2, p3."""
-    sigma2 = shape[0]  # [1] coefficient of cos 2u per coefficient of cos u
-    sigma3 = shape[1]  # [1] coefficient of cos 3u per coefficient of cos u
+    """C0_, C1_, C2_, C3_."""
+    sigma2 = shape[0]  # [1] coefficient of cos 2 u per coefficient of cos u
+    sigma3 = shape[1]  # [1] coefficient of cos 3 u per coefficient of cos u
+    # unit size
+    C0_ = 1
+    c1 = swing / xp.sqrt(4 - 3 * swing**2) / (sigma3 + 1)
+    # unit size
+    C1_ = c1
+    # unit size
+    C2_ = sigma2 * c1
+    # unit size
+    C3_ = sigma3 * c1
     return (
-        1, swing / xp.sqrt(4 - 3 * swing**2) / (sigma3 + 1), sigma2 * swing / xp.sqrt(4 - 3 * swing**2) / (sigma3
-        + 1), sigma3 * swing / xp.sqrt(4 - 3 * swing**2) / (sigma3 + 1),
+        C0_, C1_, C2_, C3_,
     )

@@ -124,14 +124,19 @@ def convexity(xp, parameters):
     l = parameters[0]  # [m] mean radius of the limacon
     b = parameters[1]  # [m] amplitude of the limacon's radius
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = -b * (xp.maximum(m, m / (2 * m - 1))**2 + 1) / l + 1
     return (
-        -b * (xp.maximum(m, m / (2 * m - 1))**2 + 1) + l,
+        convex,
     )
 
 
 def relative(xp, swing, shape):
-    """p0, p1."""
-
+    """l_, b_."""
+    # unit size
+    l_ = 1
+    # unit size
+    b_ = swing / xp.sqrt(4 - 3 * swing**2)
     return (
-        1, swing / xp.sqrt(4 - 3 * swing**2),
+        l_, b_,
     )

@@ -130,14 +130,19 @@ def convexity(xp, parameters):
     """convex."""
     c = parameters[1]  # [1] amplitude of the ratio
     m = parameters[2]  # [1] deformation coefficient
+    # convexity in closed form
+    convex = c**2 - c * (xp.maximum(m, m / (2 * m - 1))**2 + 3) + 2
     return (
-        c**2 - c * (xp.maximum(m, m / (2 * m - 1))**2 + 3) + 2,
+        convex,
     )
 
 
 def relative(xp, swing, shape):
-    """p0, p1."""
-
+    """D_, c_."""
+    # unit size
+    D_ = 1
+    # unit size
+    c_ = swing
     return (
-        1, swing,
+        D_, c_,
     )

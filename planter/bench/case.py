@@ -64,7 +64,7 @@ class Case:
         return found
 
     def prologue(self, x: Array) -> tuple[Array, Array]:
-        """h (k,) and dh (k, p) of a design, in CasADi's C, without checks: for ways that have no prologue of their own."""
+        """h (k,) and dh (k, p) of a design, in CasADi's C, unchecked: for ways without a prologue of their own."""
         h, dh = self._prologue([x, self.constants], 1)
         return h[:, 0], dh
 

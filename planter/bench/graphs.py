@@ -7,7 +7,7 @@ cut, and memory of their own, so that a call makes no matrices. The angles are a
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -122,7 +122,7 @@ class Graphs:
         run = self._mapped(self.force.hessian_kernel)
         packed, slope = run(self.lanes, self.x, self.c, h, dh, self._tiled(self._weights(force)))
         curved = self.case.device.prologue_hessian_kernel.function(self.x, self.c, slope)
-        folded = sum(ca.horzsplit(rows, force.numel()))
+        folded = _sum(ca.horzsplit(rows, force.numel()))
         n, (_, first, second) = force.numel(), self._spread(force)
         centred = folded - ca.repmat(ca.sum2(folded) / n, 1, n)
         along = 2 / n * ca.mtimes(folded, (force - ca.sum2(force) / n).T)
@@ -144,7 +144,7 @@ class Graphs:
         return self._folded(share), rows[1:, :], (h, dh)
 
     def _folded(self, share: ca.MX) -> ca.MX:
-        return sum(ca.horzsplit(share, len(self.case.angles)))
+        return _sum(ca.horzsplit(share, len(self.case.angles)))
 
     def _tiled(self, row: ca.MX) -> ca.MX:
         return ca.repmat(row, 1, self.case.sides)
@@ -176,3 +176,10 @@ class Graphs:
         rows, columns = np.tril_indices(size)
         places[rows, columns] = places[columns, rows] = np.arange(len(rows))
         return ca.reshape(packed[places[1:, 1:].ravel().tolist()], size - 1, size - 1)
+
+
+def _sum(terms: Sequence[ca.MX]) -> ca.MX:
+    first, *others = terms
+    for term in others:
+        first = first + term
+    return first

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -20,11 +22,11 @@ TRIALS = 5
 def contender(case: Case, work: str, thorough: bool = True) -> Contender:
     """The fastest of the forms that there are for a work, or, not `thorough`, the one that mostly is."""
     try:
-        import jax
+        jax = importlib.import_module("jax")
     except ModuleNotFoundError:
         raise Absent("jax is not installed") from None
     jax.config.update("jax_enable_x64", True)
-    forms = Forms(case).of(work)
+    forms = Forms(case, jax).of(work)
     found = _fastest(case, work, forms if thorough else dict(list(forms.items())[:1]))
     return Contender(forms[found], f"jit, float64, prologue hoisted; {found}")
 
@@ -49,12 +51,9 @@ def _seconds(call: Call, designs: list[Array]) -> float:
 class Forms:
     """The same mathematics in the forms that suit a compiler of arrays differently."""
 
-    def __init__(self, case: Case) -> None:
-        import jax
-        import jax.numpy as jnp
-
-        self.case, self.code, self.jax, self.np = case, ArrayCode(case.device), jax, jnp
-        self.lanes, self.constants = jnp.asarray(case.lanes), jnp.asarray(case.constants)
+    def __init__(self, case: Case, jax: ModuleType) -> None:
+        self.case, self.code, self.jax, self.np = case, ArrayCode(case.device), jax, jax.numpy
+        self.lanes, self.constants = self.np.asarray(case.lanes), self.np.asarray(case.constants)
 
     def of(self, work: str) -> dict[str, Call]:
         """Calls by what they do; the first is mostly the fastest."""
@@ -62,7 +61,9 @@ class Forms:
             return {f"{name}": self._value(force) for name, force in self._forces().items()}
         if work == "cycle+gradient":
             share = self.share
-            forward = {f"tangents along the design, {name}": self._tangents(f) for name, f in self._forces(True).items()}
+            forward = {
+                f"tangents along the design, {name}": self._tangents(f) for name, f in self._forces(True).items()
+            }
             return {**forward, "reverse, share of a side at each lane": self._reverse(share)}
         if work == "hessian":
             return {"forward over reverse, share of a side at each lane": self._hessian()}

@@ -17,6 +17,7 @@ def contender(case: Case, work: str) -> Contender:
     if work == "cycle+gradient":
         return Contender(turns.gradient, f"Turns.gradient; {built}")
     if work == "hessian":
+        case.device.compile()
         case.device.force.hessian_kernel.compile()
         return Contender(turns.hessian, f"Turns.hessian, {case.device.force.hessian_kernel.way}; {built}")
     return Contender(lambda designs: evaluate_many(case.device, designs, case.turns.samples).objective,

@@ -8,9 +8,9 @@ from planter.bench.arrays import ArrayCode
 from planter.bench.case import EXACT, Absent, Case, Contender
 from planter.kernels import Array
 
-STEP = 1e-7
+STEP = 1e-6
 """Step of a difference, as a share of the box."""
-DIFFERENCES = 1e-3
+DIFFERENCES = 1e-4
 """What a gradient by differences is allowed to be off, relative to its largest entry."""
 CHUNK = 16
 """Designs in one array: what the caches hold."""

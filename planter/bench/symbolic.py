@@ -160,7 +160,7 @@ def _needed(meanings: dict[Any, Any], outputs: Sequence[Any]) -> list[Any]:
 def _functions(sympy: ModuleType) -> SimpleNamespace:
     """The elementary functions under NumPy's names, on SymPy's expressions."""
 
-    class where(sympy.Function):  # type: ignore[misc,name-defined]
+    class where(sympy.Function):  # type: ignore[name-defined]
         """A select, with the derivative of the case that holds."""
 
         def _eval_derivative(self, symbol: Any) -> Any:
@@ -168,7 +168,7 @@ def _functions(sympy: ModuleType) -> SimpleNamespace:
             slopes = then.diff(symbol), other.diff(symbol)
             return sympy.Integer(0) if slopes == (0, 0) else where(condition, *slopes)
 
-    class flat(sympy.Function):  # type: ignore[misc,name-defined]
+    class flat(sympy.Function):  # type: ignore[name-defined]
         """A function that is constant but for jumps."""
 
         def _eval_derivative(self, symbol: Any) -> Any:

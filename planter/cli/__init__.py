@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from planter.cli import audit, clutch, clutch_engage, clutch_field, clutch_shape, examples, mapping, pickup, planting
+from planter.cli import (
+    audit,
+    bench,
+    clutch,
+    clutch_engage,
+    clutch_field,
+    clutch_shape,
+    examples,
+    mapping,
+    pickup,
+    planting,
+)
 from planter.cli.app import app
 from planter.errors import InputError
 
 __all__ = [
     "app",
     "audit",
+    "bench",
     "clutch",
     "clutch_engage",
     "clutch_field",

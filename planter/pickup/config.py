@@ -3,6 +3,7 @@
 Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
 """
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -12,11 +13,13 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 from planter import builtin
 from planter.complaints import lacking, refused
 from planter.kernels import Array
-from planter.pickup.points import parse_points
+from planter.pickup.points import parse_points, resolution
 from planter.sections import NotNegative, Pair, Positive, Real, Section, Whole
 from planter.sourced import Origins, Sourced
 from planter.textfile import parse_toml
 
+LEAST_MM = 1e-4
+"""Least tolerance of the points' distances where a file names none."""
 DEFAULT = "yu2023"
 """The built-in pick-up that lends everything else to a CSV of points given alone."""
 
@@ -73,7 +76,7 @@ class LawData(Section):
 
     phi5_far_deg: Real
     phi1_far_deg: Annotated[Real, Field(ge=180, le=180)]
-    p: Annotated[Real, Field(gt=-1, lt=1)]
+    p: Real
     dwell_t_deg: Pair
 
     @field_validator("dwell_t_deg")
@@ -83,12 +86,22 @@ class LawData(Section):
             raise refused("", list(dwell), "it must be [start, end] with 0 < start < end < 360")
         return dwell
 
+    @model_validator(mode="after")
+    def _arm_gains_a_turn(self) -> Self:
+        start, end = (math.radians(angle) for angle in self.dwell_t_deg)
+        if start - end + 2 * math.pi + self.p * (math.sin(start) - math.sin(end)) <= 0:
+            raise refused("p", self.p, "it must let the arm's angle gain over the turn")
+        return self
+
 
 class PathData(Section):
-    """A CSV of points of the tip's path, and how far apart distances may be that count as one (the dwell)."""
+    """A CSV of points of the tip's path, and how far apart distances may be that count as one (the dwell).
+
+    Without a tolerance it is two of the last decimal place that the points are given to, and not below `LEAST_MM`.
+    """
 
     csv: Annotated[str, Field(min_length=1)]
-    tolerance_mm: Positive = 1e-4
+    tolerance_mm: Positive | None = None
 
 
 class SplineData(Section):
@@ -153,6 +166,7 @@ class Pickup(Sourced):
 
     _points: Array | None = PrivateAttr(default=None)
     _points_source: str = PrivateAttr(default="path")
+    _resolution: float = PrivateAttr(default=0.0)
 
     @property
     def points(self) -> Array | None:
@@ -162,6 +176,13 @@ class Pickup(Sourced):
     def points_source(self) -> str:
         """The file that the points were read from."""
         return self._points_source
+
+    @property
+    def tolerance(self) -> float:
+        """How far apart distances from the sun's centre may be that count as one [m]."""
+        if self.path is not None and self.path.tolerance_mm is not None:
+            return self.path.tolerance_mm / 1000
+        return max(2 * self._resolution, LEAST_MM / 1000)
 
     def table(self) -> dict[str, Any]:
         """The nested table of the file; what is not in it is not there."""
@@ -211,7 +232,8 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
     if changed.path is not None:
         csv = label if _is_points(label) else _beside(label, changed.path.csv)
         changed._points_source = str(csv)
-        changed._points = parse_points(builtin.text(csv, "pickup", ".csv"), str(csv))
+        text = builtin.text(csv, "pickup", ".csv")
+        changed._points, changed._resolution = parse_points(text, str(csv)), resolution(text)
     return changed
 
 

@@ -80,7 +80,8 @@ def _extremes(
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
             f"{source}: the distance of the points from the origin has {len(highs)} maxima and {len(lows)} minima: "
-            "over the closed path it must have one of each, and may dwell once"
+            "over the closed path it must have one of each, and may dwell once; if the points are not exact, "
+            f"path.tolerance_mm = {tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
         raise InputError(f"{source}: the path is not allowed to meet the origin: the sun's centre lies there")
@@ -134,8 +135,8 @@ def _check_order(phi5: Array, source: str) -> None:
     falls = np.flatnonzero(np.diff(phi5) <= 0)
     if len(falls):
         raise InputError(
-            f"{source}: the carrier would have to turn back at {len(falls)} of {len(phi5)} points: the points must be in "
-            "the order of a carrier that turns counter-clockwise, on a path that the mechanism can draw"
+            f"{source}: the carrier would have to turn back at {len(falls)} of {len(phi5)} points: they must be in the "
+            "order of a carrier that turns counter-clockwise, on a path that the mechanism can draw"
         )
 
 

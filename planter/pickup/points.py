@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator
+from decimal import Decimal
 
 import numpy as np
 
@@ -34,6 +35,13 @@ def parse_points(text: str, source: str) -> Array:
         if step == 0:
             raise InputError(f"{source}: point {i} is given twice in a row: neighbours must differ")
     return points / 1000
+
+
+def resolution(text: str) -> float:
+    """Last decimal place that the numbers of a CSV are given to [m]: that of the most exact one."""
+    lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"][1:]
+    cells = (Decimal(cell.strip()).as_tuple().exponent for line in lines for cell in line.split(","))
+    return 10.0 ** min((int(exponent) for exponent in cells), default=0) / 1000
 
 
 def _rows(lines: list[tuple[int, str]], source: str) -> Iterator[tuple[float, float]]:

@@ -54,19 +54,26 @@ class Locking:
 
 
 def locking(train: Train) -> Locking | None:
-    """The locking arcs of a train that dwells."""
+    """The locking arcs of a train that dwells, if it has teeth on both sides of the dwell."""
     dwell = train.law.dwell
     if dwell is None:
         return None
     start, end = train.pitch(np.array([train.toothed[1], train.toothed[0]]))["R1"]
     radius, a1 = float(min(start, end)), train.geometry.a1
+    if radius <= 0:
+        return None
     tip = a1 - radius + float(train.teeth[2] * train.teeth[0])
     reach = np.arccos((a1**2 + radius**2 - tip**2) / (2 * a1 * radius))
     return Locking(radius, (float(start), float(end)), dwell.width, float(reach))
 
 
-def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float:
-    """Largest difference of phi1 [rad] between a train's law and the law found again from points of its path alone."""
+def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float | None:
+    """Largest difference of phi1 [rad] between a train's law and the law found again from points of its path alone.
+
+    None where the arm's angle falls at times: then the tip has more than one farthest or nearest place.
+    """
+    if not train.monotone:
+        return None
     found = invert(train.tip(np.arange(count) * TURN / count))
     t = np.linspace(0, TURN, COMPARED)
     turned = found.phi5_far - train.phi5_far

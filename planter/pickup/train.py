@@ -178,7 +178,7 @@ def build(machine: Pickup) -> Train:
     teeth = np.array([machine.si(f"noncircular_stage.{key}") for key in ("m_mm", "ha1", "ha2", "alpha0_deg")])
     omega = machine.si("carrier.speed_deg_per_s")
     if machine.points is not None:
-        found = invert(machine.points, machine.si("path.tolerance_mm"), machine.points_source)
+        found = invert(machine.points, machine.tolerance, machine.points_source)
         geometry = geometry_of(machine, found.L1, found.L2)
         train = Train(found.law, geometry, found.phi5_far, omega, teeth, found)
         train.check_meshes(machine.points_source)
@@ -186,4 +186,6 @@ def build(machine: Pickup) -> Train:
     geometry = geometry_of(machine, machine.si("bars.L1_mm"), machine.si("bars.L2_mm"))
     dwell = Dwell(*(machine.si(f"dwell_t_deg[{i}]") for i in (0, 1)))
     law = CosineLaw(machine.si("law.p"), dwell, machine.si("phi1_far_deg"))
-    return Train(law, geometry, machine.si("phi5_far_deg"), omega, teeth)
+    train = Train(law, geometry, machine.si("phi5_far_deg"), omega, teeth)
+    train.check_meshes(f"{machine.source}: law")
+    return train

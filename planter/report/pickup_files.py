@@ -40,7 +40,8 @@ def write(out: Path, found: Outcome) -> None:
     comments = [f"pick-up: {found.machine.name}", f"driven by its {found.result['driven_by']}"]
     turn = results.cycle(found.train, STEPS)
     files.write_cycle_csv(folder / "cycle.csv", comments, turn)
-    files.write_cycle_csv(folder / "pitch.csv", comments, results.pitch(found.train, STEPS))
+    if found.train.monotone:
+        files.write_cycle_csv(folder / "pitch.csv", comments, results.pitch(found.train, STEPS))
     path = {"x_mm": turn["tip_x_mm"], "y_mm": turn["tip_y_mm"]}
     files.write_cycle_csv(folder / "path.csv", comments, path)
     if found.redesigned is not None:
@@ -65,10 +66,13 @@ def _summary(found: Outcome) -> dict[str, Any]:
 def _figures(found: Outcome) -> dict[str, Figure]:
     moved, train = found.redesigned, found.train
     before = None if moved is None else moved.points_before
+    gears = {
+        "pitch_curves": pickup_figures.pitch_curves,
+        "contact_ratio": pickup_figures.contact_ratio,
+    }
     return {
         "path": pickup_figures.path(found.machine, train, before),
-        "pitch_curves": pickup_figures.pitch_curves(train),
-        "contact_ratio": pickup_figures.contact_ratio(train),
+        **{name: draw(train) for name, draw in gears.items() if train.monotone},
         "tip_motion": pickup_figures.motion(train),
         "law": pickup_figures.law(train, None if moved is None else moved.start),
     }

@@ -7,7 +7,7 @@ The list is the project's own. A key is the requirement's name, `min`, `max` or 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, create_model, model_validator
 
@@ -69,8 +69,8 @@ SETTINGS = ("soil_depth_mm", "seedling_height_mm", "seedling_width_mm", "module_
 """What requirements rest on: the soil stands this far above the lowest tip point; an upright round seedling."""
 
 
-class _Checked(Section):
-    """The checks of the section; its fields are made from the catalogue."""
+class Limited(Section):
+    """What the section knows of itself; its fields are made from the catalogue."""
 
     @model_validator(mode="after")
     def _limits_are_usable(self) -> Self:
@@ -119,5 +119,9 @@ def _fields() -> dict[str, Any]:
     return {**settings, **limits, **margins}
 
 
-Requirements = cast(type[_Checked], create_model("Requirements", __base__=_Checked, **_fields()))
-"""The section: settings, limits and margins, all of them optional, at least one limit."""
+if TYPE_CHECKING:
+
+    class Requirements(Limited):
+        """The section: settings, limits and margins, all of them optional, at least one limit."""
+else:
+    Requirements = create_model("Requirements", __base__=Limited, __module__=__name__, **_fields())

@@ -1,25 +1,25 @@
 """The composed device: names from families, refused geometry, a family of one's own."""
 
-import json
 import re
+import sys
+from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
-from sympy import Expr
+import scipy.special
 
 import planter
-from derive import curves
-from derive.curves import Condition, PitchCurve
+from derive import curves, families
+from derive.__main__ import GENERATED
+from derive.curves import FAMILIES, PitchCurve
 from derive.emit import curve as emit_curve
 from derive.emit import sidecar as emit_sidecar
-from derive.quantity import Quantity
 from planter import builtin, emitted, machine
 from planter.device import MODELS, Device, Model
 from planter.errors import GeometryError, InputError
+from planter.sizing import Size, Sizing
 
 TEN = ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg", "R3_mm", "e3_mm", "m31", "A6_mm", "k6", "m61")
 
@@ -81,51 +81,102 @@ def test_geometry_that_cannot_be_built_is_named(case: str, tmp_path: Path) -> No
     assert "\n" not in caught.value.message
 
 
-class Limacon(PitchCurve):
-    """r = l + b cos u, whose centre distance is known in closed form (Litvin et al. 2009)."""
+NEW_FAMILY = '''
+"""A family that nobody has written yet."""
 
-    name = "limacon"
-    title = "deformed Pascal limacon"
-    l = Quantity("l", "m", "mean radius", "test", shown="l_mm")  # noqa: E741
-    b = Quantity("b", "m", "amplitude", "test", shown="b_mm")
-    parameters = (l, b)
+import sympy as sp
 
-    def radius(self) -> Expr:
-        return self.l + self.b * sp.cos(curves.u)
+from derive.pitchcurve import Condition, PitchCurve, register, swing, u
+from derive.quantity import Quantity
 
-    def conditions(self) -> list[Condition]:
-        return [Condition("b", self.l - self.b, "less than l")]
+
+@register
+class Exponential(PitchCurve):
+    """r = R exp(b cos u)."""
+
+    name = "exponential"
+    title = "deformed exponential curve"
+    R = Quantity("R", "m", "geometric mean radius", "test", shown="R_mm")
+    b = Quantity("b", "1", "logarithm of the largest radius over R", "test", shown="b")
+    parameters = (R, b)
+
+    def radius(self):
+        return self.R * sp.exp(self.b * sp.cos(u))
+
+    def conditions(self):
+        return [Condition("R", self.R, "greater than 0"), Condition("b", self.b, "greater than 0")]
+
+    def relative(self):
+        return sp.Integer(1), sp.log((1 + swing) / (1 - swing)) / 4
+'''
 
 
 @pytest.fixture
-def with_limacon(monkeypatch: pytest.MonkeyPatch) -> None:
-    family = Limacon()
-    fresh = ModuleType("curve_limacon")
-    exec(emit_curve.casadi_module(family), vars(fresh))
-    described: dict[str, Any] = json.loads(emit_sidecar.of_curve(family))
-    module, sidecar, families = emitted.module, emitted.sidecar, emitted.families
-    monkeypatch.setattr(emitted, "module", lambda name: fresh if name == "curve_limacon" else module(name))
-    monkeypatch.setattr(emitted, "sidecar", lambda name: described if name == "curve_limacon" else sidecar(name))
-    monkeypatch.setattr(emitted, "families", lambda: (*families(), "limacon"))
-    return
+def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """One new file among the families, and what `python -m derive` then writes among what it wrote before."""
+    (tmp_path / "families").mkdir()
+    (tmp_path / "families" / "exponential.py").write_text(NEW_FAMILY)
+    monkeypatch.setattr(families, "__path__", [*families.__path__, str(tmp_path / "families")])
+    curves.find_families()
+    _generated_beside(tmp_path / "with_new_family", FAMILIES["exponential"])
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(emitted, "_package", lambda: "with_new_family")
+    cached = emitted.module, emitted.sidecar, emitted.families
+    for function in cached:
+        function.cache_clear()
+    yield
+    del FAMILIES["exponential"]
+    for name in [n for n in sys.modules if n.startswith("with_new_family") or n == "derive.families.exponential"]:
+        del sys.modules[name]
+    for function in cached:
+        function.cache_clear()
 
 
-@pytest.mark.usefixtures("with_limacon")
-def test_a_new_family_changes_nothing_in_planter(tmp_path: Path) -> None:
-    """One class makes a device: names, closure, centre distance and gradients come along."""
+def _generated_beside(folder: Path, family: PitchCurve) -> None:
+    folder.mkdir()
+    for path in GENERATED.iterdir():
+        (folder / path.name).symlink_to(path)
+    (folder / "curve_exponential.py").write_text(emit_curve.casadi_module(family))
+    (folder / "curve_exponential.json").write_text(emit_sidecar.of_curve(family))
+
+
+@pytest.mark.usefixtures("with_new_family")
+def test_a_new_family_changes_nothing_else(tmp_path: Path) -> None:
+    """One class in one file makes a device: names, closure, rotation, gradients, size and requirements come along."""
+    size = Size(mean_radius=0.0307, swing=0.1, deformation=1.26)
+    R, b, _ = Sizing("exponential").parameters(size)
     path = edited(
         tmp_path,
-        (r'^family = "ellipse"', 'family = "limacon"'),
-        (r"^A6_mm = 30.*", "l6_mm = 30.6"), (r"^k6 = 0.*", "b6_mm = 1.0"),
-        (r"^A6_mm = \[.*", "l6_mm = [30, 31]"), (r"^k6 = \[.*", "b6_mm = [0.5, 2]"),
+        (r'^family = "ellipse"', 'family = "exponential"'),
+        (r"^A6_mm = 30.*", f"R6_mm = {R * 1e3}"), (r"^k6 = 0.*", f"b6 = {b}"),
+        (r"^A6_mm = \[.*", "R6_mm = [30, 31]"), (r"^k6 = \[.*", "b6 = [0.01, 0.1]"),
     )  # fmt: skip
     device = Device(machine.load(path))
-    assert device.names[7:] == ("l6_mm", "b6_mm", "m61")
+    assert device.names[7:] == ("R6_mm", "b6", "m61")
+    found = Sizing("exponential").size(device.design[7:])
+    assert [found.mean_radius, found.swing] == pytest.approx([0.0307, 0.1], rel=1e-12)
+    assert found.mean_radius == pytest.approx(R * scipy.special.i0(b), rel=1e-13)
     at = device.prologue(device.design)
-    a2 = at.h[1 + device.stages[0].terms] * 1e3
-    assert a2 == pytest.approx((4 * 30.6 + 2 * np.sqrt(30.6**2 + 3)) / 3, rel=1e-12)
+    turn = 2 * np.pi * np.arange(64) / 64
+    assert mean_ratio(R, b, at.h[1 + device.stages[0].terms], turn) == pytest.approx(1, abs=1e-13)
     phi = np.linspace(0, 2 * np.pi, 400, endpoint=False)
     assert device.support(at, phi).mean() == pytest.approx(9.975 * 9.81, abs=1e-3)
+    slope = device.support_slopes(at, phi[:5])[1][:, 1 + 8]
+    for side in (1e-6, -1e-6):
+        moved = device.design + side * np.eye(device.size)[8]
+        difference = device.support(device.prologue(moved), phi[:5]) - device.support(at, phi[:5])
+        assert difference / side == pytest.approx(slope, rel=1e-3)
+
+
+def mean_ratio(R: float, b: float, distance: float, u: np.ndarray) -> float:
+    r = R * np.exp(b * np.cos(u))
+    return float(np.mean(r / (distance - r)))
+
+
+def test_without_its_file_there_is_no_such_family(tmp_path: Path) -> None:
+    assert "exponential" not in FAMILIES
+    with pytest.raises(InputError, match=r"stage2.family = 'exponential' is not allowed: it must be one of"):
+        Device(machine.load(edited(tmp_path, (r'^family = "ellipse"', 'family = "exponential"'))))
 
 
 def test_a_radius_beyond_the_centre_distance_is_named_with_its_angle() -> None:

@@ -81,6 +81,38 @@ def ellipse(semi_axis: Number, eccentricity: Number) -> Curve:
     return lambda u: semi_axis * (1 - eccentricity**2) / (1 - eccentricity * u.cos())
 
 
+def limacon(mean: Number, amplitude: Number) -> Curve:
+    return lambda u: mean + amplitude * u.cos()
+
+
+def fourier(*coefficients: Number) -> Curve:
+    def curve(u: Jet) -> Jet:
+        terms = [c * (k * u).cos() for k, c in enumerate(coefficients)]
+        return sum(terms[1:], terms[0])
+
+    return curve
+
+
+def sine(distance: Number, amplitude: Number) -> Curve:
+    """The radius at which the ratio is 1 + c cos u."""
+
+    def curve(u: Jet) -> Jet:
+        ratio = 1 + amplitude * u.cos()
+        return distance * ratio / (1 + ratio)
+
+    return curve
+
+
+FAMILIES: dict[str, tuple[Callable[..., Curve], tuple[str, ...]]] = {
+    "eccentric_circle": (eccentric_circle, ("R{}_mm", "e{}_mm")),
+    "ellipse": (ellipse, ("A{}_mm", "k{}")),
+    "limacon": (limacon, ("l{}_mm", "b{}_mm")),
+    "fourier": (fourier, ("c0{}_mm", "c1{}_mm", "c2{}_mm", "c3{}_mm")),
+    "sine": (sine, ("D{}_mm", "c{}")),
+}
+"""Curve and names of its parameters in the design, where {} is the number of the gear."""
+
+
 def flank(x: Jet) -> Jet:
     """The 4-5-6-7 polynomial, resting before 0 and after 1."""
     p = x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x)))
@@ -102,11 +134,16 @@ class Device:
 
     @cached_property
     def sun(self) -> Gear:
-        return Gear(self.ops, eccentric_circle(self["design.R3_mm"], self["design.e3_mm"]), self["design.m31"])
+        return self._gear(self.machine.stage1.family, "3")
 
     @cached_property
     def gear6(self) -> Gear:
-        return Gear(self.ops, ellipse(self["design.A6_mm"], self["design.k6"]), self["design.m61"])
+        return self._gear(self.machine.stage2.family, "6")
+
+    def _gear(self, family: str, number: str) -> Gear:
+        curve, names = FAMILIES[family]
+        own = [self[f"design.{name.format(number)}"] for name in names]
+        return Gear(self.ops, curve(*own), self[f"design.m{number}1"])
 
     @cached_property
     def start(self) -> tuple[Number, Number]:

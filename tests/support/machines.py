@@ -67,17 +67,3 @@ def tampered(name: str, path: str, factor: float = 1.01) -> Machine:
 def design_near(subject: Device, rng: np.random.Generator) -> np.ndarray:
     """A design in the box of the machine's bounds."""
     return subject.lower + (subject.upper - subject.lower) * rng.uniform(size=subject.size)
-
-
-@cache
-def swapped() -> Machine:
-    """A machine of other masses whose gear families are exchanged: an ellipse on the sun, an eccentric circle below."""
-    tables = load("wang2017").model_dump(by_alias=True)
-    tables["name"], tables["mass"]["sun_kg"], tables["mass"]["planet_kg"] = "swapped", 0.5, 1.1
-    tables["stage1"], tables["stage2"] = tables["stage2"], tables["stage1"]
-    for table in (tables["design"], tables["bounds"]):
-        for old, new in (("R3_mm", "A3_mm"), ("e3_mm", "k3"), ("A6_mm", "R6_mm"), ("k6", "e6_mm")):
-            del table[old]
-            table[new] = {"A3_mm": 30.9, "k3": 0.04, "R6_mm": 30.7, "e6_mm": 4.0}[new]
-    print(tables)
-    raise NotImplementedError

@@ -122,7 +122,12 @@ def test_a_matrix_for_each_lane(summed: bool) -> None:
 
 @needs_compiler
 def test_constants_inputs_and_nothing_as_outputs() -> None:
-    outputs = {"fixed": ca.SX([-2.5, 0.0, -0.0, 1e-300]), "same": phi, "negative": 3 - phi * (-1e300), "zero": phi * -0.0}
+    outputs = {
+        "fixed": ca.SX([-2.5, 0.0, -0.0, 1e-300]),
+        "same": phi,
+        "negative": 3 - phi * (-1e300),
+        "zero": phi * -0.0,
+    }
     given = work("phi x", outputs, [phi, x], "phi")
     found, expected = both(given, PHI, [[0.3], [2.0]])
     for name, value in expected.items():

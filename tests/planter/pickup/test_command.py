@@ -12,8 +12,8 @@ from planter import builtin
 from planter.cli import app
 
 KEYS = {
-    "L1_mm", "L2_mm", "L3_max_mm", "L3_min_mm", "phi5_far_deg", "phi5_near_deg", "beta1_deg", "a1_mm", "a2_mm", "helix_deg",
-    "helical_contact_ratio", "dwell", "slope", "sun_radius_mm", "sun_toothed_arc_mm", "phi1_monotone",
+    "L1_mm", "L2_mm", "L3_max_mm", "L3_min_mm", "phi5_far_deg", "phi5_near_deg", "beta1_deg", "a1_mm", "a2_mm",
+    "helix_deg", "helical_contact_ratio", "dwell", "slope", "sun_radius_mm", "sun_toothed_arc_mm", "phi1_monotone",
     "round_trip_error_rad", "at",
 }  # fmt: skip
 AT = {"t_deg", "tip_mm", "L3_mm", "tip_speed_mm_s", "rho1_mm", "rho2_mm", "contact_ratio"}
@@ -103,7 +103,9 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["L1_mm"] == found["L1_mm"]
     assert summary["input"]["name"] == "yu2023"
-    assert "all requirements" not in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<svg") == 5
+    assert "before the value points were moved" in page
     again = answer(str(tmp_path / "path.csv"))
     missed = [one["name"] for one in again["requirements"] if one["margin"] < -1e-3]
     assert missed == []
@@ -134,13 +136,14 @@ def test_tables() -> None:
         ("a2_mm = 44.6", "a2_mm = 120", ["a2_mm = 120", "less than L1"]),
         ("L2_mm = 163.0", "L2_mm = 90", ["bars.L2_mm = 90", "greater than L1_mm"]),
         ("[210, 270]", "[270, 210]", ["law.dwell_t_deg", "0 < start < end"]),
-        ("p = 0.35", "p = 1.35", ["law.p", "less than 1"]),
+        ("p = 0.35", "p = 5.35", ["law", "above -1"]),
+        ("p = 0.35", "p = -99.35", ["law.p", "gain over the turn"]),
         ("z2 = 21", "z2 = 22", ["helical_stage.z2 = 22", "z1 = 21"]),
         ("phi1_far_deg = 180", "phi1_far_deg = 90", ["law.phi1_far_deg", "180"]),
         ("m_mm = 2", "m_mm = nan", ["m_mm", "finite"]),
         ("gamma_deg = 150", "gamma = 150", ["carrier.gamma", "did you mean gamma_deg"]),
         ("p = 0.35", "pp = 0.35", ["law.pp", "allowed here"]),
-        ("[bars]", "[path]\ncsv = 'a.csv'\n[bars]", ["path", "not both"]),
+        ("[needle]", "[path]\ncsv = 'a.csv'\n[needle]", ["path", "not both"]),
     ],
 )
 def test_bad_files(old: str, new: str, parts: list[str], tmp_path: Path) -> None:
@@ -176,3 +179,30 @@ def test_missing_files_and_angles(tmp_path: Path) -> None:
     (tmp_path / "points.csv").unlink()
     assert "points.csv: there is no such file" in refusal(config)
     assert "--at nan" in refusal("yu2023", "--at", "nan")
+
+
+@pytest.mark.parametrize(("decimals", "allowed"), [(4, 1e-3), (3, 1e-3), (2, 0.1), (1, 0.7)])
+def test_rounded_points_still_show_the_dwell(decimals: int, allowed: float, tmp_path: Path) -> None:
+    """Distances are held to be equal as far as the decimals of the file go."""
+    rounded = np.round([[float(cell) for cell in line.split(",")] for line in CSV.splitlines()[3:]], decimals)
+    lines = [f"{x:.{decimals}f},{y:.{decimals}f}" for x, y in rounded]
+    (tmp_path / "points.csv").write_text("\n".join(["x_mm,y_mm", *lines]))
+    found = answer(str(tmp_path / "points.csv"))
+    exact = answer("yu2023-path")
+    for key in ("start_deg", "end_deg"):
+        assert found["dwell"][key] == pytest.approx(exact["dwell"][key], abs=allowed)
+
+
+def test_a_tolerance_that_hides_the_dwell_is_named(tmp_path: Path) -> None:
+    message = refusal(by_path(tmp_path, **{"[path]\ncsv": "[path]\ntolerance_mm = 1e-9\ncsv"}))
+    assert "tolerance_mm = 1e-09 is too small" in message
+
+
+def test_an_arm_that_turns_back_is_told(tmp_path: Path) -> None:
+    found = answer("yu2023", "--set", "p=1.2", "--at", "180", "--out", str(tmp_path))
+    assert found["phi1_monotone"] is False
+    assert found["slope"]["min"] < 0
+    assert found["round_trip_error_rad"] is None
+    assert found["at"][0]["contact_ratio"] is None
+    assert "slope on the teeth" in {one["name"] for one in found["warnings"]}
+    assert not (tmp_path / "pitch.csv").exists()

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 
 import planter.pickup.inverse
 import planter.pickup.plateau
@@ -13,6 +12,7 @@ import planter.pickup.spline
 from planter.errors import InputError
 from planter.pickup.inverse import Found, invert
 from planter.pickup.law import TURN
+from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 
 T = np.linspace(0, TURN, 2001)
 AWAY = T[np.min([np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np.radians(142.78), 0)], axis=0) > 0.5]

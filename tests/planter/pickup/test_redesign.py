@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.planter.pickup.pickups import steps
 
 from planter.pickup.config import load
 from planter.pickup.graph import nodes
@@ -10,6 +9,7 @@ from planter.pickup.inverse import invert
 from planter.pickup.redesign import NAMES, Problem, redesign
 from planter.pickup.requirements import push, requirements
 from planter.pickup.train import build
+from tests.planter.pickup.pickups import steps
 
 MACHINE = load("yu2023")
 TRAIN = build(MACHINE)

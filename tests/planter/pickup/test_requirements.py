@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.planter.pickup.pickups import L1, L2, built_in, law
 
 from planter.pickup.config import load
 from planter.pickup.requirements import Requirement, push, requirements
 from planter.pickup.train import Train, build
 from planter.pickup.tray import Cell, Entry
+from tests.planter.pickup.pickups import L1, L2, built_in, law
 
 MACHINE = load("yu2023")
 TRAIN = build(MACHINE)

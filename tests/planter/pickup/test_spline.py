@@ -1,12 +1,12 @@
-"""Closed cubic B-spline: passes its value points, closes with two derivatives, obeys the cyclic system, can be dragged."""
+"""Closed cubic B-spline: passes its points, closes with two derivatives, obeys the cyclic system, can be dragged."""
 
 import numpy as np
 import pytest
 import scipy
-from tests.planter.pickup.pickups import arm, steps, tips
 
 from planter.pickup.config import load
 from planter.pickup.spline import PathSpline
+from tests.planter.pickup.pickups import arm, steps, tips
 
 POINTS = load("yu2023-path").points
 CURVE = PathSpline(POINTS)
@@ -46,7 +46,7 @@ def test_a_value_point_is_dragged_and_others_stay() -> None:
 
 def test_a_control_point_is_dragged_and_moves_its_four_spans_alone() -> None:
     old = CURVE.controls[7]
-    moved = CURVE.with_control(7, old + [0.003, 0.0])
+    moved = CURVE.with_control(7, old + np.array([0.003, 0.0]))
     change = np.hypot(*(moved.points - POINTS).T)
     assert np.count_nonzero(change > 1e-12) == 3
     assert 1e-3 < change.max() < 3e-3

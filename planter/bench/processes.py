@@ -1,0 +1,95 @@
+"""Works that need a process of their own: a cold start, and the derivation."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from planter.bench.case import MACHINE, Absent
+from planter.errors import ComputationError
+
+GRADIENT = f"""\
+from planter import machine
+from planter.device import Device
+from planter.turns import Turns
+turns = Turns(Device(machine.load({MACHINE!r})))
+turns.gradient(turns.device.design)
+"""
+"""What a new process does: import, read the machine, compose its functions, objective and gradient of one turn."""
+DERIVED = ("derive", "generated", "planter/machines")
+"""What the derivation reads and writes, in a checkout."""
+
+Start = Callable[[object], None]
+
+
+@contextmanager
+def cold_starts() -> Iterator[tuple[dict[str, Start], dict[str, str]]]:
+    """New processes by name, and what each does; the caches of compiled functions are filled before, but in one."""
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        first = _folders(Path(folder))
+
+        def gradient(way: str, cache: Callable[[], Path | None] = lambda: None) -> Start:
+            return lambda _: _python("-c", GRADIENT, PLANTER_KERNELS=way, PLANTER_CACHE=cache())
+
+        starts: dict[str, Start] = {
+            "lanes": gradient("lanes"),
+            "casadi-c": gradient("casadi-c"),
+            "casadi-vm": gradient("casadi-vm"),
+            "first run": gradient("lanes", lambda: next(first)),
+            "simulate": lambda _: _python("-m", "planter", "simulate", MACHINE, "--json"),
+            "import": lambda _: _python("-c", "import planter"),
+            "python": lambda _: _python("-c", ""),
+        }
+        turn = "new process to objective and gradient of a turn"
+        built = {
+            "lanes": f"{turn}, kernels in the cache", "casadi-c": f"{turn}, kernels in the cache",
+            "casadi-vm": f"{turn}, nothing compiled", "first run": f"{turn}, lanes, empty cache: compiles them",
+            "simulate": f"planter simulate {MACHINE} --json", "import": "import planter", "python": "nothing",
+        }  # fmt: skip
+        for way in ("lanes", "casadi-c"):
+            starts[way](None)
+        yield starts, built
+
+
+def _folders(folder: Path) -> Iterator[Path]:
+    """New empty folders without end."""
+    while True:
+        yield Path(tempfile.mkdtemp(dir=folder))
+
+
+def _python(*arguments: str, cwd: Path | None = None, **variables: object) -> None:
+    environment = {**os.environ, **{name: str(value) for name, value in variables.items() if value is not None}}
+    done = subprocess.run([sys.executable, *arguments], env=environment, cwd=cwd, capture_output=True, check=False)
+    if done.returncode:
+        reason = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        raise ComputationError(f"python {arguments[0]} ended with {done.returncode}: {' '.join(reason)}")
+
+
+def root() -> Path:
+    """The checkout that has `derive/`. Raises Absent where there is none, or no SymPy."""
+    for name in ("derive", "sympy"):
+        if importlib.util.find_spec(name) is None:
+            raise Absent(f"{name} cannot be imported here")
+    place = importlib.util.find_spec("derive")
+    folder = Path(str(place.origin if place else "")).parents[1]
+    if not all((folder / name).is_dir() for name in DERIVED):
+        raise Absent("this is not a checkout")
+    return folder
+
+
+@contextmanager
+def derivation() -> Iterator[Start]:
+    """`python -m derive` in a copy of the checkout, so that nothing is written there. Raises Absent."""
+    source = root()
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        copy = Path(folder)
+        for name in DERIVED:
+            shutil.copytree(source / name, copy / name)
+        yield lambda _: _python("-m", "derive", cwd=copy, PYTHONPATH=copy)

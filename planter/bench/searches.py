@@ -1,0 +1,73 @@
+"""Whole optimisations: the genetic algorithm, IPOPT and both, on the same kernels."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable
+from typing import Any
+
+from planter import optimise
+from planter.bench.case import Case
+from planter.bench.clock import Times, race
+from planter.device import Device
+from planter.optimise import genetic
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem
+from planter.optimise.response import Planting
+from planter.optimise.starts import descents
+
+REFERENCE = "ipopt"
+BUILT = {
+    "ga": "the machine file's settings, a new seed at every call",
+    "ipopt": "from the machine file's design",
+    "hybrid": "both, IPOPT from the default number of starts, and the best individuals polished",
+}
+MOST_STARTS = 64
+CLOSE = 1e-9
+
+
+def compiled(case: Case, model: str) -> Device:
+    """The device in a model, everything compiled beforehand: compile time is not counted."""
+    device = case.device if model == case.device.model else Device(case.device.machine, "printed")
+    device.compile()
+    device.force.hessian_kernel.compile()
+    return device
+
+
+def printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, list[float]]]:
+    """The printed model has one basin: durations of each method, and the objectives it reached."""
+    device = compiled(case, "printed")
+    reached: dict[str, list[float]] = {name: [] for name in BUILT}
+
+    def run(name: Any, starts: int | None) -> Callable[[Any], None]:
+        return lambda seed: reached[name].append(optimise.run(device, name, None, seed, starts).objective)
+
+    calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
+    calls["ipopt"](0)
+    return race(calls, itertools.count(), rounds, 0), reached
+
+
+def exact(case: Case, rounds: int) -> dict[str, Any]:
+    """The exact model has several basins: time and starts until IPOPT meets what the GA found, for each seed."""
+    device = compiled(case, "exact")
+    return {"model": "exact", "seeds": [_met(device, seed) for seed in range(rounds)]}
+
+
+def _met(device: Device, seed: int) -> dict[str, Any]:
+    search, begun = _problem(device), time.perf_counter()
+    wanted = genetic.search(search, device.machine.genetic_algorithm, seed)[0].objective
+    ga_s = time.perf_counter() - begun
+    problem, begun = _problem(device), time.perf_counter()
+    best, starts = float("inf"), 0
+    for minimum in descents(problem, MOST_STARTS, seed):
+        best, starts = min(best, minimum.objective), starts + 1
+        if best <= wanted * (1 + CLOSE):
+            break
+    ipopt_s = time.perf_counter() - begun
+    return {"seed": seed, "ga_objective": wanted, "ga_s": ga_s, "ipopt_objective": best, "ipopt_s": ipopt_s,
+            "starts": starts, "met": best <= wanted * (1 + CLOSE)}  # fmt: skip
+
+
+def _problem(device: Device) -> Problem:
+    return Problem(Planting(device), Objective.of(device.machine), device.machine.objective.samples)

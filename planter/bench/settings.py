@@ -1,0 +1,55 @@
+"""How much a benchmark does, and the names of its works and ways."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from planter.errors import InputError
+
+WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "derive", "cold start")
+QUICK_WORKS = ("cycle", "cycle+gradient", "optimise")
+WAYS = ("numpy", "lambdify", "jax", "casadi-vm", "casadi-c", "lanes")
+"""Ways to evaluate a turn; the works `optimise`, `derive` and `cold start` have their own."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """`rounds` of slots of `slot_s` seconds for a turn; repetitions of the works that take longer."""
+
+    works: tuple[str, ...] = WORKS
+    ways: tuple[str, ...] = WAYS
+    quick: bool = False
+    rounds: int = 40
+    slot_s: float = 0.05
+    batches: int = 3
+    designs: int = 10_000
+    searches: int = 5
+    derivations: int = 2
+    processes: int = 7
+
+
+def settings(
+    quick: bool = False,
+    works: Sequence[str] | None = None,
+    ways: Sequence[str] | None = None,
+    rounds: int | None = None,
+) -> Settings:
+    """What a benchmark is to do. Raises InputError for a work or way that there is not."""
+    found = Settings(works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3) if quick else Settings()
+    if works:
+        found = replace(found, works=_known("--work", works, WORKS))
+    if ways:
+        found = replace(found, ways=_known("--way", ways, WAYS))
+    if rounds is not None:
+        if rounds < 1:
+            raise InputError(f"--rounds = {rounds} is not allowed: it must be at least 1")
+        found = replace(found, rounds=rounds, batches=rounds, searches=rounds, derivations=rounds, processes=rounds)
+    return found
+
+
+def _known(option: str, given: Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+    for name in given:
+        if name not in allowed:
+            raise InputError(f"{option} = {name} is not allowed: it must be one of {', '.join(allowed)}")
+    return tuple(name for name in allowed if name in given)

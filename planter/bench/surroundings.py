@@ -1,0 +1,49 @@
+"""Where a benchmark ran: processor, load, versions, compiler and flags."""
+
+from __future__ import annotations
+
+import os
+import platform
+from importlib import metadata
+from pathlib import Path
+
+from planter import __version__, toolchain
+
+PACKAGES = ("casadi", "numpy", "scipy", "pymoo", "jax", "jaxlib", "sympy")
+
+
+def machine() -> dict[str, object]:
+    """Processor, cores, and how busy the machine was when the benchmark began (None where it cannot be told)."""
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    return {"processor": _processor(), "architecture": platform.machine(), "cores": os.cpu_count(),
+            "system": f"{platform.system()} {platform.release()}", "load_before": load}  # fmt: skip
+
+
+def _processor() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return platform.processor()
+    names = [line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def versions() -> dict[str, str]:
+    """Version of everything that takes part; what is not installed is left out."""
+    found = {"planter": __version__, "python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    libc = " ".join(platform.libc_ver()).strip()
+    return {**found, **({"libc": libc} if libc else {}), **_compiler()}
+
+
+def _compiler() -> dict[str, str]:
+    try:
+        found = toolchain.compiler()
+    except toolchain.NoCompiler:
+        return {}
+    flags = " ".join((*toolchain.OPTIMISED, *found.flags))
+    return {"compiler": found.version, "flags": flags, "flags of lanes": f"{flags} {' '.join(toolchain.FAST_MATH)}"}

@@ -1,0 +1,144 @@
+"""The works: who takes part, agreement, then the clock; each ends as a table for JSON."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from planter.bench import graphs, jaxed, lanes, plain, processes, searches, symbolic
+from planter.bench.case import Absent, Case, Contender
+from planter.bench.clock import Times, agree, race
+from planter.bench.settings import WAYS, Settings
+from planter.kernels import Array
+
+Builder = Callable[[Case, str], Contender]
+Table = dict[str, Any]
+Built = Mapping[str, str]
+
+BUILDERS: dict[str, Builder] = {
+    "numpy": plain.contender,
+    "lambdify": symbolic.contender,
+    "jax": jaxed.contender,
+    "casadi-vm": graphs.virtual_machine,
+    "casadi-c": graphs.own_c,
+    "lanes": lanes.contender,
+}
+VARIANTS: dict[str, Builder] = {"numpy, steps in one array": plain.together, "casadi-c, -ffast-math": graphs.own_c_fast}
+"""Other settings of the peers, timed beside them where they do the work."""
+CHECKED = 5
+"""Designs at which the ways must agree."""
+UNITS = {
+    "cycle": "us per turn: objective",
+    "cycle+gradient": "us per turn: objective and gradient",
+    "hessian": "us per turn: Hessian of the objective",
+    "optimise": "us per optimisation of the printed model",
+    "derive": "us per derivation, all of generated/",
+    "cold start": "us per new process",
+}
+
+
+def run(name: str, case: Case, settings: Settings) -> Table:
+    """One work. Raises Absent where it cannot be done here, Disagreement where a way is wrong."""
+    if name in ("cycle", "cycle+gradient", "hessian"):
+        return _turn(name, case, settings)
+    if name == "batch":
+        return _batch(case, settings)
+    if name == "optimise":
+        return _optimise(case, settings)
+    return _derive(settings) if name == "derive" else _cold_start(settings)
+
+
+def _turn(name: str, case: Case, settings: Settings) -> Table:
+    """A new design at every call, through what each way calls its public function."""
+    contenders, skipped = entered(name, case, settings)
+    designs = case.designs()
+    off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
+    calls = {way: contender.call for way, contender in contenders.items()}
+    times = race(calls, designs, settings.rounds, settings.slot_s)
+    return table(name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped)
+
+
+def _batch(case: Case, settings: Settings) -> Table:
+    contenders, skipped = entered("batch", case, settings)
+    rng = np.random.default_rng(0)
+
+    def inputs() -> Iterator[Array]:
+        while True:
+            yield case.drawn(rng, settings.designs)
+
+    off = agree("batch", contenders, [next(inputs())])
+    times = race({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
+    built = {way: c.built for way, c in contenders.items()}
+    unit = f"us per {settings.designs} designs: their objectives, {os.cpu_count()} cores"
+    return {**table("batch", times, "lanes", built, off, skipped), "unit": unit}
+
+
+def _optimise(case: Case, settings: Settings) -> Table:
+    times, reached = searches.printed(case, settings.searches)
+    found = table("optimise", times, searches.REFERENCE, searches.BUILT)
+    for way in found["ways"]:
+        way["objectives"] = {"least": min(reached[way["way"]]), "largest": max(reached[way["way"]])}
+    return found if settings.quick else {**found, "exact": searches.exact(case, settings.searches)}
+
+
+def _derive(settings: Settings) -> Table:
+    with processes.derivation() as start:
+        times = race({"derive": start}, _nothing(), settings.derivations, 0)
+    return table("derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"})
+
+
+def _cold_start(settings: Settings) -> Table:
+    with processes.cold_starts() as (starts, built):
+        times = race(starts, _nothing(), settings.processes, 0)
+    return table("cold start", times, "lanes", built)
+
+
+def _nothing() -> Iterator[None]:
+    while True:
+        yield None
+
+
+def entered(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[dict[str, str]]]:
+    """Who takes part in a work, CasADi's virtual machine first, and who does not, with the reason."""
+    found: dict[str, Contender] = {}
+    skipped: list[dict[str, str]] = []
+    variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
+    for way, builder in {**BUILDERS, **variants}.items():
+        try:
+            if way not in settings.ways and way not in variants:
+                raise Absent("not asked for (--way)")
+            found[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
+        except Absent as reason:
+            if way not in variants:
+                skipped.append({"way": way, "reason": str(reason)})
+    return dict(sorted(found.items(), key=lambda item: item[0] != "casadi-vm")), skipped
+
+
+def _thrifty(case: Case, name: str) -> Contender:
+    """JAX in one form alone, since each takes it seconds to compile."""
+    return jaxed.contender(case, name, thorough=False)
+
+
+def table(
+    name: str,
+    times: Mapping[str, Times],
+    over: str,
+    built: Built,
+    off: Mapping[str, float] | None = None,
+    skipped: list[dict[str, str]] | None = None,
+) -> Table:
+    """A work as the interface gives it: ratios over the way `over`, or over the first where that is not there."""
+    reference = over if over in times else next(iter(times))
+    rows = [
+        {"way": way, "median_us": taken.median_us, "ratio": taken.median_us / times[reference].median_us,
+         "spread": taken.spread(), "built": built[way], **({"disagreement": off[way]} if off else {})}
+        for way, taken in times.items()
+    ]  # fmt: skip
+    order = (*WAYS, *times)
+    rows.sort(key=lambda row: order.index(str(row["way"])))
+    return {"name": name, "unit": UNITS.get(name, ""), "over": reference,
+            "ways": [row for row in rows if row["way"] not in VARIANTS],
+            "variants": [row for row in rows if row["way"] in VARIANTS], "skipped": skipped or []}  # fmt: skip

@@ -1,0 +1,27 @@
+"""A machine that nothing was generated for: other masses, the two gear families exchanged."""
+
+from functools import cache
+from typing import Any
+
+from planter.machine import Machine, load
+
+DESIGN = {
+    "theta_deg": 66.0, "gamma_deg": 31.0, "alpha3_deg": 24.0, "beta6_deg": 2.0,
+    "A3_mm": 30.9, "k3": 0.06, "m31": 1.4, "R6_mm": 30.7, "e6_mm": 2.0, "m61": 1.2,
+}  # fmt: skip
+MASSES = {"sun_kg": 0.5, "middle_kg": 0.6, "planet_kg": 1.1, "carrier_kg": 4.0}
+
+
+def table() -> dict[str, Any]:
+    found = load("wang2017").table()
+    found["mass"] |= MASSES
+    found["stage1"], found["stage2"] = found["stage2"], found["stage1"]
+    found["design"] = DESIGN
+    found["bounds"] = {name: [0.99 * value, 1.01 * value] for name, value in DESIGN.items()}
+    found["origin"] = {"default": "assumed"}
+    return {key: value for key, value in found.items() if key != "requirements"} | {"name": "swapped"}
+
+
+@cache
+def machine() -> Machine:
+    return Machine.read(table(), "swapped.toml")
