@@ -43,7 +43,7 @@ def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
     phi = 2 * np.pi * np.arange(samples) / samples
     slopes = response.support_slopes(response.prologue(x), np.mod(phi, response.period))[1]
     columns = slopes[:, 1:] * (response.upper - response.lower)
-    _, values, right = np.linalg.svd(columns, full_matrices=True)
+    _, values, right = np.linalg.svd(columns, full_matrices=len(columns) < len(x))
     limit = THRESHOLD * values[0]
     rank = int((values > limit).sum())
     zero: Flags = np.linalg.norm(columns, axis=0) <= limit
