@@ -15,14 +15,13 @@ from sympy import Expr, pi
 from derive import families
 from derive.branches import Turns, switch, wrap
 from derive.model import Let
-from derive.pitchcurve import FAMILIES, ByClosure, BySeries, Condition, PitchCurve, Shape, a, m, register, swing, t, u
+from derive.pitchcurve import FAMILIES, STEEPER, BySeries, Condition, PitchCurve, a, m, swing, t, u
 from derive.quantity import Quantity, Vector
 
 __all__ = [
-    "CONTACT", "CURVATURE", "FAMILIES", "ByClosure", "BySeries", "Condition", "PitchCurve", "Shape", "a",
-    "contact_steps", "curvature_steps", "find_families", "m", "parameter_steps", "register", "swing", "t", "u",
+    "CONTACT", "CURVATURE", "FAMILIES", "STEEPER", "BySeries", "Condition", "PitchCurve", "a", "contact_steps",
+    "curvature_steps", "find_families", "m", "parameter_steps", "swing", "t", "u",
 ]  # fmt: skip
-
 
 
 def find_families() -> None:

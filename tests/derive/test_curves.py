@@ -1,14 +1,16 @@
 """Pitch-curve families: one small class each, checked by closed forms and by the laws of rolling."""
 
 import math
+from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
 
-from derive import curves
+from derive import curves, families
 from derive.curves import FAMILIES, PitchCurve
+from derive.emit import curve as emit_curve
 from generated.array import curve_eccentric_circle, curve_ellipse
 
 MODULES = {"eccentric_circle": curve_eccentric_circle, "ellipse": curve_ellipse}
@@ -22,6 +24,20 @@ def test_joints_sit_at_extrema(family: PitchCurve) -> None:
     slope = family.radius().diff(curves.u)
     assert sp.simplify(slope.subs(curves.u, 0)) == 0
     assert sp.simplify(slope.subs(curves.u, sp.pi)) == 0
+
+
+def test_the_five_families_of_the_paper_are_there_each_in_its_file() -> None:
+    assert {"eccentric_circle", "ellipse", "fourier", "limacon", "sine"} <= FAMILIES.keys()
+    files = {path.stem for folder in families.__path__ for path in Path(folder).glob("*.py")} - {"__init__"}
+    assert {type(family).__module__.rpartition(".")[2] for family in FAMILIES.values()} == files == FAMILIES.keys()
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
+def test_names_of_parameters_do_not_meet_those_of_the_generated_code(family: PitchCurve) -> None:
+    for function in emit_curve.functions_of(family):
+        defined = [s.name for step in function.steps for s in step.defines]
+        given = [q.name for q in (*family.parameters, curves.m, curves.a)]
+        assert len({*defined, *given}) == len(defined) + len(given)
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)

@@ -1,0 +1,74 @@
+"""Pitch curves of every family at sizes drawn at random, and machines with any two families."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from derive.curves import FAMILIES
+from planter import emitted, units
+from planter.gears import Candidate, Stage, converged
+from planter.machine import Machine, load
+from planter.sizing import Size, Sizing
+
+Drawn = tuple[str, int]
+"""A family and a seed."""
+EVERY_CURVE: list[Drawn] = [(family, seed) for family in sorted(FAMILIES) for seed in (1, 2, 3)]
+PAIRS = [(one, two) for one in sorted(FAMILIES) for two in sorted(FAMILIES)]
+
+
+@cache
+def sizing(family: str) -> Sizing:
+    return Sizing(family)
+
+
+def size(family: str, seed: int, swing: float | None = None) -> Size:
+    """A size from one box for all families; the shape from the family's own."""
+    rng = np.random.default_rng([seed, *family.encode()])
+    mean, relative, m = rng.uniform((0.02, 0.05, 0.7), (0.05, 0.8, 1.7))
+    shape = tuple(rng.uniform(entry["lower"], entry["upper"]) for entry in sizing(family).sidecar["shapes"])
+    return Size(mean, relative if swing is None else swing, m, shape)
+
+
+@cache
+def parameters(family: str, seed: int) -> np.ndarray:
+    return sizing(family).parameters(size(family, seed))
+
+
+@cache
+def stage(family: str, seed: int) -> Stage:
+    return stage_of(family, parameters(family, seed))
+
+
+def stage_of(family: str, own: np.ndarray) -> Stage:
+    names = tuple(entry["shown"] for entry in emitted.sidecar(f"curve_{family}")["parameters"])
+    return converged(Stage(family, names), [Candidate(own, lambda name: name)])
+
+
+@cache
+def machine(one: str, two: str) -> Machine:
+    """The built-in machine with other gears: families of both stages, sizes near the paper's."""
+    found = load("wang2017").table()
+    mounting = {name: found["design"][name] for name in ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg")}
+    gears = _shown(one, "3", Size(0.0307, 0.35, 1.4)) | _shown(two, "6", Size(0.0307, 0.1, 1.2))
+    found["stage1"], found["stage2"], found["design"] = {"family": one}, {"family": two}, mounting | gears
+    found["bounds"] = {name: _around(value) for name, value in found["design"].items()}
+    found["origin"] = {"default": "assumed"}
+    kept = {key: value for key, value in found.items() if key != "requirements"}
+    return Machine.read(kept | {"name": f"{one}-{two}"}, f"{one}-{two}.toml")
+
+
+def _shown(family: str, gear: str, wanted: Size) -> dict[str, float]:
+    shapes = sizing(family).sidecar["shapes"]
+    own = sizing(family).parameters(Size(wanted.mean_radius, wanted.swing, wanted.deformation,
+                                         tuple(entry["upper"] / 2 for entry in shapes)))  # fmt: skip
+    *names, last = (entry["shown"] for entry in sizing(family).sidecar["parameters"])
+    parts = [name.partition("_") for name in names]
+    keys = [*(f"{base}{gear}{dash}{unit}" for base, dash, unit in parts), f"{last}{gear}1"]
+    return {key: float(value / units.factor(key)) for key, value in zip(keys, own, strict=True)}
+
+
+def _around(value: float) -> list[float]:
+    width = abs(value) / 100 + 1e-3
+    return [value - width, value + width]
