@@ -16,6 +16,7 @@ from casadi import (
     floor,
     fmax,
     if_else,
+    jacobian,
     pi,
     sin,
     sqrt,
@@ -30,6 +31,13 @@ def prologue(terms: int) -> Function:
     k = parameters[1]
     hoisted = vertcat(2 * A, SX.zeros(terms))
     return Function("prologue", [parameters], [hoisted], ["parameters"], ["hoisted"])
+
+
+def tangent(terms: int) -> Function:
+    """Jacobian of the prologue in the parameters."""
+    parameters, hoisted = SX.sym("parameters", 3), SX.sym("hoisted", 1 + terms)
+    along = jacobian(prologue(terms)(parameters), parameters)
+    return Function("tangent", [parameters, hoisted], [along], ["parameters", "hoisted"], ["along"])
 
 
 def contact(terms: int) -> Function:

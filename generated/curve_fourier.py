@@ -19,6 +19,7 @@ from casadi import (
     floor,
     fmax,
     if_else,
+    jacobian,
     mmax,
     pi,
     rootfinder,
@@ -29,20 +30,26 @@ from casadi import (
 )
 
 
-def prologue(terms: int) -> Function:
-    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio.
+def nodes(terms: int) -> tuple[DM, SX, SX]:
+    """Quadrature by midpoints of half a turn, which is spectrally accurate for an even curve.
 
-    Quadrature by midpoints of half a turn, which is spectrally accurate for an even curve.
+    The cosines of the series there, the parameters and the radii.
     """
     u = DM([pi * (j + 0.5) / (2 * terms) for j in range(2 * terms)])
-    cosines = cos(DM(range(1, terms + 1)) @ u.T)
-    a = SX.sym("a")
+    cosines = cos(DM(range(1, terms + 1)) @ u.T) / terms
     parameters = SX.sym("parameters", 5)
     C0 = parameters[0]
     C1 = parameters[1]
     C2 = parameters[2]
     C3 = parameters[3]
     radii = C0 + C1 * cos(u) + C2 * cos(2 * u) + C3 * cos(3 * u)
+    return cosines, parameters, radii
+
+
+def prologue(terms: int) -> Function:
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    cosines, parameters, radii = nodes(terms)
+    a = SX.sym("a")
     ratios = radii / (a - radii)
     start = Function("start", [parameters], [fmax(sum1(radii) / terms, mmax(radii) * (1 + 1e-6))])
     closure = Function("closure", [a, parameters], [sum1(ratios) / (2 * terms) - 1])
@@ -51,8 +58,23 @@ def prologue(terms: int) -> Function:
     given = MX.sym("parameters", 5)
     root = rootfinder("root", "fast_newton", closure, {"abstol": 1e-14, "abstolStep": 1e-14, "max_iter": 100})
     distance = root(start(given), given)
-    hoisted = vertcat(distance, cosines @ at_nodes(distance, given) / terms)
+    hoisted = vertcat(distance, cosines @ at_nodes(distance, given))
     return Function("prologue", [given], [hoisted], ["parameters"], ["hoisted"])
+
+
+def tangent(terms: int) -> Function:
+    """Jacobian of the prologue in the parameters; that of the centre distance by the implicit function theorem."""
+    cosines, parameters, radii = nodes(terms)
+    a = SX.sym("a")
+    ratios = radii / (a - radii)
+    along_a, along_parameters = jacobian(ratios, a), jacobian(ratios, parameters)
+    moved = -sum1(along_parameters) / sum1(along_a)
+    at_nodes = Function("slopes", [a, parameters], [moved, along_parameters + along_a @ moved])
+
+    given, hoisted = MX.sym("parameters", 5), MX.sym("hoisted", 1 + terms)
+    along_distance, along_ratios = at_nodes(hoisted[0], given)
+    along = vertcat(along_distance, cosines @ along_ratios)
+    return Function("tangent", [given, hoisted], [along], ["parameters", "hoisted"], ["along"])
 
 
 def contact(terms: int) -> Function:

@@ -70,7 +70,7 @@ class Console:
         self.say(f"planter: {error.message}")
         if self.as_json and error.exit_code != InputError.exit_code:
             described = {"name": error.name, "message": error.message}
-            partial = error.partial if isinstance(error, Interrupted) else None
+            partial = getattr(error, "partial", None)
             print(json.dumps({"error": described, "partial": partial}, indent=2, allow_nan=False))
         raise SystemExit(error.exit_code)
 

@@ -62,6 +62,30 @@ class Functions:
         dynamics = self._dynamics(mounting, *packed, c)
         return ca.Function("prologue", [x, c], [ca.vertcat(*curves, dynamics)], ["x", "c"], ["h"])
 
+    @cached_property
+    def tangent_function(self) -> ca.Function:
+        """(x, c) -> h, dh: the prologue and its sparse Jacobian in the design, stage by stage."""
+        x, c = ca.MX.sym("x", self._split[-1]), ca.MX.sym("c", self._size("machine"))
+        mounting, *parameters = ca.vertsplit(x, self._split)
+        curves = [s.prologue.function(p) for s, p in zip(self._stages, parameters, strict=True)]
+        along = [s.tangent.function(p, h) for s, p, h in zip(self._stages, parameters, curves, strict=True)]
+        packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
+        dynamics, *parts = self._dynamics_tangent(mounting, *packed, c)
+        rows = ca.diagcat(ca.MX(0, mounting.numel()), *along)
+        for place, curve in enumerate(along):
+            parts[1 + place] = parts[1 + place] + parts[3 + place] @ curve
+        dh = ca.vertcat(rows, ca.horzcat(*parts[:3]))
+        return ca.Function("prologue", [x, c], [ca.vertcat(*curves, dynamics), dh], ["x", "c"], ["h", "dh"])
+
+    @cached_property
+    def _dynamics_tangent(self) -> ca.Function:
+        """What the dynamics hoist, and its Jacobians in the mounting, in both stages' parameters and their series."""
+        inputs = self._dynamics.sx_in()
+        mounting, one, first, two, second, _ = inputs
+        hoisted = self._dynamics(*inputs)
+        along = [ca.jacobian(hoisted, v) for v in (mounting, one, two, first, second)]
+        return ca.Function("dynamics_tangent", inputs, [hoisted, *along])
+
     def lane_inputs(self, phi: ca.SX) -> list[ca.SX]:
         mounting, *parameters = ca.vertsplit(self.x, self._split)
         sizes = [s.prologue.function.size1_out(0) for s in self._stages]
@@ -171,10 +195,7 @@ class Device:
 
     @cached_property
     def prologue_kernel(self) -> Kernel:
-        f = self.functions.prologue_function
-        x, c = f.mx_in()
-        h = f(x, c)
-        return Kernel(ca.Function("prologue", [x, c], [h, ca.jacobian(h, x)], ["x", "c"], ["h", "dh"]))
+        return Kernel(self.functions.tangent_function)
 
     @cached_property
     def prologue_hessian_kernel(self) -> Kernel:

@@ -24,11 +24,23 @@ def _package() -> str:
 
 @cache
 def module(name: str) -> ModuleType:
+    """A generated module; that of a family's description for `curve_...-relative`."""
+    from planter import described
+
+    family = described.of(name)
+    if family is not None:
+        return described.module(name, module(family), sidecar(family))
     return importlib.import_module(f"{_package()}.{name}")
 
 
 @cache
 def sidecar(name: str) -> dict[str, Any]:
+    """What is written beside a generated module."""
+    from planter import described
+
+    family = described.of(name)
+    if family is not None:
+        return described.sidecar(sidecar(family))
     text = files(_package()).joinpath(f"{name}.json").read_text(encoding="utf-8")
     content: dict[str, Any] = json.loads(text)
     return content
@@ -49,6 +61,8 @@ def families() -> tuple[str, ...]:
 
 def family(name: str, where: str) -> str:
     """The name, if there is such a family; `where` says in which file and key it stands."""
-    if name not in families():
+    from planter import described
+
+    if (described.of(name) or name) not in families():
         raise InputError(f"{where} = {name!r} is not allowed: it must be one of {', '.join(families())}")
     return name

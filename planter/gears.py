@@ -54,6 +54,11 @@ class Stage:
         return Kernel(emitted.module(f"curve_{self.family}").prologue(self.terms))
 
     @cached_property
+    def tangent(self) -> Kernel:
+        """Jacobian of the prologue in the parameters, sparse."""
+        return Kernel(emitted.module(f"curve_{self.family}").tangent(self.terms))
+
+    @cached_property
     def contact(self) -> Kernel:
         return Kernel(emitted.module(f"curve_{self.family}").contact(self.terms), lanes=["t"])
 

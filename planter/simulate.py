@@ -16,6 +16,7 @@ from planter.optimise.objective import Objective
 from planter.optimise.refined import Panels, Refined
 from planter.optimise.response import Planting
 from planter.optimise.samples import Samples
+from planter.requirements import record as requirements
 
 FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 AT = (
@@ -60,6 +61,7 @@ def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float]
         },
         "work": work(device),
         "at": at(device, at_deg),
+        **requirements.of(device),
     }  # fmt: skip
     return Simulation(turn, result)
 

@@ -41,7 +41,7 @@ class Shares:
     @cached_property
     def tangent(self) -> ca.Sparsity:
         """Where the Jacobian of h in the design can be other than zero."""
-        return self.functions.prologue_function.jac_sparsity(0, 0)
+        return self.functions.tangent_function.sparsity_out(1)
 
     @cached_property
     def dh(self) -> ca.SX:

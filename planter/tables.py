@@ -34,7 +34,25 @@ def simulation(console: Console, result: Result) -> None:
     console.table("Work over a turn", ("", "J"), work)
     if result["at"]:
         _at(console, result["at"])
+    requirements(console, result)
     warnings(console, result["warnings"])
+
+
+def validation(console: Console, source: str, result: Result) -> None:
+    """That a file is valid, and what its design makes of its requirements."""
+    print(f"{source}: valid, design parameters {', '.join(result['design'])}")
+    requirements(console, result)
+
+
+def requirements(console: Console, result: Result) -> None:
+    """Requirements with limits and margins, where the machine has any."""
+    rows = [
+        (r["name"], r["value"], r["lower"], r["upper"], r["unit"], r["margin"], r["wanted_margin"], r["phi_deg"],
+         r["verdict"]) for r in result.get("requirements", [])
+    ]  # fmt: skip
+    if rows:
+        header = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "")
+        console.table("Requirements", header, rows)
 
 
 def _at(console: Console, found: list[Mapping[str, float]]) -> None:
@@ -75,6 +93,7 @@ def optimisation(console: Console, result: Result) -> None:
         ("variance", result["start_variance_N2"], result["variance_N2"], "N2"),
     ]
     console.table("Support force", ("", "start", "optimum", "unit"), values)
+    requirements(console, result)
     scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     certificate(console, result)

@@ -76,6 +76,7 @@ class Turns:
 
     def value(self, x: Array) -> float:
         """The objective of a design."""
+        self._check(x, self.device.design.shape)
         if self._native:
             return self._native.value(x)
         force = self.device.force.value(self.device.prologue(x), self.angles)
@@ -83,6 +84,7 @@ class Turns:
 
     def gradient(self, x: Array) -> tuple[float, Array]:
         """The objective of a design and its gradient (p,): that of the samples where the extremes stand."""
+        self._check(x, self.device.design.shape)
         if self._native:
             return self._native.gradient(x)
         force, slopes = self.device.force.slopes(self.device.prologue(x), self.angles)
@@ -92,6 +94,7 @@ class Turns:
 
     def many(self, designs: Array) -> Array:
         """Rows of `FIELDS`, (m, 4), for designs (m, p)."""
+        self._check(designs, (len(designs), *self.device.design.shape))
         if self._native:
             return self._native.many(np.ascontiguousarray(designs, dtype=float))
         forces = (self.device.force.value(self.device.prologue(x), self.angles) for x in designs)
@@ -100,6 +103,9 @@ class Turns:
 
     def hessian(self, x: Array) -> Array:
         """Hessian (p, p) of the objective, the extremes staying at their samples."""
+        self._check(x, self.device.design.shape)
+        if self._native and not self.device.compiled:
+            self.device.compile()
         at = self.device.prologue(x)
         force, slopes = self.device.force.slopes(at, self.angles)
         gradients, variance, n = slopes[:, 1:], float(force.var()), len(force)
@@ -109,6 +115,11 @@ class Turns:
         along = 2 / n * (force - force.mean()) @ gradients
         found: Array = bent + 2 / n * first * (centred.T @ centred) + second * np.outer(along, along)
         return found
+
+    @staticmethod
+    def _check(given: Array, shape: tuple[int, ...]) -> None:
+        if np.shape(given) != shape:
+            raise CallError(f"expected the shape {shape}, and was given {np.shape(given)}")
 
     def _weights(self, force: Array, variance: float) -> Array:
         """The objective's slope in the force of each sample."""
@@ -162,13 +173,13 @@ class Native:
         self._many.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
 
     def value(self, x: Array) -> float:
-        self._take(x)
+        self._design[:] = x
         if self._value(*self._pointers[:3]):
             raise self._failure(x)
         return float(self._found[0])
 
     def gradient(self, x: Array) -> tuple[float, Array]:
-        self._take(x)
+        self._design[:] = x
         if self._slopes(*self._pointers):
             raise self._failure(x)
         return float(self._found[0]), self._gradient.copy()
@@ -180,11 +191,6 @@ class Native:
         if failed:
             raise self._failure(designs[failed - 1])
         return found
-
-    def _take(self, x: Array) -> None:
-        if np.shape(x) != self._design.shape:
-            raise CallError(f"a design has the shape {self._design.shape}, and was given as {np.shape(x)}")
-        self._design[:] = x
 
     @staticmethod
     def _failure(x: Array) -> PlanterError:

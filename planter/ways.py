@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -59,8 +60,12 @@ class Way(Protocol):
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]: ...
 
 
+_ONE_AT_A_TIME = threading.RLock()
+"""CasADi functions have working memory, which threads would share."""
+
+
 class VirtualMachine:
-    """CasADi's virtual machine, or a compiled function in its place: one lane after the other."""
+    """CasADi's virtual machine, or a compiled function in its place: one lane after the other, one call at a time."""
 
     def __init__(self, work: Work, function: ca.Function | None = None) -> None:
         self.name = "casadi-vm" if function is None else "casadi-c"
@@ -68,9 +73,10 @@ class VirtualMachine:
         self._calls: dict[int, _Call] = {}
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
-        if count not in self._calls:
-            self._calls[count] = _Call(self._mapped(count))
-        return self._calls[count](arrays)
+        with _ONE_AT_A_TIME:
+            if count not in self._calls:
+                self._calls[count] = _Call(self._mapped(count))
+            return self._calls[count](arrays)
 
     def _mapped(self, count: int) -> ca.Function:
         if not self.work.varying:
@@ -164,12 +170,16 @@ def virtual_machine(work: Work) -> Way:
     return VirtualMachine(work)
 
 
+def casadi_text(work: Work) -> str:
+    """A function in CasADi's own C."""
+    generator = ca.CodeGenerator(f"{work.function.name()}.c")
+    generator.add(work.function)
+    return str(generator.dump())
+
+
 def casadi_library(work: Work) -> Path:
     """The library of a function in CasADi's own C. Raises NoCompiler."""
-    function = work.function
-    generator = ca.CodeGenerator(f"{function.name()}.c")
-    generator.add(function)
-    return toolchain.library(function.name(), generator.dump(), work.passes)
+    return toolchain.library(work.function.name(), casadi_text(work), work.passes)
 
 
 def casadi_c(work: Work) -> Way:
@@ -189,15 +199,35 @@ def lane_kernel(work: Work) -> Way:
     return Lanes(work, lane_library(work))
 
 
+def place(work: Work, way: str) -> Path:
+    """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises NoCompiler."""
+    text, flags = (work.loop, toolchain.FAST_MATH) if way == "lanes" else (casadi_text(work), ())
+    return toolchain.place(work.function.name(), text, (*work.passes, *flags))
+
+
+def foreseen(work: Work) -> str:
+    """Name of the fastest way that there should be here, without compiling anything."""
+    try:
+        toolchain.compiler()
+    except NoCompiler:
+        return NAMES[-1]
+    return next(name for name in allowed() if name != "lanes" or _printable(work))
+
+
+def _printable(work: Work) -> bool:
+    try:
+        return bool(work.varying and work.loop)
+    except lanes.NotPrintable:
+        return False
+
+
 def kept(work: Work) -> bool:
     """Whether the fastest way has been compiled before, so that it need only be loaded."""
+    way = foreseen(work)
     try:
-        if allowed()[0] == "lanes" and work.varying:
-            name, flags = work.function.name(), (*work.passes, *toolchain.FAST_MATH)
-            return toolchain.sound(toolchain.place(name, work.loop, flags))
-    except (lanes.NotPrintable, NoCompiler):
-        pass
-    return False
+        return way != NAMES[-1] and toolchain.sound(place(work, way))
+    except (NoCompiler, OSError):
+        return False
 
 
 def allowed() -> tuple[str, ...]:

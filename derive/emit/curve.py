@@ -79,10 +79,13 @@ def functions_of(curve: PitchCurve) -> list[Emitted]:
 
 
 def casadi_module(curve: PitchCurve) -> str:
-    functions = "\n\n\n".join((_casadi_prologue(curve), *map(_casadi_function, functions_of(curve))))
-    always = ["Function", "SX", "vertcat"] + (
-        ["DM", "MX", "fmax", "mmax", "rootfinder", "sum1"] if _by_closure(curve) else []
-    )
+    always = ["Function", "SX", "jacobian", "vertcat"]
+    if _by_closure(curve) or _by_series(curve):
+        prologue = _casadi_closure(curve)
+        always += ["DM", "MX", "fmax", "mmax", "rootfinder", "sum1"]
+    else:
+        prologue = _casadi_closed(curve)
+    functions = "\n\n\n".join((prologue, *map(_casadi_function, functions_of(curve))))
     return f'''"""{curve.title.capitalize()}: CasADi functions of a pitch curve and its conjugate.
 
 {NOTICE}
@@ -159,36 +162,65 @@ def _unpacked(curve: PitchCurve) -> str:
     return "\n".join(f"    {q.name} = parameters[{i}]" for i, q in enumerate(curve.parameters))
 
 
-def _casadi_prologue(curve: PitchCurve) -> str:
-    size = len(parameters_of(curve))
-    if not _by_series(curve) and not _by_closure(curve):
-        return f'''def prologue(terms: int) -> Function:
+def _casadi_closed(curve: PitchCurve) -> str:
+    return f'''def prologue(terms: int) -> Function:
     """Centre distance in closed form; the rotation needs no series."""
-    parameters = SX.sym("parameters", {size})
+    parameters = SX.sym("parameters", {len(parameters_of(curve))})
 {_unpacked(curve)}
     hoisted = vertcat({Printer(CASADI)(curve.centre_distance())}, SX.zeros(terms))
-    return Function("prologue", [parameters], [hoisted], ["parameters"], ["hoisted"])'''
-    return f'''def prologue(terms: int) -> Function:
-    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio.
+    return Function("prologue", [parameters], [hoisted], ["parameters"], ["hoisted"])
 
-    Quadrature by midpoints of half a turn, which is spectrally accurate for an even curve.
+
+def tangent(terms: int) -> Function:
+    """Jacobian of the prologue in the parameters."""
+    parameters, hoisted = SX.sym("parameters", {len(parameters_of(curve))}), SX.sym("hoisted", 1 + terms)
+    along = jacobian(prologue(terms)(parameters), parameters)
+    return Function("tangent", [parameters, hoisted], [along], ["parameters", "hoisted"], ["along"])'''
+
+
+def _casadi_closure(curve: PitchCurve) -> str:
+    return f'''def nodes(terms: int) -> tuple[DM, SX, SX]:
+    """Quadrature by midpoints of half a turn, which is spectrally accurate for an even curve.
+
+    The cosines of the series there, the parameters and the radii.
     """
     u = DM([pi * (j + 0.5) / (2 * terms) for j in range(2 * terms)])
-    cosines = cos(DM(range(1, terms + 1)) @ u.T)
-    a = SX.sym("a")
-    parameters = SX.sym("parameters", {size})
+    cosines = cos(DM(range(1, terms + 1)) @ u.T) / terms
+    parameters = SX.sym("parameters", {len(parameters_of(curve))})
 {_unpacked(curve)}
     radii = {Printer(CASADI)(curve.radius())}
+    return cosines, parameters, radii
+
+
+def prologue(terms: int) -> Function:
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    cosines, parameters, radii = nodes(terms)
+    a = SX.sym("a")
     ratios = radii / (a - radii)
     start = Function("start", [parameters], [fmax(sum1(radii) / terms, mmax(radii) * (1 + 1e-6))])
     closure = Function("closure", [a, parameters], [sum1(ratios) / (2 * terms) - 1])
     at_nodes = Function("ratios", [a, parameters], [ratios])
 
-    given = MX.sym("parameters", {size})
+    given = MX.sym("parameters", {len(parameters_of(curve))})
     root = rootfinder("root", "fast_newton", closure, {{"abstol": 1e-14, "abstolStep": 1e-14, "max_iter": 100}})
     distance = root(start(given), given)
-    hoisted = vertcat(distance, cosines @ at_nodes(distance, given) / terms)
-    return Function("prologue", [given], [hoisted], ["parameters"], ["hoisted"])'''
+    hoisted = vertcat(distance, cosines @ at_nodes(distance, given))
+    return Function("prologue", [given], [hoisted], ["parameters"], ["hoisted"])
+
+
+def tangent(terms: int) -> Function:
+    """Jacobian of the prologue in the parameters; that of the centre distance by the implicit function theorem."""
+    cosines, parameters, radii = nodes(terms)
+    a = SX.sym("a")
+    ratios = radii / (a - radii)
+    along_a, along_parameters = jacobian(ratios, a), jacobian(ratios, parameters)
+    moved = -sum1(along_parameters) / sum1(along_a)
+    at_nodes = Function("slopes", [a, parameters], [moved, along_parameters + along_a @ moved])
+
+    given, hoisted = MX.sym("parameters", {len(parameters_of(curve))}), MX.sym("hoisted", 1 + terms)
+    along_distance, along_ratios = at_nodes(hoisted[0], given)
+    along = vertcat(along_distance, cosines @ along_ratios)
+    return Function("tangent", [given, hoisted], [along], ["parameters", "hoisted"], ["along"])'''
 
 
 def _array_prologue(curve: PitchCurve) -> str:

@@ -1,11 +1,14 @@
-"""Numbers of gear trains: helical pairs (ISO 21771) and the split of a ratio."""
+"""Numbers of gear trains: helical pairs, plants, and the split of a ratio."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from planter.audit.registry import Inputs, Value, formula
+from planter.formulas import load
+from planter.mapping.curve import closed_turn
+from planter.mapping.train import Train
+from planter.pickup.law import MODEL
 
 
 @formula("centre distance as printed, nearest")
@@ -34,20 +37,13 @@ def density(inputs: Inputs) -> float:
     return float(np.clip(inputs["density_per_m2"], 1 / largest**2, 1 / least**2))
 
 
-def helix_angle(inputs: Inputs) -> float:
-    """Helix angle of a standard pair with a given centre distance [rad]: cos beta = m_n (z1 + z2)/(2 a)."""
-    return float(np.arccos(_teeth(inputs) * inputs["normal_module_mm"] / (2 * float(inputs["centre_distance_mm"]))))
-
-
 @formula("contact ratio of a helical pair")
 def helical_contact_ratio(inputs: Inputs) -> float:
     """Transverse part plus overlap of a standard external pair of equal gears; helix angle from the centre distance."""
-    beta, module = helix_angle(inputs), inputs["normal_module_mm"]
-    transverse = np.arctan(np.tan(np.radians(inputs["normal_pressure_angle_deg"])) / np.cos(beta))
-    pitch = float(inputs["centre_distance_mm"]) / 2
-    tip = np.arccos(pitch * np.cos(transverse) / (pitch + inputs["addendum_coefficient"] * module))
-    profile = _teeth(inputs) * (np.tan(tip) - np.tan(transverse)) / (2 * np.pi)
-    return float(profile + inputs["face_width_mm"] * np.sin(beta) / (np.pi * module))
+    lengths = [inputs.si(name) for name in ("L1_mm", "gamma_deg", "centre_distance_mm", "normal_module_mm")]
+    teeth = [inputs["teeth_1"], inputs["teeth_2"], inputs.si("face_width_mm")]
+    tool = [inputs.si("normal_pressure_angle_deg"), inputs["addendum_coefficient"]]
+    return load(MODEL).at("carrier", carrier=[*lengths, *teeth, *tool])["epsilon_h"]
 
 
 def _teeth(inputs: Inputs) -> float:
@@ -58,10 +54,7 @@ def _teeth(inputs: Inputs) -> float:
 def split(inputs: Inputs) -> Value:
     """Parameter that closes the first of two stages of a ratio: the mean of its inverse root over a turn.
 
-    None where the curve is not monotone.
+    None where the curve is not monotone. The centre distance has no part in it.
     """
-    carrier, relative = np.asarray(inputs["carrier_deg"]), np.asarray(inputs["relative_deg"])
-    turned = relative + carrier
-    turned[-1] = turned[0]
-    slope = 1 - CubicSpline(carrier, turned, bc_type="periodic")(np.arange(0.0, 360.0, 0.01), 1)
-    return float(np.sqrt(slope).mean()) if slope.min() > 0 else None
+    curve = closed_turn(inputs.si("carrier_deg")[:-1], inputs.si("relative_deg")[:-1])
+    return Train(curve, distance=1.0).x_s if curve.monotone else None

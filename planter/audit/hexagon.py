@@ -1,90 +1,52 @@
-"""Geometry of a Reuleaux pentagon in a regular hexagon, and of the tapered sleeve that holds it.
+"""A Reuleaux pentagon in a regular hexagon, the tapered sleeve that holds it and its teeth, beside the print.
 
-Derived from the places of its corners: A and B slide on two neighbouring sides of the hexagon, C is opposite.
+Lengths over R are in widths of the pentagon.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from planter.audit.registry import Inputs, formula
-from planter.kernels import Array
-
-APOTHEM = np.sqrt(3) / 2
-"""Distance of a regular hexagon's sides from its centre, in side lengths."""
-TURN = np.radians(60)
-"""Between the directions in which A and B slide."""
-CORNERS = 5
-_DENSE = 12_001
-
-
-def corner_path(lead: float) -> Array:
-    """Path of corner C as M (2, 2): C = centre + R M (cos theta, sin theta), in widths R of the pentagon.
-
-    Corner A stays on the upper side and gives y = -sin theta; corner B stays on the next side, so that the coordinate
-    across that side, -x sin 60 deg + y cos 60 deg, is -sin(theta + lead). `lead` [rad] is between AC and BC as seen
-    from the two sides.
-    """
-    across = -np.array([np.sin(lead), np.cos(lead)])
-    y = np.array([0.0, -1.0])
-    return np.array([(y * np.cos(TURN) - across) / np.sin(TURN), y])
+from planter.audit.registry import MM, Inputs, formula
+from planter.clutch.geometry import SIDES, VERTICES
+from planter.clutch.geometry import travel as least_travel
+from planter.clutch.models import Model, model
+from planter.clutch.rotor import Rotor
 
 
 @formula("distance from the centre of the corner's path")
 def centre_offset(inputs: Inputs) -> float:
-    """Distance of a printed centre of the ellipse from the corner between both sides, in widths of the pentagon."""
-    sides = np.array([[0.0, 1.0], [-np.sin(TURN), np.cos(TURN)]])
-    corner = np.linalg.solve(sides, [0.5, 0.5])
-    return float(np.linalg.norm(corner - inputs["centre_over_width"]))
+    """Distance of a printed centre of the ellipse from the centre of the corner's path, over R."""
+    path = _path()
+    return float(np.hypot(*np.subtract([path["x_E"], path["y_E"]], inputs["centre_over_width"])))
 
 
 @formula("angle from the major axis of the corner's path")
 def axis_offset(inputs: Inputs) -> float:
     """Angle between a printed line of the foci, by its slope, and the major axis of the ellipse [deg]."""
-    x, y = np.linalg.svd(_path(inputs))[0][:, 0]
-    apart = np.degrees(np.arctan2(y, x) - np.arctan(inputs["foci_slope"])) % 180
+    apart = np.degrees(_path()["axis"] - np.arctan(inputs["foci_slope"])) % 180
     return float(min(apart, 180 - apart))
-
-
-def support(direction: Array) -> Array:
-    """Distance from the centre to the tangent of a Reuleaux pentagon of width 1, by direction [rad], a corner at 0.
-
-    Round a corner the tangent passes through it; elsewhere it touches the arc about the corner opposite.
-    """
-    pitch, outline = 2 * np.pi / CORNERS, 1 / (2 * np.sin(np.radians(72)))
-
-    def at_corner(angle: Array) -> Array:
-        return outline * np.cos(angle - pitch * np.round(angle / pitch))
-
-    from_corner = abs(direction - pitch * np.round(direction / pitch))
-    return np.where(from_corner <= pitch / 4, at_corner(direction), 1 - at_corner(direction + np.pi))
 
 
 @formula("mismatch with the third pair of sides")
 def mismatch(inputs: Inputs) -> float:
-    """Largest distance by which a Reuleaux pentagon misses a hexagon's third pair of sides, in its own widths.
+    """Largest distance by which a Reuleaux pentagon misses a hexagon's third pair of sides, over R.
 
-    The sides are one width apart and two pairs of them are held exactly. Across a pair the centre lies at 1/2 less the
-    support distance; the directions across three pairs, 60 deg apart, have n1 + n3 = n2.
+    The sides are one width apart and two pairs of them are held exactly.
     """
-    turned = np.linspace(0, 2 * np.pi / CORNERS, _DENSE)
-    first, second, third = (0.5 - support(angle - turned) for angle in np.radians(inputs["across_deg"]))
-    return float(abs(first + third - second).max())
+    return _in_widths("miss")
 
 
 @formula("play that the hexagon lacks")
 def lacking_play(inputs: Inputs) -> float:
-    """By how much opposite sides must stand further apart for the pentagon to turn freely, in its own widths.
-
-    A play d lets the centre stray by d/2 across each pair, so that three pairs close a mismatch of 3 d/2.
-    """
-    return mismatch(inputs) * 2 / 3
+    """By how much opposite sides must stand further apart than R for the pentagon to turn freely, over R."""
+    return _in_widths("free") - 1
 
 
 @formula("outline by both sections")
 def outline_by_both(inputs: Inputs) -> float:
     """Circumradius over side of the hexagon: by the rule for tooth tips less that by the rule for the outline."""
-    tips = APOTHEM / np.sin(np.radians(inputs["tip_angle_deg"]))
+    tips = np.sqrt(3) / 2 / np.sin(np.radians(inputs["tip_angle_deg"]))
     outline = np.sqrt(3 / (2 + 2 * np.cos(np.radians(inputs["outline_angle_deg"]))))
     return float(tips - outline)
 
@@ -92,7 +54,7 @@ def outline_by_both(inputs: Inputs) -> float:
 @formula("width of the tips over the shaft")
 def tip_play(inputs: Inputs) -> float:
     """Width of the pentagon of tooth tips with the printed tip radius less the shaft's across flats [mm]."""
-    return float(2 * inputs["tip_radius_mm"] * np.sin(np.radians(72)) - inputs["shaft_flats_mm"])
+    return float(inputs["shaft_flats_mm"] * (inputs["tip_radius_mm"] / tip_radius(inputs) - 1))
 
 
 @formula("curvature of the tips' path over the fillet")
@@ -103,19 +65,14 @@ def fillet_play(inputs: Inputs) -> float:
 
 @formula("semi-axis of the corner's path")
 def semi_axis(inputs: Inputs) -> float:
-    """Semi-axis of the ellipse, in widths of the pentagon: 1 is the major one."""
-    axes = np.linalg.svd(_path(inputs), compute_uv=False)
-    return float(axes[inputs["axis"] - 1])
+    """Semi-axis of the ellipse, over R: 1 is the major one."""
+    return _path()[f"s_{inputs['axis']}"]
 
 
 @formula("curvature radius where the path meets the side")
 def contact_radius(inputs: Inputs) -> float:
-    """Curvature radius of the ellipse where it touches the side of the hexagon, in widths of the pentagon.
-
-    There y is stationary, theta = 90 deg, and the radius is x'^2/|y''|.
-    """
-    (x_cos, _), (_, y_sin) = _path(inputs)
-    return float(x_cos**2 / abs(y_sin))
+    """Curvature radius of the ellipse where it touches the side of the hexagon, over R."""
+    return _path()["tangency"]
 
 
 @formula("fillet from the path")
@@ -133,34 +90,32 @@ def fillet_printed(inputs: Inputs) -> float:
 @formula("least tip radius")
 def tip_radius(inputs: Inputs) -> float:
     """Circumradius of the pentagon of tooth tips whose width is the shaft's across flats [mm]."""
-    return float(inputs["shaft_flats_mm"] / (2 * np.sin(np.radians(72))))
+    return _teeth(inputs)["b1"] / MM
 
 
 @formula("least root radius")
 def root_radius(inputs: Inputs) -> float:
     """Distance of the filleted corner's outermost point from the shaft's axis [mm]."""
-    side = inputs["shaft_flats_mm"] / (2 * APOTHEM)
-    return float(side - (1 / APOTHEM - 1) * inputs["fillet_mm"])
+    return _teeth(inputs)["b2"] / MM
 
 
 @formula("angle between tooth faces")
 def face_angle(inputs: Inputs) -> float:
     """Angle between both faces of a tooth whose faces lie flat on the shaft [deg]."""
-    return float(np.degrees(2 * np.arcsin(inputs["shaft_flats_mm"] / (2 * inputs["tip_radius_mm"]))))
+    found = model().at("face", flats=inputs.si("shaft_flats_mm"), b1=inputs.si("tip_radius_mm"))
+    return float(np.degrees(found["xi"]))
 
 
 @formula("travel as printed")
 def travel_printed(inputs: Inputs) -> float:
     """Axial travel with the radial gap counted on both sides, as the print has it [mm]."""
-    return 2 * travel(inputs)
+    return _travel(inputs, "printed")
 
 
 @formula("travel that frees the body")
 def travel(inputs: Inputs) -> float:
     """Axial travel after which the body's circle is clear of the hexagon's sides [mm]: radial gap over the taper."""
-    side = inputs["hexagon_side_mm"]
-    outline = side * np.sqrt(3 / (2 + 2 * np.cos(np.radians(36))))
-    return float((outline - APOTHEM * side) / np.tan(np.radians(inputs["taper_deg"])))
+    return _travel(inputs, "exact")
 
 
 @formula("ratio of radii")
@@ -169,5 +124,21 @@ def radius_ratio(inputs: Inputs) -> float:
     return float(inputs["crank_gear_mm"]) / float(inputs["rack_mm"])
 
 
-def _path(inputs: Inputs) -> Array:
-    return corner_path(np.radians(inputs["lead_deg"]))
+def _path() -> dict[str, float]:
+    """The ellipse of the corner's path, over R."""
+    return Rotor(VERTICES, SIDES).ellipse
+
+
+def _in_widths(name: str) -> float:
+    """A length that goes with the hexagon's size, over R."""
+    return model().at("rotor", a=1.0)[name] / model().at("polygon", a=1.0)["R"]
+
+
+def _teeth(inputs: Inputs) -> dict[str, float]:
+    return model().at("teeth", flats=inputs.si("shaft_flats_mm"), r=inputs.si("fillet_mm"))
+
+
+def _travel(inputs: Inputs, name: Model) -> float:
+    """Travel by a model [mm]; friction and forces have no part in it."""
+    values = {"a": float(inputs.si("hexagon_side_mm")), "mu": 0.0, "F1": 0.0, "F2": 0.0}
+    return least_travel(values, float(inputs.si("taper_deg")), name) / MM

@@ -5,126 +5,96 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from planter.audit.registry import Inputs, formula
+from planter.audit.registry import MM, Inputs, formula
+from planter.formulas import load
 from planter.kernels import Array
+from planter.pickup.law import MODEL, TURN, CosineLaw, Dwell
+from planter.pickup.spline import PathSpline
 
 _SAMPLES = 3600
-_DENSE = 20_000
+_ANY_PAIR = (1.0, 1.0, 0.0, 0.0, 0.0)
+"""Teeth, face width, pressure angle and addendum of some pair whose module is its centre distance."""
 
 
 @dataclass(frozen=True)
-class Law:
-    """Rotation phi1 of the arm [rad] by carrier angle t from the far point: slope c (1 + p cos t), 0 in the dwell."""
+class Motion:
+    """Bars (2,) [m], angles phi5 and phi1 (n,) [rad], and places of the tip (n, 2) [m]."""
 
-    p: float
-    dwell: tuple[float, float]
-
-    def phi1(self, t: Array) -> Array:
-        """phi1(0) = pi, and it gains a turn in a turn of the carrier; t (n,) in [0, 2 pi]."""
-        a, b = self.dwell
-        toothed = self._turned(np.minimum(t, a)) + self._turned(np.maximum(t, b)) - self._turned(np.array(b))
-        whole = self._turned(np.array(2 * np.pi)) - self._turned(np.array(b)) + self._turned(np.array(a))
-        return np.pi + 2 * np.pi * toothed / whole
-
-    def _turned(self, t: Array) -> Array:
-        return t + self.p * np.sin(t)
-
-
-@dataclass(frozen=True)
-class Found:
-    """What the inverse chain gets from a path: bars [mm] and angles (n,) [rad]."""
-
-    bars: tuple[float, float]
-    phi1: Array
+    bars: Array
     phi5: Array
-
-    @property
-    def path(self) -> Array:
-        """The tip's path that these bars and angles make, complex (n,) [mm]."""
-        return tip(self.bars, self.phi5, self.phi1)
+    phi1: Array
+    tip: Array
 
 
-def tip(bars: tuple[float, float], phi5: Array, phi1: Array) -> Array:
-    """Tip as a complex number: L1 at phi5, then L2 at phi5 + pi - phi1."""
-    path: Array = bars[0] * np.exp(1j * phi5) + bars[1] * np.exp(1j * (phi5 + np.pi - phi1))
-    return path
+def drawn(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> Motion:
+    """What bars draw at some angles, on the carrier of the paper."""
+    still = {"g": np.zeros(len(phi5)), "omega": 0.0}
+    found = load(MODEL)("motion", phi5=phi5, phi1=phi1, triangle=_triangle(inputs, bars), **still)
+    return Motion(bars, phi5, phi1, np.column_stack([found["x_S"], found["y_S"]]))
 
 
-def inverted(path: Array) -> Found:
-    """The chain from a path, complex (n,), the farthest point first: extremes, bars, law of cosines, angles."""
-    l3 = abs(path)
-    bars = ((l3.max() - l3.min()) / 2, (l3.max() + l3.min()) / 2)
-    at_sun, at_tip = (_angle(l3, *sides) for sides in ((bars[0], bars[1]), (bars[1], bars[0])))
-    back = np.arange(len(path)) > np.argmin(l3)
-    at_planet = np.pi - at_sun - at_tip
-    phi6 = np.where(back, 2 * np.pi - at_sun, at_sun)
-    phi1 = np.where(back, 2 * np.pi + at_planet, 2 * np.pi - at_planet)
-    phi4 = np.unwrap(np.angle(path))
-    return Found(bars, phi1, phi6 + phi4)
+def of_law(inputs: Inputs, t: Array) -> Motion:
+    """The motion by the law at carrier angles from the far point (n,)."""
+    phi1, bars = _law(inputs).arm(t), np.array([inputs.si("L1_mm"), inputs.si("L2_mm")])
+    return drawn(inputs, bars, inputs.si("phi5_far_deg") + t, phi1)
 
 
-def _angle(l3: Array, beside: float, across: float) -> Array:
-    """Angle of the triangle at the end of L3 where `beside` joins it, by its half: exact to rounding when flat."""
-    s = (l3 + beside + across) / 2
-    squared = (s - l3) * (s - beside) / np.maximum(s * (s - across), 1e-300)
-    return 2 * np.arctan(np.sqrt(np.maximum(squared, 0)))
+def inverted(inputs: Inputs, path: Array) -> Motion:
+    """The chain from places (n, 2) [m], the farthest first: bars by their extremes, angles by the triangle."""
+    distance = np.hypot(*path.T)
+    far, near = distance.max(), distance.min()
+    bars = _bars(float(far), float(near))
+    way = np.where(np.arange(len(path)) > np.argmin(distance), -1.0, 1.0)
+    squares = {"short": (far - distance) * (far + distance), "over": (distance - near) * (distance + near)}
+    found = load(MODEL)("inverse", x_S=path[:, 0], y_S=path[:, 1], way=way, bars=bars, **squares)
+    return drawn(inputs, bars, found["phi5"], found["phi1"])
 
 
 @formula("bar from its path")
 def bar(inputs: Inputs) -> float:
     """A bar's length as half the sum or difference of the extreme distances of the path that the law makes [mm]."""
-    return float(_round_trip(inputs)[2].bars[inputs["bar"] - 1])
+    given = _given(inputs)
+    return float(inverted(inputs, given.tip).bars[inputs["bar"] - 1] / MM)
 
 
 @formula("bar from a spline through points of its path")
 def bar_from_points(inputs: Inputs) -> float:
     """The same from a closed cubic spline through points of that path, equally spaced in t, by chord length [mm]."""
-    law, far, bars = _law(inputs)
-    t = np.linspace(0, 2 * np.pi, inputs["value_points"] + 1)
-    path = tip(bars, far + t, law.phi1(t))
-    path[-1] = path[0]
-    chord = np.concatenate([[0], np.cumsum(abs(np.diff(path)))])
-    distance = abs(CubicSpline(chord, path, bc_type="periodic")(np.linspace(0, chord[-1], _DENSE)))
-    extremes = (distance.max() - distance.min()) / 2, (distance.max() + distance.min()) / 2
-    return float(extremes[inputs["bar"] - 1])
+    count = inputs["value_points"]
+    found = PathSpline(of_law(inputs, TURN * np.arange(count) / count).tip).extremes(0.0)
+    distances = [extreme.distance for extreme in found]
+    return float(_bars(max(distances), min(distances))[inputs["bar"] - 1] / MM)
 
 
 @formula("round trip of the law")
 def law_error(inputs: Inputs) -> float:
     """Largest difference of phi1 between a law and what the chain finds from its path [rad]."""
-    _, phi1, found = _round_trip(inputs)
-    return float(abs(found.phi1 - phi1).max())
+    given = _given(inputs)
+    return float(abs(inverted(inputs, given.tip).phi1 - given.phi1).max())
 
 
 @formula("round trip of the path")
 def path_error(inputs: Inputs) -> float:
     """Largest distance of the path that the found bars and angles make from the one they were found from [mm]."""
-    path, _, found = _round_trip(inputs)
-    return float(abs(found.path - path).max())
+    given = _given(inputs)
+    return float(np.hypot(*(inverted(inputs, given.tip).tip - given.tip).T).max() / MM)
 
 
 @formula("printed rule for the direction of the tip")
 def direction_rule(inputs: Inputs) -> float:
     """Largest error on the path of arctan(y/x), less pi in the third quadrant, as the direction of the tip [deg]."""
-    path, _, _ = _round_trip(inputs)
-    rule = np.arctan(path.imag / path.real) - np.pi * ((path.real < 0) & (path.imag < 0))
-    return float(np.degrees(abs(np.angle(np.exp(1j * (rule - np.angle(path)))))).max())
-
-
-def first_centre_distance(inputs: Inputs) -> float:
-    """a1 from the triangle of the carrier by the law of sines [mm]."""
-    gamma = np.radians(inputs["gamma_deg"])
-    beta1 = _beta1(inputs)
-    return float(inputs["L1_mm"] * np.sin(np.pi - beta1 - gamma) / np.sin(gamma))
+    x, y = _given(inputs).tip.T
+    rule = np.arctan(y / x) - np.pi * ((x < 0) & (y < 0))
+    return float(np.degrees(abs(np.angle(np.exp(1j * (rule - np.arctan2(y, x)))))).max())
 
 
 @formula("first centre distance over the second")
 def centre_distance_margin(inputs: Inputs) -> float:
     """a1 less a2 [mm]."""
-    return first_centre_distance(inputs) - float(inputs["centre_distance_mm"])
+    a1 = _carrier(inputs, float(inputs.si("L1_mm")))["a1"]
+    return a1 / MM - float(inputs["centre_distance_mm"])
 
 
 @formula("direction of the planet's axis as printed")
@@ -140,26 +110,36 @@ def axis_direction(inputs: Inputs) -> float:
 
 
 def _axis_direction(inputs: Inputs, sense: int) -> float:
-    beta1, gamma = _beta1(inputs), np.radians(inputs["gamma_deg"])
-    middle = first_centre_distance(inputs) * np.exp(1j * beta1)
-    axis = middle + inputs["centre_distance_mm"] * np.exp(1j * (beta1 + np.pi + sense * gamma))
-    return float(np.degrees(np.angle(axis)))
+    found = _carrier(inputs, float(inputs.si("L1_mm")))
+    middle = found["a1"] * np.exp(1j * found["beta1"])
+    turned = found["beta1"] + np.pi + sense * inputs.si("gamma_deg")
+    return float(np.degrees(np.angle(middle + inputs.si("centre_distance_mm") * np.exp(1j * turned))))
 
 
-def _beta1(inputs: Inputs) -> float:
-    return float(np.arcsin(inputs["centre_distance_mm"] * np.sin(np.radians(inputs["gamma_deg"])) / inputs["L1_mm"]))
+def _carrier(inputs: Inputs, L1: float) -> dict[str, float]:
+    """The triangle of the carrier with a bar L1 [m]; its gears, of which some are assumed, have no part in it."""
+    gamma, a2 = inputs.si("gamma_deg"), inputs.si("centre_distance_mm")
+    return load(MODEL).at("carrier", carrier=[L1, gamma, a2, a2, *_ANY_PAIR])
 
 
-def _law(inputs: Inputs) -> tuple[Law, float, tuple[float, float]]:
-    start, end = np.radians(inputs["dwell_deg"])
-    bars = float(inputs["L1_mm"]), float(inputs["L2_mm"])
-    return Law(inputs["law_p"], (float(start), float(end))), float(np.radians(inputs["phi5_far_deg"])), bars
+def _triangle(inputs: Inputs, bars: Array) -> Array:
+    found = _carrier(inputs, float(bars[0]))
+    return np.array([*bars, inputs.si("gamma_deg"), found["a1"], inputs.si("centre_distance_mm"), found["beta1"]])
 
 
-def _round_trip(inputs: Inputs) -> tuple[Array, Array, Found]:
-    """Path and phi1 of the law over a turn, its near point among the samples; what the chain finds from the path."""
-    law, far, bars = _law(inputs)
-    near = brentq(lambda t: float(law.phi1(np.array(t))) - 2 * np.pi, 0, law.dwell[0], xtol=1e-15)
-    t = np.unique([*np.linspace(0, 2 * np.pi, _SAMPLES, endpoint=False), near])
-    path = tip(bars, far + t, law.phi1(t))
-    return path, law.phi1(t), inverted(path)
+def _bars(far: float, near: float) -> Array:
+    """Bars (2,) from the extreme distances of the tip [m]."""
+    found = load(MODEL).at("bars", L3_max=far, L3_min=near)
+    return np.array([found["L1"], found["L2"]])
+
+
+def _law(inputs: Inputs) -> CosineLaw:
+    dwell = Dwell(*inputs.si("dwell_deg"))
+    return CosineLaw(inputs["law_p"], dwell)
+
+
+def _given(inputs: Inputs) -> Motion:
+    """A turn by the law, its near point among the samples."""
+    law = _law(inputs)
+    near = brentq(lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15)
+    return of_law(inputs, np.unique([*np.linspace(0, TURN, _SAMPLES, endpoint=False), near]))

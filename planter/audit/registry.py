@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+import numpy as np
+
+from planter.units import factor
+
 Value = float | None
 """What a formula gives; None where there is no such number."""
+MM = factor("length_mm")
+"""A millimetre [m]."""
 
 
 class Inputs:
@@ -19,6 +25,8 @@ class Inputs:
     (20.0, [])
     >>> inputs["friction"], inputs.assumed
     (0.15, ['friction = 0.15'])
+    >>> float(inputs.si("width_mm"))
+    0.02
     """
 
     def __init__(self, own: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> None:
@@ -32,6 +40,10 @@ class Inputs:
         value = self._assumed[name]
         self.assume(f"{name} = {value}")
         return value
+
+    def si(self, name: str) -> Any:
+        """An input, or a list of them as (n,), in SI units and radians by the unit that its name ends in."""
+        return np.multiply(self[name], factor(name))
 
     def assume(self, text: str) -> None:
         """Note an assumed input that a formula took from elsewhere."""

@@ -1,31 +1,29 @@
-"""Numbers of field trials: range analysis, analysis of variance of an orthogonal array, differences and shares.
-
-Montgomery, Design and Analysis of Experiments, chapters 3 (sums of squares) and 8 (fractional designs).
-"""
+"""Numbers of field trials: range analysis and analysis of variance as `planter clutch field` has them, and shares."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
-from scipy import stats
 
-from planter.audit.registry import Inputs, formula
-from planter.kernels import Array
+from planter.audit.registry import Inputs, Value, formula
+from planter.clutch.field import Evaluation, Factor, Response, Trial, comparison, evaluation
 
 
 @formula("level mean")
 def level_mean(inputs: Inputs) -> float:
     """Mean response of the runs at one level of a factor."""
-    return float(_means(inputs, inputs["factor"])[inputs["level"] - 1])
+    found: float = _trial(inputs).result["range"][inputs["response"]][inputs["factor"]]["k"][inputs["level"] - 1]
+    return found
 
 
 @formula("range of level means")
 def level_range(inputs: Inputs) -> float:
     """Largest less least of a factor's level means: its influence in range analysis."""
-    return float(np.ptp(_means(inputs, inputs["factor"])))
+    found: float = _trial(inputs).result["range"][inputs["response"]][inputs["factor"]]["R"]
+    return found
 
 
 @formula("printed difference")
@@ -35,41 +33,33 @@ def printed_difference(inputs: Inputs) -> float:
 
 
 @formula("sum of squares")
-def sum_of_squares(inputs: Inputs) -> float:
-    """Sum of squares of a factor, of the error (the blank column) or of all runs [square of the response's unit]."""
-    source = inputs["source"]
-    if source == "total":
-        runs = _runs(inputs)
-        return float(((runs - runs.mean()) ** 2).sum())
-    means = _means(inputs, source)
-    per_level = len(_runs(inputs)) / len(means)
-    return float(per_level * ((means - means.mean()) ** 2).sum())
+def sum_of_squares(inputs: Inputs) -> Value:
+    """Sum of squares of a factor, of the error or of all runs [square of the response's unit]."""
+    return _variance(inputs, "ss")
 
 
 @formula("degrees of freedom")
-def degrees_of_freedom(inputs: Inputs) -> float:
-    """Levels less one, or runs less one for the total."""
-    source = inputs["source"]
-    return float((len(_runs(inputs)) if source == "total" else len(_means(inputs, source))) - 1)
+def degrees_of_freedom(inputs: Inputs) -> Value:
+    """Levels less one, runs less one for the total, or what effects leave for the error."""
+    return _variance(inputs, "df")
 
 
 @formula("mean square")
-def mean_square(inputs: Inputs) -> float:
+def mean_square(inputs: Inputs) -> Value:
     """Sum of squares over its degrees of freedom."""
-    return sum_of_squares(inputs) / degrees_of_freedom(inputs)
+    return _variance(inputs, "ms")
 
 
 @formula("variance ratio")
-def variance_ratio(inputs: Inputs) -> float:
+def variance_ratio(inputs: Inputs) -> Value:
     """F: mean square of a factor over that of the error, from unrounded sums."""
-    return mean_square(inputs) / mean_square(_error(inputs))
+    return _variance(inputs, "F")
 
 
 @formula("probability")
-def probability(inputs: Inputs) -> float:
+def probability(inputs: Inputs) -> Value:
     """Chance of a variance ratio at least as large if the factor has no effect."""
-    freedom, rest = degrees_of_freedom(inputs), degrees_of_freedom(_error(inputs))
-    return float(stats.f.sf(variance_ratio(inputs), freedom, rest))
+    return _variance(inputs, "p")
 
 
 @formula("reduction")
@@ -82,42 +72,39 @@ def reduction(inputs: Inputs) -> float:
 @formula("place in the order of influence")
 def place(inputs: Inputs) -> float:
     """Place of a factor when the factors are put in the order of their ranges of level means, the largest first."""
-    ranges = [float(np.ptp(_means(inputs, name))) for name in inputs["factors"]]
-    own = ranges[inputs["factors"].index(inputs["factor"])]
-    return 1.0 + sum(other > own for other in ranges)
+    order: list[str] = _trial(inputs).result["order"][inputs["response"]]
+    return 1.0 + order.index(inputs["factor"])
 
 
 @formula("best level by level means")
 def best_level(inputs: Inputs) -> float:
     """Level of a factor whose mean response is least in size."""
-    return 1.0 + float(np.argmin(abs(_means(inputs, inputs["factor"]))))
+    return _level(inputs, _trial(inputs).result["range_best"][inputs["response"]])
 
 
 @formula("best level by prediction")
 def best_predicted_level(inputs: Inputs) -> float:
     """Level of a factor where the sum of the sizes of some predicted responses is least, over all combinations."""
-    best = min(_combinations(inputs), key=lambda levels: sum(abs(_predicted(inputs, name, levels))
-                                                             for name in inputs["responses"]))  # fmt: skip
-    return float(best[inputs["factors"].index(inputs["factor"])])
+    return _level(inputs, _trial(inputs, inputs["responses"]).result["best"]["both"])
 
 
 @formula("excess of a predicted response")
 def excess(inputs: Inputs) -> float:
     """Size of a predicted response at some levels less its size at others."""
-    own, other = (_predicted(inputs, inputs["response"], inputs[name]) for name in ("levels", "against"))
-    return abs(own) - abs(other)
+    name = inputs["response"]
+    sizes = {tuple(row["levels"]): abs(row[name]) for row in _trial(inputs).result["prediction"]}
+    own, other = (sizes[tuple(inputs[key])] for key in ("levels", "against"))
+    return float(own - other)
 
 
 @formula("chance that two means differ so")
-def welch(inputs: Inputs) -> float:
+def welch(inputs: Inputs) -> Value:
     """Two-sided chance of a difference of two means at least as large if there is none, from printed mean, SD, count.
 
     Welch, Biometrika 34, 1947.
     """
-    (first, first_sd), (second, second_sd) = inputs["first"], inputs["second"]
-    runs = inputs["repeats"]
-    found = stats.ttest_ind_from_stats(first, first_sd, runs, second, second_sd, runs, equal_var=False)
-    return float(found.pvalue)
+    one, other = (_sample(inputs, name) for name in ("first", "second"))
+    return comparison.welch(one, other)
 
 
 @formula("mean of two")
@@ -143,26 +130,36 @@ def not_computed(inputs: Inputs) -> None:
     """Stands for a number that rests on inputs that are not disclosed."""
 
 
-def _runs(inputs: Inputs) -> Array:
-    return np.asarray(inputs[inputs["response"]], dtype=float)
+def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> Evaluation:
+    """The evaluated trial of the paper's columns with some responses, `response` unless said otherwise."""
+    names = inputs["factors"]
+    columns = {name: tuple(inputs[f"column_{name}"]) for name in names}
+    runs = {name: tuple(inputs[name]) for name in responses or [inputs["response"]]}
+    return _evaluated(tuple(columns.items()), tuple(runs.items()))
 
 
-def _means(inputs: Inputs, column: str) -> Array:
-    levels, runs = np.asarray(inputs[f"column_{column}"]), _runs(inputs)
-    return np.array([runs[levels == level].mean() for level in np.unique(levels)])
+@cache
+def _evaluated(
+    columns: tuple[tuple[str, tuple[int, ...]], ...], responses: tuple[tuple[str, tuple[float, ...]], ...]
+) -> Evaluation:
+    factors = []
+    for name, column in columns:
+        levels, codes = np.unique(column, return_inverse=True)
+        factors.append(Factor(name, tuple(levels.tolist()), codes))
+    measured = tuple(Response(name, np.array(values)) for name, values in responses)
+    return evaluation.of(Trial("printed runs", tuple(factors), measured))
 
 
-def _combinations(inputs: Inputs) -> Iterator[tuple[int, ...]]:
-    return itertools.product(*(sorted(set(inputs[f"column_{name}"])) for name in inputs["factors"]))
+def _sample(inputs: Inputs, name: str) -> comparison.Sample:
+    mean, sd = inputs[name]
+    return comparison.Sample(name, speed_m_s=0.0, measure="", mean=mean, sd=sd, n=inputs["repeats"])
 
 
-def _predicted(inputs: Inputs, response: str, levels: Sequence[int]) -> float:
-    runs = np.asarray(inputs[response], dtype=float)
-    columns = [np.asarray(inputs[f"column_{name}"]) for name in inputs["factors"]]
-    effects = (runs[column == level].mean() - runs.mean() for column, level in zip(columns, levels, strict=True))
-    return float(runs.mean() + sum(effects))
+def _variance(inputs: Inputs, part: str) -> Value:
+    """An entry of the table of the analysis of variance."""
+    found: Value = _trial(inputs).result["anova"][inputs["response"]][inputs["source"]][part]
+    return None if found is None else float(found)
 
 
-def _error(inputs: Inputs) -> Inputs:
-    names = ("response", inputs["response"], "column_error")
-    return Inputs({name: inputs[name] for name in names} | {"source": "error"}, {}, {})
+def _level(inputs: Inputs, levels: Sequence[float]) -> float:
+    return float(levels[inputs["factors"].index(inputs["factor"])])

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
-from planter import machine, toolchain, ways
+from planter import machine
+from planter.bench.lean import Lean, fastest
 from planter.device import Device
 from planter.kernels import Array
 from planter.turns import Turns
@@ -49,6 +51,7 @@ class Case:
         self.objective, self.constants = self.turns.objective, self.device.constants
         self.sides = len(self.turns.shares.offsets)
         self.angles = self.turns.angles
+        self._mapped: dict[int, Lean] = {}
         self.lanes: Array = np.add.outer(self.turns.shares.offsets, self.angles).ravel()
 
     def designs(self, seed: int = 0) -> Iterator[Array]:
@@ -65,30 +68,40 @@ class Case:
 
     def prologue(self, x: Array) -> tuple[Array, Array]:
         """h (k,) and dh (k, p) of a design, in CasADi's C, unchecked: for ways without a prologue of their own."""
-        h, dh = self._prologue([x, self.constants], 1)
+        h, dh = self._prologue(x, self.constants)
         return h[:, 0], dh
+
+    def hoisted(self, x: Array) -> Array:
+        """h (k,) alone."""
+        found: Array = self._hoisted(x, self.constants)[0][:, 0]
+        return found
 
     def prologues(self, designs: Array) -> Array:
         """h of designs (m, p), (k, m)."""
-        found: Array = self._prologues([designs.T, self.constants], len(designs))[0]
-        return found
+        count = len(designs)
+        if count not in self._mapped:
+            self._mapped[count] = Lean(self._function.map("prologues", "serial", count, [1], []))
+        return self._mapped[count](designs.T, self.constants)[0]
 
     def bending(self, x: Array, weights: Array) -> Array:
         """Hessian (p, p) of weights . h in the design."""
-        found: Array = self._bending([x, self.constants, weights], 1)[0]
-        return found
+        return self._bending(x, self.constants, weights)[0]
 
     @cached_property
-    def _prologue(self) -> ways.Way:
-        return without_lanes(self.device.prologue_kernel.work)
+    def _function(self) -> ca.Function:
+        return fastest(self.device.functions.prologue_function)
 
     @cached_property
-    def _prologues(self) -> ways.Way:
-        return without_lanes(ways.Work(self.device.functions.prologue_function, ("x",), False))
+    def _hoisted(self) -> Lean:
+        return Lean(self._function)
 
     @cached_property
-    def _bending(self) -> ways.Way:
-        return without_lanes(self.device.prologue_hessian_kernel.work)
+    def _prologue(self) -> Lean:
+        return Lean(fastest(_dense(self.device.prologue_kernel.function)))
+
+    @cached_property
+    def _bending(self) -> Lean:
+        return Lean(fastest(_dense(self.device.prologue_hessian_kernel.function)))
 
     def folded(self, share: Any) -> Any:
         """The force at `angles` from the share at `lanes`, along the last axis."""
@@ -107,9 +120,8 @@ class Case:
         return weights
 
 
-def without_lanes(work: ways.Work) -> ways.Way:
-    """A function in CasADi's own C, or where there is no compiler in its virtual machine."""
-    try:
-        return ways.casadi_c(work)
-    except toolchain.NoCompiler:
-        return ways.virtual_machine(work)
+def _dense(function: ca.Function) -> ca.Function:
+    """The same with dense outputs."""
+    inputs = function.mx_in()
+    outputs = function.call(inputs)
+    return ca.Function(function.name(), inputs, [ca.densify(output) for output in outputs])

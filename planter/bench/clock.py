@@ -76,7 +76,7 @@ def _parts(result: Any) -> list[Array]:
 def race(calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, slot_s: float) -> dict[str, Times]:
     """Times of each call on inputs that are new every time.
 
-    In a round every way has its slot of about `slot_s` seconds, but at least a call; who begins changes from round to
+    In a round every way has its slot of about `slot_s` seconds (0: one call); who begins changes from round to
     round. The first call of a slot of many is not timed: it fetches a way's code and data into the caches again.
     """
     counts = {name: _calls(call, inputs, slot_s) for name, call in calls.items()}
@@ -85,8 +85,8 @@ def race(calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, slot_s: 
     with _undisturbed():
         for turn in range(rounds):
             for name in (*names[turn % len(names) :], *names[: turn % len(names)]):
-                drawn = [next(inputs) for _ in range(counts[name] + 1)]
-                _slot(calls[name], drawn[counts[name] == 1 :], counts[name] > 1, times[name])
+                warm = counts[name] > 1
+                _slot(calls[name], [next(inputs) for _ in range(counts[name] + warm)], warm, times[name])
     return times
 
 
@@ -98,7 +98,9 @@ def _slot(call: Call, inputs: Sequence[Any], warm: bool, times: Times) -> None:
 
 
 def _calls(call: Call, inputs: Iterator[Any], slot_s: float) -> int:
-    """How many calls fill a slot."""
+    """How many calls fill a slot; one, untried, where it has no length."""
+    if slot_s == 0:
+        return 1
     taken = min(timed(lambda: call(next(inputs))) for _ in range(2))
     return max(1, min(MOST_CALLS, int(slot_s / taken)))
 

@@ -13,18 +13,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter import toolchain, ways
+from planter import toolchain
+from planter.bench import lean
 from planter.bench.case import Absent, Call, Case, Contender
+from planter.bench.lean import Lean
 from planter.kernels import Array
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
 
 
 def virtual_machine(case: Case, work: str) -> Contender:
-    if work == "batch":
-        return Contender(_many(case, Graphs(case).value()), f"{BUILT}; {_threads()} threads")
-    run = ways.virtual_machine(ways.Work(_function(case, work), (), False))
-    return Contender(_call(run, work), BUILT)
+    return _contender(case, work, _function(case, work), BUILT)
 
 
 def own_c(case: Case, work: str) -> Contender:
@@ -38,33 +37,27 @@ def own_c_fast(case: Case, work: str) -> Contender:
 
 def _compiled(case: Case, work: str, more: tuple[str, ...]) -> Contender:
     flags = (*toolchain.OPTIMISED, *more)
-    function = Graphs(case).value() if work == "batch" else _function(case, work)
     try:
         built = f"{BUILT}; {' '.join((*flags, *toolchain.compiler().flags))}"
-        loaded = _external(function, flags)
+        return _contender(case, work, lean.compiled(_function(case, work), flags), built)
     except toolchain.NoCompiler as reason:
         raise Absent(str(reason)) from None
+
+
+def _contender(case: Case, work: str, function: ca.Function, built: str) -> Contender:
     if work == "batch":
-        return Contender(_many(case, loaded), f"{built}; {_threads()} threads")
-    return Contender(_call(ways.VirtualMachine(ways.Work(function, (), False), loaded), work), built)
+        return Contender(_many(function), f"{built}; {_threads()} threads")
+    return Contender(_call(Lean(function), work), built)
 
 
-def _external(function: ca.Function, flags: tuple[str, ...]) -> ca.Function:
-    generator = ca.CodeGenerator(f"{function.name()}.c")
-    generator.add(function)
-    path = toolchain.library(function.name(), generator.dump(), flags)
-    toolchain.load(path)
-    return ca.external(function.name(), str(path))
-
-
-def _call(run: ways.Way, work: str) -> Call:
+def _call(run: Lean, work: str) -> Call:
     if work == "cycle":
-        return lambda x: float(run([x], 1)[0][0, 0])
+        return lambda x: float(run(x)[0][0, 0])
     if work == "hessian":
-        return lambda x: run([x], 1)[0]
+        return lambda x: run(x)[0]
 
     def both(x: Array) -> tuple[float, Array]:
-        value, gradient = run([x], 1)
+        value, gradient = run(x)
         return float(value[0, 0]), gradient[:, 0]
 
     return both
@@ -74,16 +67,14 @@ def _threads() -> int:
     return os.cpu_count() or 1
 
 
-def _many(case: Case, function: ca.Function) -> Call:
-    calls: dict[int, ways.Way] = {}
+def _many(function: ca.Function) -> Call:
+    calls: dict[int, Lean] = {}
 
     def call(designs: Array) -> Array:
         count = len(designs)
         if count not in calls:
-            mapped = function.map(count, "thread", min(_threads(), count))
-            calls[count] = ways.virtual_machine(ways.Work(mapped, (), False))
-        found: Array = calls[count]([designs.T], 1)[0][0]
-        return found
+            calls[count] = Lean(function.map(count, "thread", min(_threads(), count)))
+        return calls[count](designs.T)[0][0]
 
     return call
 
@@ -91,7 +82,7 @@ def _many(case: Case, function: ca.Function) -> Call:
 def _function(case: Case, work: str) -> ca.Function:
     graphs = Graphs(case)
     made: dict[str, Callable[[], ca.Function]] = {
-        "cycle": graphs.value, "cycle+gradient": graphs.gradient, "hessian": graphs.hessian,
+        "cycle": graphs.value, "cycle+gradient": graphs.gradient, "hessian": graphs.hessian, "batch": graphs.value,
     }  # fmt: skip
     return made[work]()
 
@@ -114,7 +105,7 @@ class Graphs:
     def gradient(self) -> ca.Function:
         force, rows, _ = self._slopes()
         gradient = ca.mtimes(rows, self._tiled(self._weights(force)).T)
-        return ca.Function("peer_slopes", [self.x], [self._objective(force), gradient])
+        return ca.Function("peer_slopes", [self.x], [self._objective(force), ca.densify(gradient)])
 
     def hessian(self) -> ca.Function:
         """As `Turns.hessian`: the extremes stay at their samples."""

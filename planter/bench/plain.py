@@ -43,7 +43,7 @@ class Plain:
         self.steps = STEP * (case.device.upper - case.device.lower)
 
     def value(self, x: Array) -> float:
-        h, _ = self.case.prologue(x)
+        h = self.case.hoisted(x)
         share = self.code.share(np, self.case.lanes, x, h, self.case.constants)
         return self.case.value(self.case.folded(share))
 

@@ -78,7 +78,7 @@ class Symbolic:
         self.share = self._traced()
 
     def value(self, x: Array) -> float:
-        h, _ = self.case.prologue(x)
+        h = self.case.hoisted(x)
         (share,) = self._value(self.case.lanes, x, h, self.case.constants)
         return self.case.value(self.case.folded(share))
 

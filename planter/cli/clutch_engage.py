@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from planter.cli.clutch import clutch as clutches
-from planter.cli.options import JsonOption, OutOption, SetOption, overrides
+from planter.cli.clutch import clutch
+from planter.cli.options import ClutchArgument, JsonOption, OutOption, SetOption, overrides
 from planter.console import Console
 
 
@@ -17,9 +17,9 @@ class Mode(enum.StrEnum):
     contact = "contact"
 
 
-@clutches.command()
+@clutch.command()
 def engage(
-    clutch: Annotated[str, typer.Argument(help="a clutch file, or the name of a built-in clutch", show_default=False)],
+    source: ClutchArgument,
     mode: Annotated[
         Mode, typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles")
     ] = Mode.modal,
@@ -41,10 +41,10 @@ def engage(
         from planter.clutch import config
         from planter.clutch.engage import contact, modal, tables
 
-        changes = overrides(set_, None)
+        changes = overrides(set_)
         if speed_rpm is not None:
             changes["engagement.input_speed_rpm"] = speed_rpm
-        file = config.load(clutch, changes)
+        file = config.load(source, changes)
         if mode is Mode.modal:
             result: dict[str, Any] = {"clutch": file.name, **modal.result(file.si, shape)}
             curves = None

@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.cli.clutch import clutch
-from planter.cli.options import JsonOption, OutOption, SetOption, overrides
+from planter.cli.options import ClutchArgument, JsonOption, OutOption, SeedOption, SetOption, overrides
 from planter.console import Console
 
 if TYPE_CHECKING:
     from planter.clutch.config import Clutch
 
-ClutchArgument = Annotated[
-    str, typer.Argument(metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False)
-]
-
 
 def clutch_of(source: str, settings: Sequence[str] | None) -> Clutch:
     from planter.clutch import config
 
-    return config.load(source, overrides(settings, None))
+    return config.load(source, overrides(settings))
 
 
 @clutch.command()
@@ -71,7 +67,7 @@ def design(
             "wanted.space_length_mm": length_mm,
         }
         given = {path: value for path, value in wanted.items() if value is not None}
-        found = config.load(source, overrides(set_, None) | given)
+        found = config.load(source, overrides(set_) | given)
         result = sizing.design(found)
         if out is not None:
             from planter.report import clutch as report
@@ -85,7 +81,7 @@ def design(
 @clutch.command()
 def optimise(
     source: ClutchArgument,
-    seed: Annotated[int, typer.Option(min=0, help="seed of the random starts")] = 0,
+    seed: SeedOption = 0,
     starts: Annotated[int, typer.Option(min=1, max=1000, help="starts of IPOPT")] = 8,
     set_: SetOption = None,
     as_json: JsonOption = False,

@@ -43,7 +43,7 @@ def synthesise(
             raise InputError(f"--least-slope {least_slope:g} is not allowed: it must be between 0 and 1")
         if not 1 < largest_slope <= 1e3:
             raise InputError(f"--largest-slope {largest_slope:g} is not allowed: it must be above 1 and at most 1000")
-        found = synthesis(load_poses(poses, overrides(set_, None)), carrier, (least_slope, largest_slope))
+        found = synthesis(load_poses(poses, overrides(set_)), carrier, (least_slope, largest_slope))
         if out is not None:
             from planter.report import mapping_files
 

@@ -16,10 +16,17 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="change a value for this call", show_default=False),
 ]
+SamplesOption = Annotated[
+    int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
+]
+SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
+ClutchArgument = Annotated[
+    str, typer.Argument(metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False)
+]
 SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
 
 
-def overrides(settings: Sequence[str] | None, speed_rpm: float | None) -> dict[str, float]:
+def overrides(settings: Sequence[str] | None, speed_rpm: float | None = None) -> dict[str, float]:
     """Values to change, from `--set name=value` and `--speed-rpm`."""
     found: dict[str, float] = {}
     for setting in settings or ():

@@ -33,7 +33,7 @@ def pickup(
     with console.outcome():
         from planter.pickup import command, tables
 
-        found = command.run(config, at or (), optimise, overrides(set_, None), console.progress)
+        found = command.run(config, at or (), optimise, overrides(set_), console.progress)
         if out is not None:
             from planter.report import pickup_files
 

@@ -10,7 +10,7 @@ import typer
 
 from planter import machine as machines
 from planter.cli.app import app
-from planter.cli.options import JsonOption, OutOption, SetOption, SpeedOption, overrides
+from planter.cli.options import JsonOption, OutOption, SamplesOption, SeedOption, SetOption, SpeedOption, overrides
 from planter.console import Console
 from planter.errors import Interrupted
 
@@ -45,9 +45,7 @@ def device_of(source: str, model: str, settings: Sequence[str] | None, speed_rpm
 def simulate(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
-    samples: Annotated[
-        int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
-    ] = None,
+    samples: SamplesOption = None,
     at: Annotated[
         list[float] | None, typer.Option(metavar="DEG", help="also report at this carrier angle", show_default=False)
     ] = None,
@@ -75,9 +73,7 @@ def simulate(
 def sensitivity(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
-    samples: Annotated[
-        int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
-    ] = None,
+    samples: SamplesOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -113,7 +109,7 @@ def optimise(
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="seed of everything random")] = 0,
+    seed: SeedOption = 0,
     starts: Annotated[int | None, typer.Option(min=1, help="starts of IPOPT", show_default=False)] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
@@ -179,5 +175,9 @@ def validate(
     console = Console(as_json)
     with console.outcome():
         device = device_of(machine, "exact", set_, speed_rpm)
+        from planter import tables
+        from planter.requirements import record
+
         result: dict[str, Any] = {"machine": device.machine.name, "valid": True, "design": list(device.names)}
-        console.result(result, lambda: print(f"{machine}: valid, design parameters {', '.join(device.names)}"))
+        result |= record.of(device)
+        console.result(result, lambda: tables.validation(console, machine, result))

@@ -27,6 +27,25 @@ def _series(first: int, count: int) -> str:
     return text
 
 
+def fused() -> str:
+    """`turned_sin` and `turned_cos` by fused multiply-adds; INLINED stands before each."""
+    return f"""\
+INLINED double half_turns(double x) {{ return rint(x * {1 / pi!r}); }}
+INLINED double within(double x, double k) {{ return fma(-k, {PI_REST!r}, fma(-k, {pi!r}, x)); }}
+INLINED double parity(double k) {{ const double h = 0.5 * k; return fma(-4.0, fabs(h - rint(h)), 1.0); }}
+INLINED double turned_sin(double x)
+{{
+  const double k = half_turns(x), r = within(x, k), q = r * r;
+  return parity(k) * r * ({_series(1, TERMS)});
+}}
+INLINED double turned_cos(double x)
+{{
+  const double k = half_turns(x), r = within(x, k), q = r * r;
+  return parity(k) * ({_series(0, TERMS + 1)});
+}}
+"""
+
+
 def text(name: str) -> str:
     """Definitions of `turned_sin`, `turned_cos`, `whole_floor`; `name` is put before what other files can see."""
     return f"""\
@@ -43,20 +62,7 @@ def text(name: str) -> str:
 #define INDEPENDENT_LANES
 #endif
 #if defined(FP_FAST_FMA) || defined(__FMA__)
-INLINED double half_turns(double x) {{ return rint(x * {1 / pi!r}); }}
-INLINED double within(double x, double k) {{ return fma(-k, {PI_REST!r}, fma(-k, {pi!r}, x)); }}
-INLINED double parity(double k) {{ const double h = 0.5 * k; return fma(-4.0, fabs(h - rint(h)), 1.0); }}
-INLINED double turned_sin(double x)
-{{
-  const double k = half_turns(x), r = within(x, k), q = r * r;
-  return parity(k) * r * ({_series(1, TERMS)});
-}}
-INLINED double turned_cos(double x)
-{{
-  const double k = half_turns(x), r = within(x, k), q = r * r;
-  return parity(k) * ({_series(0, TERMS + 1)});
-}}
-#else
+{fused()}#else
 double {name}_zero = 0.0;
 INLINED double turned_sin(double x) {{ return sin(x); }}
 INLINED double turned_cos(double x) {{ return cos(x + {name}_zero); }}

@@ -20,6 +20,7 @@ import numpy as np
 
 from planter.device import Device
 from planter.machine import Machine
+from planter.optimise.constraints import Constraints
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.problem import Counts, Problem, Sampling
@@ -79,7 +80,7 @@ class Aside:
 
 def _minimum(line: dict[str, Any]) -> Minimum:
     evaluation = Evaluation(**line["evaluation"])
-    return Minimum(np.array(line["u"]), evaluation, line["residual"], line["iterations"])
+    return Minimum(np.array(line["u"]), evaluation, line["residual"], line["iterations"], line["violation"])
 
 
 def main() -> None:
@@ -88,10 +89,10 @@ def main() -> None:
     device = Device(Machine.model_validate(task["machine"]), task["model"])
     if task["compiled"]:
         device.compile()
-    problem = Problem(Planting(device), Objective.of(device.machine), task["sampling"])
+    problem = Problem(Planting(device), Objective.of(device.machine), task["sampling"], Constraints.of(device))
     for minimum in descents(problem, task["starts"], task["seed"]):
         line = {"u": minimum.u.tolist(), "evaluation": asdict(minimum.evaluation), "residual": minimum.residual,
-                "iterations": minimum.iterations, "counts": asdict(problem.counts),
+                "iterations": minimum.iterations, "violation": minimum.violation, "counts": asdict(problem.counts),
                 "history": problem.history}  # fmt: skip
         print(json.dumps(line), flush=True)
 

@@ -9,12 +9,13 @@ each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for e
 
 A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share
 in the variance: zero lies in the sum of Clarke's subdifferentials (Clarke, Optimization and Nonsmooth Analysis, 1983,
-2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form.
+2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form. Constraints lower <= g(u) <= upper add
+g_u' lambda, lambda > 0 only at an upper and < 0 only at a lower bound.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -31,7 +32,8 @@ ACTIVE = 1e-6
 class Multipliers:
     """Multipliers at a point, in the objective's unit per N (rows) and per box width (bounds).
 
-    `upper` (a,), `lower` (b,): of the rows of `Conditions`; `at_lower`, `at_upper` (p,): of the bounds; `kinks` (k,).
+    `upper` (a,), `lower` (b,): of the rows of `Conditions`; `at_lower`, `at_upper` (p,): of the bounds; `kinks` (k,);
+    `required` (c,): of the constraints, per step, with the sign of the side.
     """
 
     upper: Array
@@ -39,6 +41,7 @@ class Multipliers:
     at_lower: Array
     at_upper: Array
     kinks: Array
+    required: Array = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,8 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
         - m.at_lower
         + m.at_upper
     )
+    required = _Required(problem, u)
+    slope = slope + required.gradients.T @ m.required
     force = problem.reference.range_N / problem.scale
     signed = np.concatenate([m.upper, m.lower]) * force
     bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
@@ -75,9 +80,13 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     return Residuals(
         stationarity=_size(slope) / problem.scale,
         shares=_size(np.array([m.upper.sum() - weight, m.lower.sum() - weight])) * force,
-        feasibility=_size(np.minimum(room, 0)),
+        feasibility=max(_size(np.minimum(room, 0)), required.violation),
         sign=_size(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
-        complementarity=max(_size(np.concatenate([m.upper, m.lower]) * slack), _size(bounds * room)),
+        complementarity=max(
+            _size(np.concatenate([m.upper, m.lower]) * slack),
+            _size(bounds * room),
+            _size(required.complementarity(m.required) / problem.scale),
+        ),
     )
 
 
@@ -92,23 +101,49 @@ def best_multipliers(problem: Problem, u: Array) -> Multipliers:
     tops = np.flatnonzero(found.upper >= found.upper.max() - margin)
     bottoms = np.flatnonzero(found.lower <= found.lower.min() + margin)
     low, high = np.flatnonzero(u <= ACTIVE), np.flatnonzero(u >= 1 - ACTIVE)
-    eye = np.eye(len(u))
+    eye, required = np.eye(len(u)), _Required(problem, u)
+    up, down = (np.flatnonzero(room <= ACTIVE) for room in (required.above, required.below))
     blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T,
-              rate * found.kinks.T, -problem.scale * eye[:, low], problem.scale * eye[:, high]]  # fmt: skip
+              rate * found.kinks.T, -problem.scale * eye[:, low], problem.scale * eye[:, high],
+              problem.scale * required.gradients[up].T, -problem.scale * required.gradients[down].T]  # fmt: skip
     sizes = [block.shape[1] for block in blocks]
-    sums = problem.scale * np.repeat(np.eye(5)[:2], sizes, axis=1)
+    sums = problem.scale * np.repeat(np.eye(7)[:2], sizes, axis=1)
     matrix = np.vstack([np.hstack(blocks), sums])
     target = np.append(-rate * found.variance, [problem.scale, problem.scale])
-    limit = np.repeat([np.inf, np.inf, 1.0, np.inf, np.inf], sizes)
+    limit = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 4], sizes)
     solved = lsq_linear(matrix, target, (0, limit), method="bvls", tol=1e-15).x
-    mu, nu, theta, below, above = np.split(solved, np.cumsum(sizes)[:-1])
+    mu, nu, theta, below, above, over, under = np.split(solved, np.cumsum(sizes)[:-1])
     return Multipliers(
         upper=_spread(weight * mu, tops, len(found.upper)),
         lower=_spread(weight * nu, bottoms, len(found.lower)),
         at_lower=_spread(problem.scale * below, low, len(u)),
         at_upper=_spread(problem.scale * above, high, len(u)),
         kinks=theta,
+        required=problem.scale
+        * (_spread(over, up, len(required.above)) - _spread(under, down, len(required.above))),
     )
+
+
+class _Required:
+    """The constraints of a problem at a point u (p,): gradients in u (c, p) and the room to either bound (c,), in steps."""
+
+    def __init__(self, problem: Problem, u: Array) -> None:
+        constraints, x = problem.constraints, problem.design(u)
+        if constraints is None:
+            self.gradients, self.above, self.below = np.empty((0, len(u))), np.empty(0), np.empty(0)
+            return
+        values = constraints.values(x)
+        self.gradients = constraints.slopes(x) * problem.width
+        self.above, self.below = constraints.upper - values, values - constraints.lower
+
+    @property
+    def violation(self) -> float:
+        return _size(np.minimum(np.append(self.above, self.below), 0))
+
+    def complementarity(self, multipliers: Array) -> Array:
+        """Multipliers times the room to the side that their sign says, (c,)."""
+        room = np.where(multipliers > 0, self.above, self.below)
+        return np.multiply(multipliers, room, out=np.zeros_like(multipliers), where=multipliers != 0)
 
 
 @dataclass(frozen=True)
@@ -129,6 +164,33 @@ def active_bounds(problem: Problem, multipliers: Multipliers) -> list[ActiveBoun
         for side, values in (("lower", multipliers.at_lower), ("upper", multipliers.at_upper))
         if values[j] > limit
     ]
+
+
+@dataclass(frozen=True)
+class ActiveRequirement:
+    """A requirement that holds the optimum: what the objective loses per unit of it if its limit gave way."""
+
+    name: str
+    side: str
+    multiplier: float
+    unit: str
+
+
+def active_requirements(problem: Problem, multipliers: Multipliers) -> list[ActiveRequirement]:
+    """Requirements with a multiplier, in the order of the file's list; several rows of one add up."""
+    if problem.constraints is None:
+        return []
+    owner, found = problem.constraints.owner, []
+    for k, kind in enumerate(problem.constraints.measures.kinds):
+        size = float(np.abs(multipliers.required[owner == k]).sum())
+        if size > ACTIVE * problem.scale:
+            side = kind.sides[0] if len(kind.sides) == 1 else _side(multipliers.required[owner == k])
+            found.append(ActiveRequirement(kind.name, side, size / kind.step, kind.unit))
+    return found
+
+
+def _side(multipliers: Array) -> str:
+    return "max" if multipliers.sum() > 0 else "min"
 
 
 def kkt_residual(problem: Problem, u: Array) -> float:

@@ -24,14 +24,17 @@ import numpy as np
 from planter.kernels import Array
 from planter.optimise import certificate, direct, ipopt
 from planter.optimise.conditions import Local
+from planter.optimise.constraints import KEPT
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Counts, Problem
-from planter.optimise.samples import MARGIN, Hold, SampledRows, Samples
+from planter.optimise.samples import MARGIN, Hold, Samples
 
 MOST_ITERATIONS = 60
 ROUNDS, CELLS = 12, 100
 """Most times that rows are added, and most cells that are visited."""
+CONSTRAINED_CELLS = 4
+"""The same where requirements are kept, whose rows take longer than the force's."""
 VIOLATED = 1e-9
 """A row violates an extreme if it exceeds it by more than this share of the range."""
 STATIONARY = 1e-6
@@ -44,16 +47,25 @@ SNAPS = (0.0, 1e-7, 1e-5, 1e-3)
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and IPOPT's iterations."""
+    """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and IPOPT's iterations.
+
+    `violation` is that of the constraints, in steps.
+    """
 
     u: Array
     evaluation: Evaluation
     residual: float
     iterations: int
+    violation: float = 0.0
 
     @property
     def stationary(self) -> bool:
         return self.residual < STATIONARY
+
+    @property
+    def rank(self) -> tuple[bool, bool, float]:
+        """The least of several is the best: one that keeps the constraints, is stationary, has the least objective."""
+        return self.violation > KEPT, not self.stationary, self.objective
 
     @property
     def objective(self) -> float:
@@ -64,18 +76,25 @@ class Minimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
-def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS) -> Minimum:
-    """The local minimum reached from a point u (p,) of the box; `most_iterations` limits each of IPOPT's runs."""
-    found = _complete(problem, start, problem.turn.local(problem.design(start)), most_iterations)
+def descend(
+    problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS, rounds: int = ROUNDS
+) -> Minimum:
+    """The local minimum reached from a point u (p,) of the box.
+
+    `most_iterations` limits each of IPOPT's runs, `rounds` how often rows are added.
+    """
+    found = _complete(problem, start, problem.local(start), most_iterations, rounds)
     if found.stationary or not isinstance(problem.turn, Samples):
         return found
     return _through_cells(problem, problem.turn, found, most_iterations)
 
 
-def _complete(problem: Problem, start: Array, local: Local, most_iterations: int) -> Minimum:
+def _complete(
+    problem: Problem, start: Array, local: Local, most_iterations: int, rounds: int = ROUNDS
+) -> Minimum:
     """Solved with rows added until no other exceeds the bounds on the force."""
     u, iterations, found = start, 0, []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         programme = Epigraph(problem, local, u)
         solution = _solved(programme, most_iterations)
         iterations += solution.iterations
@@ -83,12 +102,12 @@ def _complete(problem: Problem, start: Array, local: Local, most_iterations: int
         found.append(_minimum(problem, u, iterations))
         high = programme.level + programme.unit * (float(solution.z[-2]) + VIOLATED)
         low = programme.level + programme.unit * (float(solution.z[-1]) - VIOLATED)
-        force, on_samples = found[-1].evaluation, isinstance(local, SampledRows)
+        force, on_samples = found[-1].evaluation, isinstance(problem.turn, Samples)
         complete = force.max_N <= high and force.min_N >= low
         if found[-1].stationary or (complete if solution.converged else on_samples):
             break
         local = local.grown(problem.design(u), high, low)
-    best = min(found, key=lambda minimum: (not minimum.stationary, minimum.objective))
+    best = min(found, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
 
 
@@ -106,11 +125,10 @@ def _through_cells(problem: Problem, turn: Samples, found: Minimum, most_iterati
     """From cell to cell until a minimum inside one or on a kink is found, or the objective falls no more."""
 
     def solved(minimum: Minimum, holds: list[Hold]) -> Minimum:
-        local = turn.local(problem.design(minimum.u)).held(tuple(holds))
-        return _complete(problem, minimum.u, local, most_iterations).after(minimum)
+        return _complete(problem, minimum.u, problem.local(minimum.u, tuple(holds)), most_iterations).after(minimum)
 
     here = solved(found, [turn.wall(pin, distance) for pin, distance in turn.near(problem.design(found.u))])
-    for _ in range(CELLS):
+    for _ in range(CELLS if problem.constraints is None else CONSTRAINED_CELLS):
         near = turn.near(problem.design(here.u))
         touching = [i for i, (_, distance) in enumerate(near) if abs(distance) < 2 * MARGIN]
         if here.stationary or not touching:
@@ -127,7 +145,7 @@ def _through_cells(problem: Problem, turn: Samples, found: Minimum, most_iterati
         if following is None:
             break
         here = following
-    return min(found, here, key=lambda minimum: (not minimum.stationary, minimum.objective))
+    return min(found, here, key=lambda minimum: minimum.rank)
 
 
 def _choices(touching: list[int]) -> list[list[int]]:
@@ -138,5 +156,8 @@ def _choices(touching: list[int]) -> list[list[int]]:
 def _minimum(problem: Problem, u: Array, iterations: int) -> Minimum:
     """A point, with coordinates beside their bounds set onto them: an interior point is never quite there."""
     points = {p.tobytes(): p for p in (np.where(u < s, 0.0, np.where(u > 1 - s, 1.0, u)) for s in SNAPS)}
-    found = [Minimum(p, problem.evaluate(p), certificate.kkt_residual(problem, p), iterations) for p in points.values()]
-    return min(found, key=lambda minimum: (not minimum.stationary, minimum.objective))
+    found = [
+        Minimum(p, problem.evaluate(p), certificate.kkt_residual(problem, p), iterations, problem.violation(p))
+        for p in points.values()
+    ]
+    return min(found, key=lambda minimum: minimum.rank)

@@ -46,7 +46,7 @@ def search(
     for generation in range(1, settings.generations + 1):
         infills = algorithm.ask()
         points = decode(problem, infills.get("X"), settings.bits_per_variable)
-        infills.set("F", np.array([[problem.evaluate(u).objective] for u in points]))
+        infills.set("F", np.array([[problem.merit(u)] for u in points]))
         algorithm.tell(infills=infills)
         if progress is not None and problem.best is not None:
             progress(Progress("ga", "generation", generation, settings.generations, problem.best.objective))

@@ -13,8 +13,9 @@ from typing import Literal
 from planter.device import Device
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise import genetic
+from planter.optimise import feasible, genetic
 from planter.optimise.aside import Aside, Report
+from planter.optimise.constraints import Constraints
 from planter.optimise.descent import Minimum, descend
 from planter.optimise.genetic import Individual
 from planter.optimise.objective import Objective
@@ -42,14 +43,16 @@ def run(
 ) -> Result:
     """The best design of a device within its bounds. `samples` None: as the machine file says.
 
-    Raises InputError for an unknown method, and Interrupted, with the best so far, on KeyboardInterrupt.
+    Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
+    Interrupted, with the best so far, on KeyboardInterrupt.
     """
     if method not in METHODS:
         raise InputError(f"method = {method!r} is not allowed: it must be one of {', '.join(METHODS)}")
     sampling = device.machine.objective.samples if samples is None else samples
     count = DEFAULT_STARTS if starts is None else starts
     response, objective = Planting(device), Objective.of(device.machine)
-    search = Search(response, objective, sampling, device.machine.genetic_algorithm, seed, count, progress)
+    search = Search(response, objective, sampling, device.machine.genetic_algorithm, seed, count, progress,
+                    Constraints.of(device))  # fmt: skip
     with _beside(device, method, sampling, seed, count) as beside:
         try:
             return search.run(method, beside)
@@ -78,9 +81,11 @@ class Search:
         seed: int = 0,
         starts: int = DEFAULT_STARTS,
         progress: Callable[[Progress], None] | None = None,
+        constraints: Constraints | None = None,
     ) -> None:
+        self.constraints = constraints
         self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
-        self.ga, self.ipopt, self.polish = (Problem(response, objective, sampling) for _ in range(3))
+        self.ga, self.ipopt, self.polish = (Problem(response, objective, sampling, constraints) for _ in range(3))
         self.minima: list[Minimum] = []
         self.begun = time.perf_counter()
 
@@ -96,6 +101,8 @@ class Search:
             points += [minimum.u for minimum in self.minima]
         if method == "hybrid":
             points += [descend(self.polish, one.u).u for one in genetic.distinct(individuals, POLISHED, APART)]
+        if self.constraints is not None and not any(self.polish.kept(u) for u in points):
+            points.append(descend(self.polish, feasible.point(self.polish, self.constraints, points)).u)
         return self._result(method, points)
 
     def so_far(self, method: Method, beside: Aside | None = None) -> Result | None:
@@ -104,6 +111,7 @@ class Search:
             self._take(beside.so_far())
         points = [problem.best.u for problem in self._problems if problem.best is not None]
         points += [minimum.u for minimum in self.minima]
+        points = [u for u in points if self.polish.kept(u)]
         return self._result(method, points) if points else None
 
     def _descend(self, beside: Aside | None) -> None:

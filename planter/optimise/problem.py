@@ -10,13 +10,16 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.optimise.arrays import Integers
-from planter.optimise.conditions import Conditions, Look, Turn
+from planter.optimise.conditions import Conditions, Local, Look, Turn
+from planter.optimise.constraints import KEPT, Constraints, Required
 from planter.optimise.directions import Insensitive, sensitivity
 from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.refined import Refined
 from planter.optimise.response import Response
-from planter.optimise.samples import Samples
+from planter.optimise.samples import Hold, Samples
 
+MOST_STEPS = 1e3
+"""Violations above this many steps are all as bad."""
 Sampling = int | Literal["refined"]
 
 
@@ -49,13 +52,15 @@ class Problem:
     """An objective of a response within its box.
 
     Parameters without effect on the force at the response's own design are not searched: they keep that design's
-    values, taken into the box. `free` (f,) holds the indices of the others; searches run over those. Points u are
-    (p,). `best` is the best point met so far, `history` when each best was met: (turns evaluated, objective).
+    values, taken into the box. `free` (f,) holds the indices of the others; searches run over those. With `constraints`
+    all are searched. Points u are (p,). `best` is the best point met so far that keeps the constraints, `history` when
+    each best was met: (turns evaluated, objective).
     """
 
     response: Response
     objective: Objective
     sampling: Sampling
+    constraints: Constraints | None = None
     counts: Counts = field(default_factory=Counts)
     best: Best | None = None
     history: list[tuple[int, float]] = field(default_factory=list)
@@ -83,6 +88,8 @@ class Problem:
 
     @cached_property
     def free(self) -> Integers:
+        if self.constraints is not None:
+            return np.arange(len(self.response.design))
         return np.flatnonzero(~self.insensitive.zero)
 
     def design(self, u: Array) -> Array:
@@ -96,6 +103,24 @@ class Problem:
         u[self.free] = free
         return u
 
+    def local(self, u: Array, holds: tuple[Hold, ...] = ()) -> Local:
+        """The force near a point as smooth functions, joints held as told, with the rows of the constraints."""
+        x = self.design(u)
+        found = self.turn.local(x).held(holds) if isinstance(self.turn, Samples) else self.turn.local(x)
+        return found if self.constraints is None else Required(found, self.constraints)
+
+    def violation(self, u: Array) -> float:
+        """By how many steps the worst constraint is violated at a point, 0 where all are kept."""
+        return 0.0 if self.constraints is None else self.constraints.violation(self.design(u))
+
+    def kept(self, u: Array) -> bool:
+        """Whether a point keeps all constraints."""
+        return self.violation(u) <= KEPT
+
+    def merit(self, u: Array) -> float:
+        """The objective, and for every step of the worst violation as much again as that of the machine's own design."""
+        return self.evaluate(u).objective + (min(self.violation(u), MOST_STEPS) * self.scale if self.constraints else 0.0)
+
     def evaluate(self, u: Array) -> Evaluation:
         """The objective at a point."""
         self.counts.objective += 1
@@ -104,7 +129,7 @@ class Problem:
     def met(self, u: Array, look: Look) -> Evaluation:
         """The objective of a turn that was looked at on the way, kept if it is the best so far."""
         found = self._evaluation(look)
-        if self.best is None or found.objective < self.best.objective:
+        if (self.best is None or found.objective < self.best.objective) and self.kept(u):
             self.best = Best(u.copy(), found.objective)
             self.history.append((self.counts.total, found.objective))
         return found

@@ -8,7 +8,7 @@ from typing import Any
 from planter import errors
 from planter.kernels import Array
 from planter.optimise import certificate
-from planter.optimise.certificate import ActiveBound
+from planter.optimise.certificate import ActiveBound, ActiveRequirement
 from planter.optimise.descent import Minimum
 from planter.optimise.directions import sensitivity
 from planter.optimise.objective import Evaluation
@@ -33,6 +33,7 @@ class Certificate:
     starts: int
     agreeing_starts: int
     spread: float
+    active_requirements: list[ActiveRequirement] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ class Result:
     effective_parameters: int
     insensitive: list[list[dict[str, float]]]
     history: dict[str, History] = field(default_factory=dict)
+    requirements: list[dict[str, Any]] = field(default_factory=list)
 
     @property
     def objective(self) -> float:
@@ -77,9 +79,11 @@ class Result:
             "certificate": {
                 **vars(self.certificate),
                 "active_bounds": [vars(bound).copy() for bound in self.certificate.active_bounds],
+                "active_requirements": [vars(one).copy() for one in self.certificate.active_requirements],
             },
             "effective_parameters": self.effective_parameters,
             "insensitive": self.insensitive,
+            **({"requirements": self.requirements} if self.requirements else {}),
         }
 
 
@@ -106,9 +110,10 @@ def result(problem: Problem, method: str, seed: int, found: Found, seconds: floa
 
     Of equal objectives the one with the least residual is taken. The evaluations needed here are not counted.
     """
-    judged = Problem(problem.response, problem.objective, problem.sampling)
-    least = min(judged.evaluate(u).objective for u in found.points)
-    ties = [u for u in found.points if judged.evaluate(u).objective == least]
+    judged = Problem(problem.response, problem.objective, problem.sampling, problem.constraints)
+    points = [u for u in found.points if judged.kept(u)]
+    least = min(judged.evaluate(u).objective for u in points)
+    ties = [u for u in points if judged.evaluate(u).objective == least]
     u = min(ties, key=lambda point: certificate.kkt_residual(judged, point))
     x = judged.design(u)
     insensitive = sensitivity(problem.response, x, problem.samples)
@@ -116,17 +121,24 @@ def result(problem: Problem, method: str, seed: int, found: Found, seconds: floa
         method=method, sampling=problem.sampling, seed=seed, names=problem.response.names, design=x,
         evaluation=judged.evaluate(u), start_objective=problem.reference.objective, evaluations=found.counts,
         seconds=seconds, certificate=_certificate(judged, u, least, found.minima),
-        effective_parameters=insensitive.effective_parameters, insensitive=insensitive.named, history=found.history,
+        effective_parameters=insensitive.effective_parameters, insensitive=insensitive.named, history=found.history, requirements=_requirements(problem, x),
     )  # fmt: skip
+
+
+def _requirements(problem: Problem, x: Array) -> list[dict[str, Any]]:
+    from planter.requirements.record import record
+
+    return [] if problem.constraints is None else record(problem.constraints.measures, x)
 
 
 def _certificate(problem: Problem, u: Array, least: float, minima: list[Minimum]) -> Certificate:
     multipliers = certificate.best_multipliers(problem, u)
-    reached = [minimum.evaluation.objective for minimum in minima]
+    reached = [minimum.evaluation.objective for minimum in minima if problem.kept(minimum.u)]
     return Certificate(
         kkt_residual=certificate.check(problem, u, multipliers).worst,
         active_bounds=certificate.active_bounds(problem, multipliers),
         starts=len(minima),
         agreeing_starts=sum(value - least <= AGREEING * problem.scale for value in reached),
         spread=max(reached) - min(reached) if reached else 0.0,
+        active_requirements=certificate.active_requirements(problem, multipliers),
     )

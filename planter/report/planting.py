@@ -30,7 +30,7 @@ CAPTIONS = {
 }
 """What a figure shows, by the name under which it is handed in; other names stand for themselves."""
 
-_ELSEWHERE = ("design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive")
+_ELSEWHERE = ("design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements")
 _CROSS = ("design", "machine file", "optimum")
 
 
@@ -64,6 +64,8 @@ def sections(
     yield Section("Results", list(results(summary)))
     if "certificate" in summary:
         yield Section("Certificate", list(certificate(summary["certificate"])))
+    if summary.get("requirements"):
+        yield Section("Requirements", [requirements(summary["requirements"])])
     if "gradient" in summary:
         yield Section("Gradient", [gradient(summary["gradient"])])
     if "insensitive" in summary:
@@ -81,6 +83,13 @@ def sections(
     yield Section("Inputs", list(inputs(machine, _meanings(model))))
     if provenance is not None:
         yield Section("Provenance", [Keys({name: _flat(value) for name, value in provenance.items()})])
+
+
+def requirements(found: Sequence[Summary]) -> Block:
+    """Each requirement with its value, limits, margins and origin."""
+    keys = ("meaning", "value", "lower", "upper", "unit", "margin", "wanted_margin", "phi_deg", "verdict", "origin")
+    head = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "verdict", "origin")
+    return Table(head, [tuple(entry[key] for key in keys) for entry in found])
 
 
 def warnings(found: Sequence[Summary]) -> Block:

@@ -8,7 +8,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.requirements.measures import ABSOLUTE, STRICT, Measures, Row
-from planter.requirements.section import Kind, Requirements
+from planter.requirements.section import BY_NAME, Kind, Requirements
 
 INVERSE = "curvature_radius"
 """The requirement on 1/row: its rows are curvatures [1/m]."""
@@ -54,6 +54,19 @@ def reserve(section: Requirements, kind: Kind, value: float) -> float:
     low, high = shown_limits(section, kind)
     rooms = [value - low] if low is not None else []
     return min([*rooms, *([high - value] if high is not None else [])])
+
+
+def relaxed(section: Requirements, name: str, value: float) -> tuple[str, float, float]:
+    """Key of the limit that a shown value misses, the limit, and the one that it keeps, margin included."""
+    kind = BY_NAME[name]
+    low, high = shown_limits(section, kind)
+    margin = section.limit(name, "margin") or 0.0
+    rooms = {"min": np.inf if low is None else value - low, "max": np.inf if high is None else high - value}
+    side = min(rooms, key=lambda which: rooms[which])
+    old = low if side == "min" else high
+    assert old is not None
+    strict = 2 * STRICT / kind.factor if name == "pitch_curvature" else 0.0
+    return kind.key(side), old, value - margin - strict if side == "min" else value + margin
 
 
 def _pair(section: Requirements, kind: Kind, margins: bool) -> tuple[float, float]:

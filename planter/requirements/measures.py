@@ -237,8 +237,8 @@ class Measures:
     def _over(self, height: Course, top: float, leave: float, high: float) -> float:
         """Where the leaving tip passes the top of the seedling; the highest point where it never does."""
         if height.value(high) <= top:
-            raise ComputationError("the tip never rises over the seedling: soil_depth_mm + seedling_height_mm is more than "
-                                   "the height of its path")  # fmt: skip
+            allowed = "soil_depth_mm + seedling_height_mm must be less than the height of its path"
+            raise ComputationError(f"the tip never rises over the seedling: {allowed}")
         return height.crossing(top, leave, high)
 
     def _plant(self, z: Array, low: float) -> float:
@@ -247,10 +247,10 @@ class Measures:
     def _on_pitch_curves(self, x: Array, h: Array) -> dict[str, Any]:
         found: dict[str, Extreme] = {}
         for k, (inner, outer, _, px, ph) in enumerate(self.segments):
+            course = Course(self._segment_kernels[k], parameters=x[px], hoisted=h[ph])
             for row, _, name, sign in _tooth_rows(inner, outer):
                 if name in self.names:
-                    course = Course(self._segment_kernels[k], row, parameters=x[px], hoisted=h[ph])
-                    found[f"u {k} {row} {sign}"] = course.extreme(0.0, np.pi, sign, PITCH)
+                    found[f"u {k} {row} {sign}"] = course.of_row(row).extreme(0.0, np.pi, sign, PITCH)
         return _named(found)
 
     def slopes(self, x: Array) -> Array:

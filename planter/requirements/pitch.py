@@ -1,7 +1,7 @@
 """Curvature of the pitch curves and contact ratio along them, over the two segments that each curve is deformed in.
 
-A segment is run through by u from 0 to pi, t = u/m in the first and t = 2 pi - u/m2 in the second; all families are
-even in u about both ends, so that whatever is an extreme inside is one in u, and the ends are the others.
+A segment is run through by u from 0 to pi, t = u/m in the first and t = 2 pi - u/m2 in the second, so that the
+curvature, which jumps at their joints, has its extremes inside a segment or at its ends.
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ import numpy as np
 from planter.gears import Stage
 from planter.kernels import Kernel
 
-ASIDE = 1e-7
-"""How far inside its ends a segment is taken [rad]: an even curve differs there by the square of it."""
 TOOTH = ("pitch_curvature", "curvature_radius", "contact_ratio")
 """Requirements that stand along pitch curves."""
 INNER, OUTER, RATIO = 0, 1, 2
@@ -31,27 +29,15 @@ class Teeth:
 
 
 def segment(stage: Stage, second: bool, teeth: Teeth) -> ca.Function:
-    """(u, parameters, hoisted) -> rows (3,) of a segment, and their first and second derivatives in u.
-
-    With r'' as in `contact`: the inner gear's curvature is (r^2 + 2 r'^2 - r r'') / (r^2 + r'^2)^(3/2); its conjugate
-    has the radius a - r over an angle that grows with the ratio f.
-    """
-    contact = stage.contact.function
-    u, p = ca.SX.sym("u"), ca.SX.sym("parameters", contact.size1_in(1))
-    hoisted = ca.SX.sym("hoisted", contact.size1_in(2))
-    m = p[-1]
-    inside = ASIDE + u * (1 - 2 * ASIDE / np.pi)
-    t = 2 * np.pi - inside * (2 * m - 1) / m if second else inside / m
-    r, dr, ddr, f, df, _ = contact(t, p, hoisted)
-    other = (hoisted[0] - r, -dr / f, (dr * df / f - ddr) / f**2)
-    bends = [_curvature(r, dr, ddr), _curvature(*other)]
-    rows = ca.vertcat(*bends, contact_ratio(bends[0], bends[1], teeth))
+    """(u, parameters, hoisted) -> rows (3,) of a segment, and their first and second derivatives in u."""
+    curvature = stage.curvature.function
+    u, p = ca.SX.sym("u"), ca.SX.sym("parameters", curvature.size1_in(1))
+    hoisted = ca.SX.sym("hoisted", curvature.size1_in(2))
+    found = curvature(u, p, hoisted)
+    one, two = found[2:] if second else found[:2]
+    rows = ca.vertcat(one, two, contact_ratio(one, two, teeth))
     first = ca.jacobian(rows, u)
     return ca.Function("segment", [u, p, hoisted], [rows, ca.densify(first), ca.densify(ca.jacobian(first, u))])
-
-
-def _curvature(r: ca.SX, dr: ca.SX, ddr: ca.SX) -> ca.SX:
-    return (r**2 + 2 * dr**2 - r * ddr) / (r**2 + dr**2) ** 1.5
 
 
 def contact_ratio(one: ca.SX, two: ca.SX, teeth: Teeth) -> ca.SX:

@@ -5,6 +5,7 @@ Everything is looked for on a grid and refined to rounding by Newton's method in
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,15 @@ from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
 from planter.optimise import roots
 
-TURN, STRETCH, PITCH = 360, 48, 48
+TURN, STRETCH, PITCH = 180, 48, 48
 """Cells of the grids over a turn, over a part of it, and over a segment of a pitch curve."""
+FEW = 20
+"""More angles than these are a grid."""
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """An extreme of a course over [low, high]: its place, its value, and which it is: 0 low end, 1 high end, 2 inside."""
+    """An extreme of a course over [low, high]: place, value, and which it is: 0 low end, 1 high end, 2 inside."""
 
     place: float
     value: float
@@ -31,16 +34,31 @@ class Extreme:
 
 
 class Course:
-    """A function of an angle, with its first two derivatives, over many of it."""
+    """A function of an angle, with its first two derivatives, over many of it: one row of a kernel.
 
-    def __init__(self, kernel: Kernel, row: int = 0, **given: object) -> None:
-        self.kernel, self.row, self.given = kernel, row, given
+    Grids are remembered: `of_row` gives another row of the same kernel at no further cost.
+    """
+
+    def __init__(self, kernel: Kernel, **given: object) -> None:
+        self.kernel, self.row, self.given = kernel, 0, given
         self.name = next(name for name in kernel.names if name in kernel.lanes)
+        self._grids: dict[bytes, dict[str, Array]] = {}
+
+    def of_row(self, row: int) -> Course:
+        other = copy.copy(self)
+        other.row = row
+        return other
 
     def rows(self, angles: Array) -> tuple[Array, Array, Array]:
-        found = self.kernel(**{self.name: angles}, **self.given)
+        found = self._grid(angles) if len(angles) > FEW else self.kernel(**{self.name: angles}, **self.given)
         value, first, second = (found[name][self.row] for name in ("f", "df", "ddf"))
         return value, first, second
+
+    def _grid(self, angles: Array) -> dict[str, Array]:
+        key = angles.tobytes()
+        if key not in self._grids:
+            self._grids[key] = self.kernel(**{self.name: angles}, **self.given)
+        return self._grids[key]
 
     def value(self, angle: float) -> float:
         return float(self.rows(np.array([angle]))[0][0])

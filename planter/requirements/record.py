@@ -16,6 +16,13 @@ from planter.requirements.pitch import TOOTH
 from planter.requirements.section import Kind
 
 
+def of(device: Device) -> dict[str, Any]:
+    """`requirements` of the machine's own design; nothing where its file has none."""
+    if device.machine.requirements is None:
+        return {}
+    return {"requirements": record(Measures(device), device.design)}
+
+
 def record(measures: Measures, x: Array) -> list[dict[str, Any]]:
     """Every requirement of the file at a design (p,): value, limits, margins, verdict, and where it stands.
 

@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from planter import audit, emitted
-from planter.audit import dyads, gearing, hexagon, numbers, page
+from planter.audit import gearing, hexagon, numbers, page
 from planter.audit.registry import FORMULAS, Inputs
-from planter.cli import app
 from planter.errors import ComputationError
+from tests.support.cli import below
 
 PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
 EQUATION = {"paper", "equation", "legibility", "verdict", "finding", "correction", "reading", "terms"}
@@ -26,15 +25,7 @@ LAW = {"paper", "law", "violation", "unit", "caused_by"}
 VERDICTS = {"reproduced", "consistent", "not reproduced", "not recomputable"}
 
 
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["audit", *arguments])
-    return result.exit_code, result.stdout, result.stderr
-
-
-def answer(*arguments: str) -> dict[str, Any]:
-    code, out, err = run(*arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
+run, answer, refusal = below("audit")
 
 
 @pytest.fixture(scope="module")
@@ -94,11 +85,9 @@ def test_one_paper_is_a_part_of_the_whole(paper: str, whole: dict[str, Any]) -> 
 
 @pytest.mark.parametrize(("given", "hint"), [("wang2016", "wang2017"), ("Yu2023", "yu2023"), ("", ""), ("moby", "")])
 def test_another_paper_is_refused_in_one_sentence(given: str, hint: str) -> None:
-    for extra in ((), ("--json",)):
-        code, out, err = run(given, *extra)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert all(paper in err for paper in PAPERS)
-        assert ("did you mean " + hint in err) == bool(hint)
+    said = refusal(given)
+    assert all(paper in said for paper in PAPERS)
+    assert ("did you mean " + hint in said) == bool(hint)
 
 
 def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -227,6 +216,22 @@ def test_quantities_are_told_apart(whole: dict[str, Any]) -> None:
 # ---- formulas ------------------------------------------------------------------------------------------------------
 
 
+def of_poses(by: str, poses: np.ndarray, **own: Any) -> Any:
+    """What a formula gives for five poses (5, 3) [mm, mm, deg] that are called pose 1 to pose 5."""
+    known = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
+    return FORMULAS[by](Inputs({"poses": "five", "five": list(known), **known, **own}, {}, {}))
+
+
+def printed_poses() -> np.ndarray:
+    table = numbers.data()["disclosed"]["sun2019"]
+    return np.array([table[f"pose {i}"] for i in range(1, 6)], dtype=float)
+
+
+def hinges(poses: np.ndarray, dyad: int) -> np.ndarray:
+    return np.array([[of_poses("moving hinge", poses, dyad=dyad, pose=f"pose {i}", axis=axis) for axis in (1, 2)]
+                     for i in range(1, 6)])  # fmt: skip
+
+
 def poses_of(point: tuple[float, float], angles: np.ndarray) -> np.ndarray:
     """Five poses that carry a point round a circle of radius 40 about (30, -20)."""
     rows = []
@@ -237,37 +242,78 @@ def poses_of(point: tuple[float, float], angles: np.ndarray) -> np.ndarray:
     return np.array(rows)
 
 
+def conditions(poses: np.ndarray) -> np.ndarray:
+    """Rows (5, 8) of the circle condition by hand, in mm."""
+    x, y, half = *poses[:, :2].T, np.radians(poses[:, 2]) / 2
+    z3, z4 = np.sin(half), np.cos(half)
+    z1, z2 = (x * z3 - y * z4) / 2, (x * z4 + y * z3) / 2
+    return np.column_stack([
+        z1**2 + z2**2, z1 * z3 - z2 * z4, z2 * z3 + z1 * z4, z1 * z3 + z2 * z4,
+        z2 * z3 - z1 * z4, z3 * z4, z3**2 - z4**2, z3**2 + z4**2,
+    ])  # fmt: skip
+
+
 def test_the_dyad_that_made_the_poses_is_found() -> None:
     rng = np.random.default_rng(4)
     for _ in range(10):
         poses = poses_of((12.0, -7.0), rng.uniform(-80, 80, 5))
-        solutions = dyads.dyads(poses)
-        best = min(solutions, key=lambda d: float(np.linalg.norm(d.point - (12, -7))))
-        np.testing.assert_allclose([*best.point, *best.centre, best.radius], [12, -7, 30, -20, 40], rtol=1e-5)
-        assert len(solutions) in (2, 4)
+        count = int(of_poses("real dyads", poses))
+        found = [[of_poses("dyad", poses, dyad=k + 1, part=part) for part in "xyXYr"] for k in range(count)]
+        best = min(found, key=lambda dyad: abs(dyad[0] - 12) + abs(dyad[1] + 7))
+        assert best == pytest.approx([12, -7, 30, -20, 40], rel=1e-9)
+        assert count in (2, 4)
+        assert of_poses("dyad", poses, dyad=count + 1, part="r") is None
 
 
-def test_dyads_keep_their_radius_in_all_poses() -> None:
-    table = numbers.data()["disclosed"]["sun2019"]
-    poses = np.array([table[f"pose {i}"] for i in range(1, 6)], dtype=float)
-    for dyad in dyads.dyads(poses):
-        reached = [np.linalg.norm(dyads.placed(dyad.point, pose) - dyad.centre) for pose in poses]
-        np.testing.assert_allclose(reached, dyad.radius, rtol=1e-8)
+def test_hinges_stay_on_the_circle_of_the_coefficients() -> None:
+    poses = printed_poses()
+    for dyad in range(1, 5):
+        a0, a1, a2, a3 = (
+            of_poses("circle coefficient", poses, dyad=dyad, coefficient=f"a{i}", scale_of="a1", scale=2.5)
+            for i in range(4)
+        )
+        x, y = hinges(poses, dyad).T
+        assert a1 == pytest.approx(2.5)
+        assert a0 * (x**2 + y**2) == pytest.approx(2 * a1 * x + 2 * a2 * y + a3, rel=1e-9)
+        radius = of_poses("dyad", poses, dyad=dyad, part="r")
+        assert np.sqrt(a3 / a0 + (a1**2 + a2**2) / a0**2) == pytest.approx(radius, rel=1e-9)
 
 
-def test_common_points_of_two_circles_and_of_circles_apart() -> None:
-    def circle(x: float, y: float, r: float) -> np.ndarray:
-        return np.array([[1, 0, -x], [0, 1, -y], [-x, -y, x * x + y * y - r * r]])
+def test_vectors_of_the_null_space_solve_the_conditions() -> None:
+    """A by hand in mm; the three given entries are kept, and the nearest basis is orthonormal."""
+    poses, table = printed_poses(), numbers.data()["disclosed"]["sun2019"]
+    rows = conditions(poses)
+    size = np.linalg.norm(rows, axis=0)
+    known = {name: table[name] for name in table if name.startswith("v_") or name == "vectors"}
+    for name in table["vectors"]:
+        head = [of_poses("entry of the null space", poses, vector=name, entry=i, **known) for i in range(1, 6)]
+        p = np.array([*head, *table[name]])
+        assert np.abs(rows @ p).max() < 1e-9 * np.abs(size * p).max()
+        p[0] *= 1.0001
+        assert np.abs(rows @ p).max() > 1e-9 * np.abs(size * p).max()
+    basis = np.array([[of_poses("entry of the nearest basis", poses, vector=name, entry=i, **known)
+                       for i in range(1, 9)] for name in table["vectors"]])  # fmt: skip
+    np.testing.assert_allclose(basis @ basis.T, np.eye(3), atol=1e-12)
+    assert np.abs(rows @ basis.T).max() < 1e-9 * size.max()
+    assert of_poses("eigenvalues that vanish", poses) == 8 - np.linalg.matrix_rank(rows / size)
 
-    points = dyads.common_points(circle(0, 0, 5), circle(6, 0, 5))
-    assert sorted((u[0] / u[2], u[1] / u[2]) for u in points) == [pytest.approx((3, -4)), pytest.approx((3, 4))]
-    assert dyads.common_points(circle(0, 0, 1), circle(6, 0, 1)) == []
+
+def corner_path(lead: float) -> np.ndarray:
+    """Path of corner C by hand: C = centre + M (cos theta, sin theta), M (2, 2), in widths of the pentagon.
+
+    Corner A stays on the upper side and gives y = -sin theta; corner B stays on the next side, so that the coordinate
+    across that side, -x sin 60 deg + y cos 60 deg, is -sin(theta + lead). `lead` [rad] is between AC and BC as seen
+    from the two sides.
+    """
+    across, y = -np.array([np.sin(lead), np.cos(lead)]), np.array([0.0, -1.0])
+    turn = np.radians(60)
+    return np.array([(y * np.cos(turn) - across) / np.sin(turn), y])
 
 
 def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
     """C by its path; A and B by their own rules: |AC| = |BC| = R, both on their sides, 36 deg between them."""
     side = 1 / np.sqrt(3)
-    path = hexagon.corner_path(np.radians(24))
+    path = corner_path(np.radians(24))
     centre = np.array([-side / 2, np.sqrt(3) * side / 2])
     for theta in np.radians([60, 75, 90]):
         c = centre + path @ [np.cos(theta), np.sin(theta)]
@@ -279,20 +325,26 @@ def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
         assert b[1] == pytest.approx(np.sqrt(3) * side / 2)
         chord = np.linalg.norm(a - turned.T @ b)
         assert chord == pytest.approx(2 * np.sin(np.radians(18)))
+    given = Inputs({}, {"centre_over_width": centre, "foci_slope": -np.sqrt(3)}, {})
+    assert hexagon.centre_offset(given) == pytest.approx(0, abs=1e-15)
+    assert hexagon.axis_offset(given) == pytest.approx(0, abs=1e-12)
 
 
-def test_the_path_curves_as_its_differences_say() -> None:
-    path, h = hexagon.corner_path(np.radians(24)), 1e-4
+def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
+    path, h = corner_path(np.radians(24)), 1e-4
     at = [path @ [np.cos(t), np.sin(t)] for t in np.radians(90) + h * np.array([-1, 0, 1])]
     (dx, dy), (ddx, ddy) = (at[2] - at[0]) / (2 * h), (at[2] - 2 * at[1] + at[0]) / h**2
     radius = np.hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
-    assert hexagon.contact_radius(Inputs({}, {"lead_deg": 24}, {})) == pytest.approx(radius, rel=1e-6)
+    assert hexagon.contact_radius(Inputs({}, {}, {})) == pytest.approx(radius, rel=1e-6)
+    axes = [hexagon.semi_axis(Inputs({"axis": axis}, {}, {})) for axis in (1, 2)]
+    assert axes == pytest.approx(np.linalg.svd(path, compute_uv=False), rel=1e-12)
+    assert axes != pytest.approx(np.linalg.svd(corner_path(np.radians(24.1)), compute_uv=False), rel=1e-5)
 
 
 def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
     """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
-    own = {"centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20, "teeth_2": 20, "face_width_mm": 10,
-           "normal_pressure_angle_deg": 20, "addendum_coefficient": 1}  # fmt: skip
+    own = {"L1_mm": 90, "gamma_deg": 150, "centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20,
+           "teeth_2": 20, "face_width_mm": 10, "normal_pressure_angle_deg": 20, "addendum_coefficient": 1}  # fmt: skip
     base, tip = 20 * np.cos(np.radians(20)), 22.0
     length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
     expected = length / (2 * np.pi * np.cos(np.radians(20)))
@@ -309,11 +361,27 @@ def test_split_of_a_ratio_with_a_known_mean() -> None:
     assert gearing.split(Inputs({"carrier_deg": t, "relative_deg": back}, {}, {})) is None
 
 
-def test_sums_of_squares_add_up() -> None:
+BLANK = [1, 2, 3, 3, 1, 2, 2, 3, 1]
+"""The column of the array that no factor is assigned to."""
+
+
+def squares(runs: np.ndarray, column: list[int]) -> float:
+    """Sum of squares of a column of three levels by its level means, by hand."""
+    means = np.array([runs[np.array(column) == level].mean() for level in (1, 2, 3)])
+    return float(3 * ((means - runs.mean()) ** 2).sum())
+
+
+def test_sums_of_squares_are_those_of_the_columns_and_add_up() -> None:
     rows = {e["quantity"]: e["recomputed"] for e in numbers.judged("shi2021")}
+    table = numbers.data()["disclosed"]["shi2021"]
+    columns = {**{factor: table[f"column_{factor}"] for factor in "ABC"}, "error": BLANK}
     for response in ("Y1", "Y2"):
-        parts = [rows[f"{response}, sum of squares, {source}"] for source in ("A", "B", "C", "error")]
+        runs = np.array(table[f"{response}_cm"])
+        by_hand = [squares(runs, column) for column in columns.values()]
+        parts = [rows[f"{response}, sum of squares, {source}"] for source in columns]
+        assert parts == pytest.approx(by_hand, rel=1e-9)
         assert sum(parts) == pytest.approx(rows[f"{response}, sum of squares, total"], rel=1e-12)
-        for factor in "ABC":  # for two and two degrees of freedom P = 1/(1 + F)
+        for factor, own in zip("ABC", by_hand, strict=False):  # for two and two degrees of freedom P = 1/(1 + F)
+            assert rows[f"{response}, F of {factor}"] == pytest.approx(own / by_hand[3], rel=1e-9)
             chance = 1 / (1 + rows[f"{response}, F of {factor}"])
             assert rows[f"{response}, P of {factor}"] == pytest.approx(chance, rel=1e-9)

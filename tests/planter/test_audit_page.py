@@ -10,23 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from planter import audit
 from planter.audit import article, markup, page, tables, typeset
-from planter.cli import app
+from tests.support.cli import below
 
-
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["audit", *arguments])
-    return result.exit_code, result.stdout, result.stderr
+run, answer, _ = below("audit")
 
 
 @pytest.fixture(scope="module")
 def whole() -> dict[str, Any]:
-    code, out, err = run("--json")
-    assert code == 0, err
-    return json.loads(out)
+    return answer()
 
 
 def tree(text: str) -> ET.Element:

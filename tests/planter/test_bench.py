@@ -64,22 +64,17 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
         for way in named.values():
             assert way["ratio"] == way["median_us"] / over
             assert way["spread"]["quartile1_us"] <= way["median_us"] <= way["spread"]["quartile3_us"]
-        if work["name"] != "optimise":
+        if work["name"] == "optimise":
+            least = named["ga"]["objectives"]["least"]
+            assert named["ipopt"]["objectives"]["largest"] <= least
+            assert named["hybrid"]["objectives"]["largest"] <= least
+        else:
             assert {"way": "jax", "reason": "not asked for (--way)"} in work["skipped"]
             assert work["over"] == ("lanes" if has_compiler() else "casadi-vm")
     assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
     text = (tmp_path / "here" / "bench.md").read_text()
     assert text == page.text(found)
     assert all(version in text for version in found["versions"].values())
-
-
-def test_optimisers_in_the_benchmark_reach_the_same_basin(case: Case) -> None:
-    from planter.bench import searches
-
-    times, reached = searches.printed(case, 1)
-    assert set(times) == {"ga", "ipopt", "hybrid"}
-    assert max(reached["ipopt"]) <= min(reached["ga"])
-    assert max(reached["hybrid"]) <= min(reached["ga"])
 
 
 def test_every_work_has_a_runner_and_a_unit() -> None:

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from planter import builtin, machine
-from planter.cli import app
+from tests.support.cli import answer, refusal, run
 
 ROOT = Path(__file__).parents[2]
 SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
@@ -25,27 +24,6 @@ AT = {
     "theta1_deg", "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N",
     "F_O1x_N", "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
 }  # fmt: skip
-
-
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(arguments))
-    return result.exit_code, result.stdout, result.stderr
-
-
-def answer(*arguments: str) -> dict:
-    code, out, err = run(*arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
-
-
-def refusal(*arguments: str) -> str:
-    """The one sentence of a refused call: exit code 2, nothing on standard output, no traceback."""
-    for extra in ((), ("--json",)):
-        code, out, err = run(*arguments, *extra)
-        assert (code, out) == (2, "")
-        assert err.count("\n") == 1
-        assert "Traceback" not in err
-    return err.strip()
 
 
 def test_simulate_has_the_keys_of_the_contract() -> None:

@@ -108,7 +108,7 @@ class TestCache:
         assert twice(path) == 8
 
     def test_a_source_with_an_error_says_so(self) -> None:
-        with pytest.raises(NoCompiler, match="did not compile twice: .*error"):
+        with pytest.raises(NoCompiler, match=r"did not compile twice: .*error"):
             library("double twice(double x) { return y; }\n")
         assert list(self.folder.iterdir()) == []
 
@@ -192,7 +192,7 @@ def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", ["", "no-such-compiler", "false", __file__])
 def test_a_compiler_that_is_none(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", name)
-    with pytest.raises(NoCompiler, match="compiler|CC is empty"):
+    with pytest.raises(NoCompiler, match=r"compiler|CC is empty"):
         toolchain.compiler()
 
 
@@ -208,7 +208,7 @@ import ctypes, sys, numpy as np
 from planter import toolchain
 ctypes.CDLL(sys.argv[1])
 tiny, small = np.array([5e-324]), np.array([2.2250738585072014e-308])
-print((tiny * 1.0).tobytes() == tiny.tobytes(), (small / 2).tobytes() == b"\0\0\0\0\0\0\x08\0")
+print((tiny * 1.0).tobytes() == tiny.tobytes(), (small / 2).tobytes() == bytes([0] * 6 + [8, 0]))
 """
 
 
@@ -248,6 +248,7 @@ def refused(path):
     raise toolchain.NoCompiler(f"{path} cannot be loaded: failed to map segment")
 
 toolchain.load = refused
+toolchain.OPTIMISED = toolchain.SWIFT = ("-O0",)
 from planter.cli import main
 main()
 """
@@ -261,7 +262,6 @@ def _open_to_all(folder: Path) -> Path:
 
 WITHOUT = {
     "CC is empty": lambda _: {"CC": ""},
-    "no such compiler": lambda _: {"CC": "no-such-compiler"},
     "no folder": lambda _: {"PLANTER_CACHE": "/dev/null/cache"},
     "a folder open to all": lambda p: {"PLANTER_CACHE": str(_open_to_all(p / "open"))},
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from typer.testing import CliRunner
 
-from planter.cli import app
 from planter.clutch import config
 from planter.clutch.engage import contact, dynamics, modal, motion, start, switching
 from planter.clutch.engage.dynamics import ANGLE, BENT, FREE, OUTPUT, SIZE, TRAVEL, WORKS, Clutch
@@ -21,6 +18,7 @@ from planter.clutch.engage.inputs import Inputs, inputs
 from planter.clutch.engage.switching import Switching
 from planter.errors import ComputationError
 from planter.kernels import Kernel
+from tests.support.cli import answer
 
 FILE = config.load("shi2021")
 GIVEN = inputs(FILE)
@@ -280,11 +278,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contact, "VARIED", {"speed": contact.VARIED["speed"]})
     monkeypatch.setattr(contact, "FACTORS", (10**0.5,))
     monkeypatch.setattr(contact, "PHASES_DEG", ())
-    ran = CliRunner().invoke(
-        app, ["clutch", "engage", "shi2021", "--mode", "contact", "--json", "--out", str(tmp_path)]
-    )
-    assert ran.exit_code == 0, ran.output
-    result = json.loads(ran.stdout)
+    result = answer("clutch", "engage", "shi2021", "--mode", "contact", "--out", str(tmp_path))
     keys = {"N_max_N", "impacts", "slips", "first_slip_s", "engaged_s", "cut_off_s"}
     assert result["mode"] == "contact"
     assert keys <= result["reuleaux"].keys()

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from typer.testing import CliRunner
 
-from planter.cli import app
 from planter.clutch import config
 from planter.clutch.engage import beam, modal
 from planter.errors import InputError
+from tests.support.cli import answer
 
 CLUTCH = config.load("shi2021")
 
@@ -78,10 +77,7 @@ def test_numbers() -> None:
 
 
 def test_command(tmp_path: Path) -> None:
-    arguments = ["clutch", "engage", "shi2021", "--json", "--shape", "clamped-mode", "--out", str(tmp_path)]
-    ran = CliRunner().invoke(app, arguments)
-    assert ran.exit_code == 0, ran.output
-    result = json.loads(ran.stdout)
+    result = answer("clutch", "engage", "shi2021", "--shape", "clamped-mode", "--out", str(tmp_path))
     assert result["mode"] == "modal"
     assert {"N0_N", "N_max_N", "t_max_s", "t_loss_s", "modal", "energy", "sensitivity"} <= result.keys()
     assert {"K_coefficient", "mass_coefficient", "shape"} <= result["modal"].keys()

@@ -11,33 +11,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from planter import builtin
-from planter.cli import app
 from planter.clutch.field import evaluate, evaluation, figures, page, trial
 from planter.clutch.field.analysis import Model
+from tests.support.cli import below
 
 KEYS = {"range", "anova", "best", "prediction", "comparison"}
 
 
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["clutch", *arguments])
-    return result.exit_code, result.stdout, result.stderr
-
-
-def answer(*arguments: str) -> dict:
-    code, out, err = run(*arguments, "--json")
-    assert code == 0, err
-    return json.loads(out, parse_constant=pytest.fail)
-
-
-def refusal(*arguments: str) -> str:
-    for extra in ((), ("--json",)):
-        code, out, err = run(*arguments, *extra)
-        assert (code, out) == (2, "")
-        assert err.count("\n") == 1
-    return err.strip()
+run, answer, refusal = below("clutch")
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:

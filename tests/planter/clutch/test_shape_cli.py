@@ -7,33 +7,14 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
 from planter import builtin
-from planter.cli import app
 from planter.clutch import config
 from planter.errors import InputError
 from planter.report import files
+from tests.support.cli import below
 
-
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["clutch", *arguments])
-    return result.exit_code, result.stdout, result.stderr
-
-
-def answer(*arguments: str) -> dict:
-    code, out, err = run(*arguments, "--json")
-    assert (code, err) == (0, "")
-    return json.loads(out)
-
-
-def refusal(*arguments: str) -> str:
-    for extra in ((), ("--json",)):
-        code, out, err = run(*arguments, *extra)
-        assert (code, out) == (2, "")
-        assert err.count("\n") == 1
-        assert "Traceback" not in err
-    return err.strip()
+run, answer, refusal = below("clutch")
 
 
 def tampered(folder: Path, old: str, new: str) -> str:

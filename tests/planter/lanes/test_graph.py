@@ -71,14 +71,15 @@ def test_truth_of_numbers_that_are_neither_one_nor_zero() -> None:
         assert (found[name] == value).all(), name
 
 
+FORCE = {"one": x[0] * ca.sin(phi) + x[1] * y, "two": ca.cos(x[0]) + phi * y**2}
+
+
 @needs_compiler
 class TestWhatVaries:
-    force = {"one": x[0] * ca.sin(phi) + x[1] * y, "two": ca.cos(x[0]) + phi * y**2}
-
     @pytest.mark.parametrize("varying", ["phi", "x", "phi x", "x y", "phi x y", "y"])
     @pytest.mark.parametrize("summed", [False, True])
     def test_angles_designs_or_both(self, varying: str, summed: bool) -> None:
-        given = work("phi x y", self.force, [phi, x, y], varying, summed)
+        given = work("phi x y", FORCE, [phi, x, y], varying, summed)
         sizes = {"phi": 1, "x": 2, "y": 1}
         arrays = [RNG.normal(size=(rows, 37 if name in varying.split() else 1)) for name, rows in sizes.items()]
         found, expected = both(given, *arrays)
@@ -87,13 +88,13 @@ class TestWhatVaries:
             assert found[name] == pytest.approx(value, rel=1e-13, abs=1e-13)
 
     def test_a_sum_is_the_sum_of_the_rows(self) -> None:
-        given = work("phi x y", self.force, [phi, x, y], "phi", summed=True)
+        given = work("phi x y", FORCE, [phi, x, y], "phi", summed=True)
         total, _ = both(given, PHI, [[0.3], [2.0]], 0.7)
         rows, _ = both(unsummed(given), PHI, [[0.3], [2.0]], 0.7)
         assert total["one"][0, 0] == pytest.approx(rows["one"].sum(), rel=1e-13)
 
     def test_what_all_lanes_share_stands_before_the_loop(self) -> None:
-        graph = lanes.Graph.of(work("phi x y", self.force, [phi, x, y], "phi").function, ["phi"])
+        graph = lanes.Graph.of(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
         outside, inside = lanes.function(graph, summed=False).split("for (long i")
         assert "turned_cos(" in outside
         assert "turned_sin(" in inside
@@ -101,7 +102,7 @@ class TestWhatVaries:
 
     @pytest.mark.parametrize("count", [0, 1, 2, 3, 7, 8, 9, 63])
     def test_any_number_of_lanes(self, count: int) -> None:
-        given = work("phi x y", self.force, [phi, x, y], "phi")
+        given = work("phi x y", FORCE, [phi, x, y], "phi")
         at = RNG.normal(size=(1, count))
         found = ways.lane_kernel(given)([at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count)
         assert found[0] == pytest.approx(0.3 * np.sin(at) + 1.4, rel=1e-14)
@@ -156,7 +157,7 @@ def _unlike(*outputs: ca.SX, names: tuple[str, str] = ("phi", "y")) -> ca.Functi
     return ca.Function("f", [phi, x], list(outputs), [names[0], "x"], [names[1]])
 
 
-SPARSE = ca.SX(ca.Sparsity.diag(2), x)
+MATRIX, SPARSE = ca.SX.sym("m", 2, 2), ca.SX(ca.Sparsity.diag(2), x)
 NO_FORM = {
     "a solver": (_solver(), "p", r"solved: instruction \d+ \(operation \d+\) has no form in C"),
     "no such input": (_unlike(phi), "psi", "f has no input psi, which is to vary over the lanes"),
@@ -165,8 +166,8 @@ NO_FORM = {
     "a name of the loop": (_unlike(phi, names=("t12", "y")), "t12", "f: the name t12 is used by the loop itself"),
     "the counter's name": (_unlike(phi, names=("phi", "i")), "phi", "f: the name i is used by the loop itself"),
     "an infinite constant": (_unlike(phi + ca.inf), "phi", "the constant inf is not finite"),
-    "a matrix that varies": (ca.Function("f", [ca.SX.sym("m", 2, 2)], [phi * 0 + 1], ["m"], ["y"], {"allow_free": True}),
-                             "m", "f: m varies over the lanes and must be a column"),
+    "a matrix that varies": (ca.Function("f", [MATRIX], [MATRIX[0, 1]], ["m"], ["y"]), "m",
+                             "f: m varies over the lanes and must be a column"),
     "an operation without a form": (_unlike(ca.erfinv(phi)), "phi", "has no form in C"),
 }  # fmt: skip
 

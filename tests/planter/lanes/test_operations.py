@@ -23,14 +23,15 @@ POSITIVE = np.concatenate([RNG.exponential(size=40), [1e-300, 1e-8, 1.0, 1 + 1e-
 QUARTERS = np.arange(-9, 10) * np.pi / 2
 ANGLES = np.concatenate([RNG.uniform(-20, 20, 60), QUARTERS, np.nextafter(QUARTERS, 9), [0.0, -0.0, 1e-12],
                          RNG.uniform(-1e3, 1e3, 40), 1e6 * RNG.normal(size=40), 1e9 * RNG.normal(size=40)])  # fmt: skip
-WHOLE = np.concatenate([RNG.uniform(-9, 9, 60), np.arange(-5.0, 6.0), np.nextafter(np.arange(-5.0, 6.0), -9), [-0.0],
-                        [2.0**31 - 1.5, 1.5 - 2.0**31, 2.0**52 + 1, 1e300, -1e300]])  # fmt: skip
+STEPS = np.arange(-5.0, 6.0)
+HUGE = [2.0**31 - 1.5, 1.5 - 2.0**31, 2.0**52 + 1, 1e300, -1e300]
+WHOLE = np.concatenate([RNG.uniform(-9, 9, 60), STEPS, np.nextafter(STEPS, -9), [-0.0], HUGE])
 BEYOND = np.array([2.0**31 - 0.5, 0.5 - 2.0**31, 2.0**31 + 0.5, -(2.0**40) - 0.25])
-PAIRS = np.array([*RNG.normal(size=(40, 2)), (1.0, 1.0), (2.0, 1.0), (1.0, 2.0), (0.0, -0.0), (-0.0, 0.0), (0.0, 1.0),
-                  (-1.0, 0.0), (0.0, 0.0), (1e300, 1e-3), (-3.0, -3.0)]).T  # fmt: skip
+PAIRS = np.array([*RNG.normal(size=(40, 2)), (1.0, 1.0), (2.0, 1.0), (1.0, 2.0), (0.0, -0.0), (-0.0, 0.0),
+                  (0.0, 1.0), (-1.0, 0.0), (0.0, 0.0), (1e300, 1e-3), (-3.0, -3.0)]).T  # fmt: skip
 DIVIDED = PAIRS[:, PAIRS[1] != 0]
 POWERS = np.array([*zip(RNG.exponential(size=40), 3 * RNG.normal(size=40), strict=True),
-                   (0.0, 2.0), (1.0, 1e6), (2.0, -3.0), (9.0, 0.5), (-2.0, 3.0), (-2.0, 2.0), (4.0, 0.0)]).T  # fmt: skip
+                   (0.0, 2.0), (1.0, 1e6), (2.0, -3.0), (9.0, 0.5), (-2.0, 3.0), (-2.0, 2.0), (4.0, 0)]).T  # fmt: skip
 REMAINDERS = np.array([*RNG.normal(size=(40, 2)), (-7.5, 2.0), (7.5, -2.0), (6.0, 2.0), (1e10, 0.1), (0.0, 3.0)]).T
 BITS = np.array([(p, q) for p in (0.0, 1.0, -0.0) for q in (0.0, 1.0)]).T
 

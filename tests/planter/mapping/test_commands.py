@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from planter import builtin
-from planter.cli import app
 from planter.mapping.files import load_poses
 from planter.report.files import read_cycle_csv
 from tests.planter.mapping.data import CORRECTED
+from tests.support.cli import answer, refusal, run
 
 SYNTHESIS = {"dyads", "complex_pairs", "singular_values", "linkages", "monotone"}
 LINKAGE = {
@@ -22,26 +21,6 @@ TRAIN = {
     "x_s", "slope_min", "slope_max", "monotone", "ratio_min", "ratio_max", "closure_error_rad", "carrier_bend_deg",
     "convex", "radius_min_mm", "radius_max_mm",
 }  # fmt: skip
-
-
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(arguments))
-    return result.exit_code, result.stdout, result.stderr
-
-
-def answer(*arguments: str) -> dict:
-    code, out, err = run(*arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
-
-
-def refusal(*arguments: str) -> str:
-    for extra in ((), ("--json",)):
-        code, out, err = run(*arguments, *extra)
-        assert (code, out) == (2, ""), (out, err)
-        assert err.count("\n") == 1
-        assert "Traceback" not in err
-    return err.strip()
 
 
 def poses_file(path: Path, rows: list, more: str = "") -> str:

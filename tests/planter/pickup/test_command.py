@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from planter import builtin
-from planter.cli import app
+from tests.support.cli import below
 
 KEYS = {
     "L1_mm", "L2_mm", "L3_max_mm", "L3_min_mm", "phi5_far_deg", "phi5_near_deg", "beta1_deg", "a1_mm", "a2_mm",
@@ -21,23 +20,7 @@ TOML = builtin.example("yu2023", "pickup", ".toml")
 CSV = builtin.example("yu2023-path", "pickup", ".csv")
 
 
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["pickup", *arguments])
-    return result.exit_code, result.stdout, result.stderr
-
-
-def answer(*arguments: str) -> dict:
-    code, out, err = run(*arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
-
-
-def refusal(*arguments: str) -> str:
-    for extra in ((), ("--json",)):
-        code, out, err = run(*arguments, *extra)
-        assert (code, out) == (2, "")
-        assert err.count("\n") == 1
-    return err.strip()
+run, answer, refusal = below("pickup")
 
 
 def by_path(folder: Path, points: str = CSV, **changes: str) -> str:

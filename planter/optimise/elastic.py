@@ -1,0 +1,113 @@
+"""The least violation: which requirement has to give way, by how much, so that all the others are kept.
+
+Over z = (u, s), s >= 0 one for each requirement in its steps:
+
+    minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in [0, 1].
+
+The sum has few terms at its minimum. Where more than one remains, each is tried alone with the others kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planter.errors import ComputationError
+from planter.kernels import Array
+from planter.optimise import ipopt
+from planter.optimise.constraints import KEPT, Constraints
+from planter.optimise.problem import Problem
+
+WEIGHT = 1e-5
+"""Of the distance from the start: it only makes the point unique."""
+ALONE = 1e-6
+"""Violations below this many steps are rounding of the solver."""
+MOST_ITERATIONS = 80
+
+
+class Elastic:
+    """A `Programme` for `planter.optimise.ipopt`; `giving` (kinds,) says which requirements may give way."""
+
+    def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Array) -> None:
+        self.problem, self.constraints, self.u = problem, constraints, start
+        self.p, self.kinds = len(start), len(giving)
+        owner = np.eye(self.kinds)[constraints.owner]
+        self.below, self.above = np.isfinite(constraints.lower), np.isfinite(constraints.upper)
+        self.owner = np.vstack([owner[self.above], owner[self.below]])
+        count = len(self.owner)
+        self.lower = np.zeros(self.p + self.kinds)
+        self.upper = np.append(np.ones(self.p), np.where(giving, np.inf, 0.0))
+        self.g_lower, self.g_upper = np.full(count, -np.inf), np.zeros(count)
+        self.start = np.append(start, np.where(giving, constraints.excess(problem.design(start)), 0.0))
+
+    def _x(self, z: Array) -> Array:
+        return self.problem.design(z[: self.p])
+
+    def f(self, z: Array) -> float:
+        return float(z[self.p :].sum() + WEIGHT / 2 * ((z[: self.p] - self.u) ** 2).sum())
+
+    def gradient(self, z: Array) -> Array:
+        return np.append(WEIGHT * (z[: self.p] - self.u), np.ones(self.kinds))
+
+    def g(self, z: Array) -> Array:
+        c = self.constraints
+        try:
+            rows = c.values(self._x(z))
+        except ComputationError:
+            rows = np.full(c.count, np.nan)
+        beyond = np.append((rows - c.upper)[self.above], (c.lower - rows)[self.below])
+        found: Array = beyond - self.owner @ z[self.p :]
+        return found
+
+    def jacobian(self, z: Array) -> Array:
+        slopes = self.constraints.slopes(self._x(z)) * self.problem.width
+        return np.hstack([np.vstack([slopes[self.above], -slopes[self.below]]), -self.owner])
+
+    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        weights = np.zeros(self.constraints.count)
+        above, below = np.split(multipliers, [int(self.above.sum())])
+        weights[self.above] += above
+        weights[self.below] -= below
+        width = self.problem.width
+        total = np.zeros((len(z), len(z)))
+        bent = self.constraints.curvature(self._x(z), weights) * np.outer(width, width)
+        total[: self.p, : self.p] = bent + weight * WEIGHT * np.eye(self.p)
+        return total
+
+
+@dataclass(frozen=True)
+class Least:
+    """A point u (p,) and by how many steps each requirement is violated there, (kinds,); all 0 where all are kept."""
+
+    u: Array
+    excess: Array
+
+    @property
+    def total(self) -> float:
+        return float(self.excess.sum())
+
+    @property
+    def kept(self) -> bool:
+        return float(self.excess.max()) <= KEPT
+
+
+def least_violation(problem: Problem, constraints: Constraints, start: Array) -> Least:
+    """The least violation reached from a point u (p,), of one requirement alone if that can be."""
+    everything = np.ones(len(constraints.measures.kinds), dtype=bool)
+    found = _solved(problem, constraints, start, everything)
+    broken = np.flatnonzero(found.excess > ALONE)
+    if len(broken) < 2:
+        return found
+    alone = [_solved(problem, constraints, found.u, np.arange(len(everything)) == k) for k in broken]
+    single = [one for one, k in zip(alone, broken, strict=True) if np.delete(one.excess, k).max() <= ALONE]
+    return min(single, key=lambda one: one.total, default=found)
+
+
+def _solved(problem: Problem, constraints: Constraints, start: Array, giving: Array) -> Least:
+    programme = Elastic(problem, constraints, start, giving)
+    u = np.clip(ipopt.solve(programme, programme.start, MOST_ITERATIONS).z[: len(start)], 0, 1)
+    try:
+        return Least(u, constraints.excess(problem.design(u)))
+    except ComputationError:
+        return Least(start, constraints.excess(problem.design(start)))
