@@ -23,7 +23,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_wheel_ships_generated_code_and_machines_and_no_derivation(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     assert {"planter/generated/planting_exact.py", "planter/generated/planting_exact.json"} <= names
-    assert {"planter/machines/wang2017.toml", "planter/py.typed"} <= names
+    assert {"planter/machines/planting/wang2017.toml", "planter/lanes/turn.c", "planter/py.typed"} <= names
     assert not [name for name in names if name.startswith(("derive/", "generated/", "tests/"))]
 
 
