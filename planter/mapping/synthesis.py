@@ -76,7 +76,8 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
         "poses": len(poses),
         "dyads": [shown.dyad(d, poses) for d in solution.dyads],
         "complex_pairs": solution.complex_roots // 2,
-        "singular_values": [float(v) for v in solution.singular_values[:CONDITIONS]],
+        "singular_values": _singular_values(poses * [1e3, 1e3, 1]),
+        "scaled_singular_values": [float(v) for v in solution.singular_values[:CONDITIONS]],
         "straight": [shown.straight(s) for s in solution.straights],
         "family": _family_shown(solution, family_of, poses),
         "linkages": [_linkage_shown(linkage, poses) for linkage in linkages],
@@ -85,6 +86,12 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
     }
     exact = None if dyad is None else through_poses(dyad, poses)
     return Synthesis(file, poses, solution, family_of[0], linkages, dyad, exact, closest, of_points, result)
+
+
+def _singular_values(poses: Array) -> list[float]:
+    """Of the linear system (4) of sun2019, in the unit of the poses' lengths."""
+    values = np.linalg.svd(formulas.rows(poses), compute_uv=False)
+    return [float(v) for v in values[:CONDITIONS]]
 
 
 def _linkages(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:

@@ -1,6 +1,7 @@
 """`planter synthesise` and `planter train`: keys of the contract, files, exit codes, one sentence for bad input."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +35,21 @@ def curve_file(path: Path, rows: list, header: str = "carrier_deg,relative_deg")
     return str(path)
 
 
+def singular_values(poses: list[dict]) -> np.ndarray:
+    """Of the rows of (4), written out by hand, lengths in mm."""
+    x, y, phi = (np.array([pose[key] for pose in poses], dtype=float) for key in ("x_mm", "y_mm", "phi_deg"))
+    z3, z4 = np.sin(np.radians(phi) / 2), np.cos(np.radians(phi) / 2)
+    z1, z2 = (x * z3 - y * z4) / 2, (x * z4 + y * z3) / 2
+    columns = [z1**2 + z2**2, z1 * z3 - z2 * z4, z2 * z3 + z1 * z4, z1 * z3 + z2 * z4, z2 * z3 - z1 * z4]
+    return np.linalg.svd(np.column_stack([*columns, z3 * z4, z3**2 - z4**2, z3**2 + z4**2]), compute_uv=False)
+
+
 def test_synthesis_has_the_keys_of_the_contract() -> None:
     found = answer("synthesise", "sun2019-corrected")
     assert found.keys() >= SYNTHESIS
-    assert len(found["singular_values"]) == 5
+    assert found["singular_values"] == pytest.approx(
+        singular_values(tomllib.loads(builtin.example("sun2019-corrected"))["pose"])
+    )
     assert found["complex_pairs"] == 1
     assert [d["radius_mm"] for d in found["dyads"]] == pytest.approx([99.724, 202.0462], abs=1e-4)
     assert all(d.keys() >= {"moving_point_mm", "centre_mm", "radius_mm"} for d in found["dyads"])
