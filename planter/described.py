@@ -91,8 +91,8 @@ def _composed(f: ca.Function, described: ca.Function) -> ca.Function:
     """A function of the family as one of its description, which takes the parameters' place."""
     names, sym = f.name_in(), ca.SX.sym if f.is_a("SXFunction") else ca.MX.sym
     count = described.size1_in(0)
-    inputs = [sym(name, count if name == "parameters" else f.size1_in(i)) for i, name in enumerate(names)]
-    given = [described(v) if name == "parameters" else v for name, v in zip(names, inputs, strict=True)]
+    inputs: Any = [sym(name, count if name == "parameters" else f.size1_in(i)) for i, name in enumerate(names)]
+    given: Any = [described(v) if name == "parameters" else v for name, v in zip(names, inputs, strict=True)]
     return ca.Function(f.name(), inputs, f.call(given), names, f.name_out())
 
 

@@ -14,6 +14,8 @@ from planter.machine import Machine
 
 REFERENCE = "wang2017-wide"
 """Built-in machine whose box for the mounting, and whose requirements, serve where the machine has none."""
+NARROW = "wang2017"
+"""Built-in machine with the paper's own bounds."""
 SIZE_MM, SWING, DEFORMATION = (24.0, 36.0), (0.02, 0.5), (0.8, 1.8)
 """Mean radius, relative swing of the ratio and deformation coefficient of a stage: assumed."""
 Pair = tuple[str, str]
@@ -32,6 +34,15 @@ def required(own: Machine) -> Machine:
     table["requirements"] = reference["requirements"]
     if not own.operation.forward_speed_m_s:
         table["operation"]["forward_speed_m_s"] = reference["operation"]["forward_speed_m_s"]
+    return Machine.read(table, own.source)
+
+
+def narrow(own: Machine) -> Machine:
+    """The machine in the paper's design and bounds, where those have its names; else in its own."""
+    paper, wanted = machine.load(NARROW), required(own)
+    if set(paper.design) != set(own.design):
+        return wanted
+    table = wanted.table() | {"design": dict(paper.design), "bounds": dict(paper.bounds)}
     return Machine.read(table, own.source)
 
 

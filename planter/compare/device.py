@@ -93,7 +93,8 @@ def own_design(device: Device, x: Array) -> dict[str, float]:
     """The families' own parameters of a described design, under their own names."""
     from planter import described, units
 
-    start, found = len(device.sidecar["vectors"]["mounting"]), {}
+    start = len(device.sidecar["vectors"]["mounting"])
+    found: dict[str, float] = {}
     for number, stage in enumerate(device.stages, 1):
         family = described.of(stage.family) or stage.family
         values = own_parameters(family, x[start : start + len(stage.names)])
@@ -104,13 +105,13 @@ def own_design(device: Device, x: Array) -> dict[str, float]:
 
 
 def narrow(own: Machine) -> dict[str, Any]:
-    """The machine's own pair within its own bounds, as its file has it, and what that makes of the requirements."""
-    device = Device(box.required(own))
+    """The paper's pair within the paper's narrow bounds, no requirement kept, and what that makes of them."""
+    device = Device(box.narrow(own))
     constraints = Constraints.of(device)
     assert constraints is not None
     problem = Problem(Planting(device), Objective.of(own), "refined")
-    u = descend(problem, problem.start, POLISH).u
-    entry = _found(Problem(problem.response, problem.objective, "refined", constraints), constraints, u)
+    u = descend(problem, problem.start, POLISH, 3).u
+    entry = _found(problem, constraints, u)
     broken = [one["name"] for one in entry["requirements"] if one["verdict"] != "pass"]
     keys = ("objective", "range_N", "variance_N2", "requirements")
     shown = planting.shown_design(device, problem.design(np.asarray(u)))

@@ -9,8 +9,8 @@ each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for e
 
 A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share
 in the variance: zero lies in the sum of Clarke's subdifferentials (Clarke, Optimization and Nonsmooth Analysis, 1983,
-2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form. Constraints lower <= g(u) <= upper add
-g_u' lambda, lambda > 0 only at an upper and < 0 only at a lower bound.
+2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form. Constraints
+lower <= g(u) <= upper add g_u' lambda, lambda > 0 only at an upper and < 0 only at a lower bound.
 """
 
 from __future__ import annotations
@@ -119,13 +119,12 @@ def best_multipliers(problem: Problem, u: Array) -> Multipliers:
         at_lower=_spread(problem.scale * below, low, len(u)),
         at_upper=_spread(problem.scale * above, high, len(u)),
         kinks=theta,
-        required=problem.scale
-        * (_spread(over, up, len(required.above)) - _spread(under, down, len(required.above))),
+        required=problem.scale * (_spread(over, up, len(required.above)) - _spread(under, down, len(required.above))),
     )
 
 
 class _Required:
-    """The constraints of a problem at a point u (p,): gradients in u (c, p) and the room to either bound (c,), in steps."""
+    """The constraints at a point u (p,): gradients in u (c, p) and the room to either bound (c,), in steps."""
 
     def __init__(self, problem: Problem, u: Array) -> None:
         constraints, x = problem.constraints, problem.design(u)

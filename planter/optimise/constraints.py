@@ -1,4 +1,4 @@
-"""Requirements as constraints of an optimisation: rows counted in steps, so that one unit is as bad for each of them."""
+"""Requirements as constraints of an optimisation: rows counted in steps, so that one is as bad for each of them."""
 
 from __future__ import annotations
 

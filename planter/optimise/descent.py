@@ -76,9 +76,7 @@ class Minimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
-def descend(
-    problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS, rounds: int = ROUNDS
-) -> Minimum:
+def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS, rounds: int = ROUNDS) -> Minimum:
     """The local minimum reached from a point u (p,) of the box.
 
     `most_iterations` limits each of IPOPT's runs, `rounds` how often rows are added.
@@ -89,9 +87,7 @@ def descend(
     return _through_cells(problem, problem.turn, found, most_iterations)
 
 
-def _complete(
-    problem: Problem, start: Array, local: Local, most_iterations: int, rounds: int = ROUNDS
-) -> Minimum:
+def _complete(problem: Problem, start: Array, local: Local, most_iterations: int, rounds: int = ROUNDS) -> Minimum:
     """Solved with rows added until no other exceeds the bounds on the force."""
     u, iterations, found = start, 0, []
     for _ in range(rounds):

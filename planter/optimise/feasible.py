@@ -17,7 +17,7 @@ from planter.optimise.problem import Problem
 from planter.requirements.limits import relaxed
 from planter.requirements.record import record
 
-MOST_TRIED = 3
+MOST_TRIED = 2
 """How many points the least violation is looked for from."""
 
 
@@ -37,11 +37,13 @@ class Violation:
     def __str__(self) -> str:
         place = f" at phi = {self.phi_deg:.6g} deg" if self.phi_deg is not None else ""
         unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
+        return (
+            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
+        )
 
 
 class Infeasible(PlanterError):
-    """No design in the box keeps the requirements; `violations` are the least that was found, at `design` (p,) in SI."""
+    """No design in the box keeps the requirements; `violations` are the least found, at `design` (p,) in SI."""
 
     def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array) -> None:
         told = "; ".join(map(str, violations))

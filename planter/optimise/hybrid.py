@@ -23,7 +23,7 @@ from planter.optimise.problem import Problem, Sampling
 from planter.optimise.progress import Progress
 from planter.optimise.response import Planting, Response
 from planter.optimise.result import Found, Interrupted, Result, result
-from planter.optimise.starts import DEFAULT_STARTS, descents
+from planter.optimise.starts import DEFAULT_STARTS, descents, points
 from planter.sections import GeneticAlgorithm
 
 Method = Literal["hybrid", "ipopt", "ga"]
@@ -91,28 +91,33 @@ class Search:
 
     def run(self, method: Method, beside: Aside | None = None) -> Result:
         """The best of what the method finds; with `beside`, its starts come from there."""
-        points: list[Array] = []
+        reached = self._kept()
         individuals: list[Individual] = []
         if method in ("ga", "hybrid"):
             individuals = genetic.search(self.ga, self.settings, self.seed, self.progress)
-            points.append(individuals[0].u)
+            reached.append(individuals[0].u)
         if method in ("ipopt", "hybrid"):
             self._descend(beside)
-            points += [minimum.u for minimum in self.minima]
+            reached += [minimum.u for minimum in self.minima]
         if method == "hybrid":
-            points += [descend(self.polish, one.u).u for one in genetic.distinct(individuals, POLISHED, APART)]
-        if self.constraints is not None and not any(self.polish.kept(u) for u in points):
-            points.append(descend(self.polish, feasible.point(self.polish, self.constraints, points)).u)
-        return self._result(method, points)
+            reached += [descend(self.polish, one.u).u for one in genetic.distinct(individuals, POLISHED, APART)]
+        return self._result(method, reached)
+
+    def _kept(self) -> list[Array]:
+        """A point that keeps the requirements, where there are any. Raises Infeasible where there is none."""
+        if self.constraints is None:
+            return []
+        tried = points(self.polish, feasible.MOST_TRIED, self.seed)
+        return [feasible.point(self.polish, self.constraints, tried)]
 
     def so_far(self, method: Method, beside: Aside | None = None) -> Result | None:
         """The best point met by any part of an interrupted run; None if there is none."""
         if beside is not None and not self.minima:
             self._take(beside.so_far())
-        points = [problem.best.u for problem in self._problems if problem.best is not None]
-        points += [minimum.u for minimum in self.minima]
-        points = [u for u in points if self.polish.kept(u)]
-        return self._result(method, points) if points else None
+        reached = [problem.best.u for problem in self._problems if problem.best is not None]
+        reached += [minimum.u for minimum in self.minima]
+        reached = [u for u in reached if self.polish.kept(u)]
+        return self._result(method, reached) if reached else None
 
     def _descend(self, beside: Aside | None) -> None:
         report = beside.result() if beside is not None else None
@@ -129,9 +134,9 @@ class Search:
     def _problems(self) -> tuple[Problem, Problem, Problem]:
         return self.ga, self.ipopt, self.polish
 
-    def _result(self, method: Method, points: list[Array]) -> Result:
+    def _result(self, method: Method, reached: list[Array]) -> Result:
         counts = self.ga.counts + self.ipopt.counts + self.polish.counts
         named = zip(("ga", "ipopt", "polish"), self._problems, strict=True)
         history = {name: problem.history for name, problem in named if problem.history}
-        found = Found(points, self.minima, counts, history)
+        found = Found(reached, self.minima, counts, history)
         return result(self.ga, method, self.seed, found, time.perf_counter() - self.begun)

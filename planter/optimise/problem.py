@@ -118,8 +118,10 @@ class Problem:
         return self.violation(u) <= KEPT
 
     def merit(self, u: Array) -> float:
-        """The objective, and for every step of the worst violation as much again as that of the machine's own design."""
-        return self.evaluate(u).objective + (min(self.violation(u), MOST_STEPS) * self.scale if self.constraints else 0.0)
+        """The objective, and as much again as that of the machine's own design for each step of the worst violation."""
+        return self.evaluate(u).objective + (
+            min(self.violation(u), MOST_STEPS) * self.scale if self.constraints else 0.0
+        )
 
     def evaluate(self, u: Array) -> Evaluation:
         """The objective at a point."""

@@ -64,6 +64,13 @@ class Result:
     def objective(self) -> float:
         return self.evaluation.objective
 
+    def _certificate(self) -> dict[str, Any]:
+        """The certificate, with the requirements that hold the optimum where there are any to keep."""
+        found = vars(self.certificate).copy()
+        found["active_bounds"] = [vars(bound).copy() for bound in self.certificate.active_bounds]
+        active = [vars(one).copy() for one in found.pop("active_requirements")]
+        return found | ({"active_requirements": active} if self.requirements else {})
+
     def table(self, scale: Array) -> dict[str, Any]:
         """The result as the interface gives it, less the scores in both models; `scale` (p,) SI per shown unit."""
         shown = (self.design / scale).tolist()
@@ -76,11 +83,7 @@ class Result:
             "start_objective": self.start_objective,
             "evaluations": vars(self.evaluations).copy(),
             "seconds": self.seconds,
-            "certificate": {
-                **vars(self.certificate),
-                "active_bounds": [vars(bound).copy() for bound in self.certificate.active_bounds],
-                "active_requirements": [vars(one).copy() for one in self.certificate.active_requirements],
-            },
+            "certificate": self._certificate(),
             "effective_parameters": self.effective_parameters,
             "insensitive": self.insensitive,
             **({"requirements": self.requirements} if self.requirements else {}),
@@ -121,7 +124,8 @@ def result(problem: Problem, method: str, seed: int, found: Found, seconds: floa
         method=method, sampling=problem.sampling, seed=seed, names=problem.response.names, design=x,
         evaluation=judged.evaluate(u), start_objective=problem.reference.objective, evaluations=found.counts,
         seconds=seconds, certificate=_certificate(judged, u, least, found.minima),
-        effective_parameters=insensitive.effective_parameters, insensitive=insensitive.named, history=found.history, requirements=_requirements(problem, x),
+        effective_parameters=insensitive.effective_parameters, insensitive=insensitive.named, history=found.history,
+        requirements=_requirements(problem, x),
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from scipy.stats import qmc
 
 from planter.kernels import Array
 from planter.optimise.descent import Minimum, descend
+from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
 
@@ -25,11 +26,18 @@ def points(problem: Problem, count: int, seed: int) -> list[Array]:
     return [problem.start, *(problem.point(v) for v in cube)]
 
 
+def _nearer(problem: Problem, start: Array) -> Array:
+    """A start, or where the constraints are violated least on the way from it."""
+    if problem.constraints is None or problem.kept(start):
+        return start
+    return least_violation(problem, problem.constraints, start).u
+
+
 def descents(
     problem: Problem, count: int, seed: int, progress: Callable[[Progress], None] | None = None
 ) -> Iterator[Minimum]:
     """The local minima, one for each start, as they are found."""
     for i, start in enumerate(points(problem, count, seed), 1):
-        yield descend(problem, start)
+        yield descend(problem, _nearer(problem, start))
         if progress is not None and problem.best is not None:
             progress(Progress("ipopt", "start", i, count, problem.best.objective))

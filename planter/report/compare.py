@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planter.optimise.descent import STATIONARY
 from planter.report import files, style
 
 if TYPE_CHECKING:
@@ -43,20 +44,27 @@ def comparison(result: Mapping[str, Any]) -> Figure:
     labels = [f"{_short(d['stage1'])} / {_short(d['stage2'])}" for d in devices]
     bars = [(labels[k], d, style.BLUE) for k, d in enumerate(devices)]
     if result["narrow"] is not None:
-        bars.append(("box of the file", {**result["narrow"], "violations": []}, style.ORANGE))
+        bars.append(("the paper's narrow box", {**result["narrow"], "violations": []}, style.ORANGE))
     drawing = style.new_figure(1.0 + 0.24 * len(bars))
     axes = drawing.subplots()
     for place, (_, entry, shade) in enumerate(bars):
         fill = shade if entry["feasible"] else "none"
-        axes.barh(place, entry["objective"], color=fill, edgecolor=shade, height=0.7)
+        open_ = 0.45 if entry["feasible"] and not settled(entry) else 1.0
+        axes.barh(place, entry["objective"], color=fill, edgecolor=shade, height=0.7, alpha=open_)
         axes.annotate(_told(entry), (entry["objective"], place), (4, 0), textcoords="offset points", va="center",
                       fontsize=7)  # fmt: skip
     axes.set_yticks(range(len(bars)), [label for label, _, _ in bars])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
-    axes.set_xlabel("objective (31), true extremes and integrals; hollow: does not keep all requirements")
+    axes.set_xlabel("objective (31); pale: not settled; hollow: breaks requirements")
     axes.set_xlim(0, 1.5 * max(entry["objective"] for _, entry, _ in bars))
     return drawing
+
+
+def settled(entry: Entry) -> bool:
+    """Whether an entry is a local minimum by its certificate, rather than the best point that was reached."""
+    residual = entry.get("kkt_residual")
+    return residual is not None and residual < STATIONARY
 
 
 def _short(family: str) -> str:

@@ -30,7 +30,9 @@ CAPTIONS = {
 }
 """What a figure shows, by the name under which it is handed in; other names stand for themselves."""
 
-_ELSEWHERE = ("design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements")
+_ELSEWHERE = (
+    "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
+)  # fmt: skip
 _CROSS = ("design", "machine file", "optimum")
 
 
