@@ -127,12 +127,15 @@ class Functions:
 class Device:
     """A machine in one of its models. Designs `x` are (p,) arrays in SI; angles in rad, forces in N.
 
+    `kernels` are those that others make of it, once each, by name and by whether it was compiled then.
+
     Raises GeometryError where the machine's own design, or a corner of its bounds, has no gears.
     """
 
     def __init__(self, machine: Machine, model: Model = "exact") -> None:
         self.machine, self.model = machine, model
         self.compiled = False
+        self.kernels: dict[tuple[str, bool], Kernel] = {}
         self.sidecar = emitted.sidecar(f"planting_{model}")
         families = [
             emitted.family(stage.family, f"{machine.source}: stage{i}.family")

@@ -84,7 +84,12 @@ def _compiler() -> Found:
         found = toolchain.compiler()
     except NoCompiler as reason:
         return {"problem": str(reason)}
-    return {"path": found.path, "version": found.version, "flags": list(found.flags), "vector_bits": _bits(found)}
+    return {
+        "path": found.path,
+        "version": found.version,
+        "flags": [*found.flags, *found.order],
+        "vector_bits": _bits(found),
+    }
 
 
 def _bits(compiler: Compiler) -> int:

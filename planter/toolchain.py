@@ -22,16 +22,10 @@ from functools import cache
 from pathlib import Path
 
 TIMEOUT_S = 300
-MACHINE_FLAGS = (
-    "-march=native",
-    "-mprefer-vector-width=512",
-    "-fveclib=libmvec",
-    "-fschedule-insns",
-    "-fsched-pressure",
-    "--param=sched-pressure-algorithm=2",
-)
-"""Wanted where the compiler knows them: the processor's own instructions, whole vectors, clang's vector library, and
-an order of instructions that keeps fewer values waiting, a tenth faster in long loops."""
+MACHINE_FLAGS = ("-march=native", "-mprefer-vector-width=512", "-fveclib=libmvec")
+"""Wanted where the compiler knows them: the processor's own instructions, whole vectors, clang's vector library."""
+ORDER_FLAGS = ("-fschedule-insns", "-fsched-pressure", "--param=sched-pressure-algorithm=2")
+"""Wanted for loops but the largest: an order of instructions that keeps fewer values waiting, a tenth faster."""
 OPTIMISED = ("-O3",)
 SWIFT = ("-O1", "-ftree-vectorize")
 """For large functions: vectors, without the passes that take minutes."""
@@ -45,11 +39,12 @@ class NoCompiler(Exception):
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: its path, its version in a line, and which of `MACHINE_FLAGS` it takes."""
+    """A C compiler: its path, its version in a line, which of `MACHINE_FLAGS` it takes, and which of `ORDER_FLAGS`."""
 
     path: str
     version: str
     flags: tuple[str, ...]
+    order: tuple[str, ...] = ()
 
 
 def compiler() -> Compiler:
@@ -67,12 +62,18 @@ def _compiler(name: str) -> Compiler:
     except (OSError, subprocess.CalledProcessError) as error:
         raise NoCompiler(f"the C compiler {path} does not run") from error
     version = answer.stdout.partition("\n")[0]
-    return Compiler(path, version, tuple(flag for flag in MACHINE_FLAGS if _takes(path, flag)))
+    flags, order = (tuple(f for f in wanted if _takes(path, f)) for wanted in (MACHINE_FLAGS, ORDER_FLAGS))
+    return Compiler(path, version, flags, order)
 
 
 def _takes(path: str, flag: str) -> bool:
     command = [path, "-Werror", flag, "-x", "c", "-S", "-o", os.devnull, os.devnull]
     return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
+def loop_flags(passes: tuple[str, ...]) -> tuple[str, ...]:
+    """Flags for a loop over lanes, `OPTIMISED` or `SWIFT`, beside those of all functions. Raises NoCompiler."""
+    return (*passes, *FAST_MATH, *(compiler().order if passes == OPTIMISED else ()))
 
 
 def library(name: str, source: str, flags: tuple[str, ...], needed: tuple[Path, ...] = ()) -> Path:

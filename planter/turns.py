@@ -154,7 +154,7 @@ def library(device: Device) -> Path:
         ways.lane_library(force.slopes_kernel.work),
     )
     source = resources.files("planter").joinpath("lanes", "turn.c").read_text(encoding="utf-8")
-    return toolchain.library("turn", source, (*toolchain.OPTIMISED, *toolchain.FAST_MATH), needed)
+    return toolchain.library("turn", source, toolchain.loop_flags(toolchain.OPTIMISED), needed)
 
 
 class Native:

@@ -191,7 +191,7 @@ def casadi_c(work: Work) -> Way:
 
 def lane_library(work: Work) -> Path:
     """The library of a function as a loop over lanes. Raises NoCompiler, or NotPrintable for one without that form."""
-    return toolchain.library(work.function.name(), work.loop, (*work.passes, *toolchain.FAST_MATH))
+    return toolchain.library(work.function.name(), work.loop, toolchain.loop_flags(work.passes))
 
 
 def lane_kernel(work: Work) -> Way:
@@ -201,8 +201,9 @@ def lane_kernel(work: Work) -> Way:
 
 def place(work: Work, way: str) -> Path:
     """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises NoCompiler."""
-    text, flags = (work.loop, toolchain.FAST_MATH) if way == "lanes" else (casadi_text(work), ())
-    return toolchain.place(work.function.name(), text, (*work.passes, *flags))
+    if way == "lanes":
+        return toolchain.place(work.function.name(), work.loop, toolchain.loop_flags(work.passes))
+    return toolchain.place(work.function.name(), casadi_text(work), work.passes)
 
 
 def foreseen(work: Work) -> str:

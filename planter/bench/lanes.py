@@ -11,7 +11,7 @@ def contender(case: Case, work: str) -> Contender:
     turns = case.turns
     if turns.way != "lanes":
         raise Absent(f"this machine evaluates turns by {turns.way}")
-    built = " ".join((*toolchain.OPTIMISED, *toolchain.FAST_MATH, *toolchain.compiler().flags))
+    built = " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *toolchain.compiler().flags))
     if work == "cycle":
         return Contender(turns.value, f"Turns.value; {built}")
     if work == "cycle+gradient":

@@ -46,4 +46,8 @@ def _compiler() -> dict[str, str]:
     except toolchain.NoCompiler:
         return {}
     flags = " ".join((*toolchain.OPTIMISED, *found.flags))
-    return {"compiler": found.version, "flags": flags, "flags of lanes": f"{flags} {' '.join(toolchain.FAST_MATH)}"}
+    return {
+        "compiler": found.version,
+        "flags": flags,
+        "flags of lanes": " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *found.flags)),
+    }

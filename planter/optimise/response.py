@@ -95,14 +95,15 @@ class Planting:
         self.support_hessian, self.support_hessians = force.hessian, force.hessians
 
     def _kernel(self, name: str, outputs: dict[str, ca.SX]) -> Kernel:
-        """Outputs at many angles; in machine code if the device is."""
-        names = ["phi", "x", "c", "h"]
-        values = [ca.densify(value) for value in outputs.values()]
-        f = ca.Function(name, self.device.functions.inputs, values, names, list(outputs))
-        kernel = Kernel(f, lanes=["phi"])
-        if self.device.compiled:
-            kernel.compile()
-        return kernel
+        """Outputs at many angles; in machine code if the device is. Each is made once for a device."""
+        known, key = self.device.kernels, (name, self.device.compiled)
+        if key not in known:
+            values = [ca.densify(value) for value in outputs.values()]
+            f = ca.Function(name, self.device.functions.inputs, values, ["phi", "x", "c", "h"], list(outputs))
+            known[key] = Kernel(f, lanes=["phi"])
+            if self.device.compiled:
+                known[key].compile()
+        return known[key]
 
     @cached_property
     def _events(self) -> Kernel:
