@@ -19,11 +19,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter import lanes, planting, toolchain, ways
+from planter import lanes, toolchain, ways
 from planter.device import Device
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError
+from planter.optimise.conditions import Look
 from planter.optimise.objective import Objective
+from planter.optimise.samples import angles
 from planter.toolchain import NoCompiler
 
 FIELDS = ("objective", "range_N", "variance_N2", "mean_N")
@@ -70,17 +72,14 @@ class Turns:
     @cached_property
     def angles(self) -> Array:
         """The samples [rad] that differ: a half turn of them where both halves are the same."""
-        shares = len(self.shares.offsets)
-        count = self.samples // shares if self.samples % shares == 0 else self.samples
-        return planting.angles(self.samples)[:count]
+        return angles(self.samples, 2 * np.pi / len(self.shares.offsets))
 
     def value(self, x: Array) -> float:
         """The objective of a design."""
         self._check(x, self.device.design.shape)
         if self._native:
             return self._native.value(x)
-        force = self.device.force.value(self.device.prologue(x), self.angles)
-        return self.objective.value(float(np.ptp(force)), float(force.var()))
+        return float(self._row(x)[0])
 
     def gradient(self, x: Array) -> tuple[float, Array]:
         """The objective of a design and its gradient (p,): that of the samples where the extremes stand."""
@@ -97,9 +96,13 @@ class Turns:
         self._check(designs, (len(designs), *self.device.design.shape))
         if self._native:
             return self._native.many(np.ascontiguousarray(designs, dtype=float))
-        forces = (self.device.force.value(self.device.prologue(x), self.angles) for x in designs)
-        rows = ((float(np.ptp(force)), float(force.var()), float(force.mean())) for force in forces)
-        return np.array([(self.objective.value(span, variance), span, variance, mean) for span, variance, mean in rows])
+        return np.array([self._row(x) for x in designs])
+
+    def _row(self, x: Array) -> tuple[float, ...]:
+        """`FIELDS` of a design, by the kernels one after another."""
+        look = Look.at(self.device.force.value(self.device.prologue(x), self.angles))
+        span = look.high - look.low
+        return self.objective.value(span, look.variance), span, look.variance, look.mean
 
     def hessian(self, x: Array) -> Array:
         """Hessian (p, p) of the objective, the extremes staying at their samples."""

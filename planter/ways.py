@@ -179,7 +179,7 @@ def casadi_text(work: Work) -> str:
 
 def casadi_library(work: Work) -> Path:
     """The library of a function in CasADi's own C. Raises NoCompiler."""
-    return toolchain.library(work.function.name(), casadi_text(work), work.passes)
+    return toolchain.library(*_source(work, "casadi-c"))
 
 
 def casadi_c(work: Work) -> Way:
@@ -191,7 +191,7 @@ def casadi_c(work: Work) -> Way:
 
 def lane_library(work: Work) -> Path:
     """The library of a function as a loop over lanes. Raises NoCompiler, or NotPrintable for one without that form."""
-    return toolchain.library(work.function.name(), work.loop, toolchain.loop_flags(work.passes))
+    return toolchain.library(*_source(work, "lanes"))
 
 
 def lane_kernel(work: Work) -> Way:
@@ -201,9 +201,14 @@ def lane_kernel(work: Work) -> Way:
 
 def place(work: Work, way: str) -> Path:
     """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises NoCompiler."""
+    return toolchain.place(*_source(work, way))
+
+
+def _source(work: Work, way: str) -> tuple[str, str, tuple[str, ...]]:
+    """Name, C text and flags of a function's library in a way, `lanes` or `casadi-c`. Raises what its text raises."""
     if way == "lanes":
-        return toolchain.place(work.function.name(), work.loop, toolchain.loop_flags(work.passes))
-    return toolchain.place(work.function.name(), casadi_text(work), work.passes)
+        return work.function.name(), work.loop, toolchain.loop_flags(work.passes)
+    return work.function.name(), casadi_text(work), work.passes
 
 
 def foreseen(work: Work) -> str:
