@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from derive.pipeline import PARTS, VERDICTS
+from .pipeline import PARTS, VERDICTS
 
 GENERATED = Path(__file__).parents[1] / "generated"
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 from sympy import Expr
 
-from derive.equations import Equation
-from derive.model import Let
-from derive.quantity import Quantity
+from .equations import Equation
+from .model import Let
+from .quantity import Quantity
 
 
 class ChainError(ValueError):

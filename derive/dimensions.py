@@ -10,8 +10,8 @@ import sympy as sp
 from sympy import Expr
 from sympy.core.relational import Relational
 
-from derive.branches import Turns
-from derive.quantity import Quantity
+from .branches import Turns
+from .quantity import Quantity
 
 Dimension = tuple[Fraction, Fraction, Fraction]
 NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))

@@ -7,7 +7,7 @@ from typing import Literal
 
 from sympy import Expr
 
-from derive.quantity import Quantity
+from .quantity import Quantity
 
 Kind = Literal["force", "moment"]
 Legibility = Literal["printed", "partly legible", "lost"]

@@ -9,7 +9,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Basic, Expr
 
-from derive.branches import Turns
+from .branches import Turns
 
 DIGITS = 50
 GUARD = 10

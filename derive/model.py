@@ -9,7 +9,7 @@ from typing import TypeVar
 import sympy as sp
 from sympy import Expr
 
-from derive.quantity import OpenVector, Quantity, Vector
+from .quantity import OpenVector, Quantity, Vector
 
 
 @dataclass(frozen=True)

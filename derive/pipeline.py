@@ -8,44 +8,41 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
 
-from derive.audit import key, page, record
-from derive.audit.laws import Trial, findings
-from derive.audit.subject import Subject
-from derive.curves import FAMILIES
-from derive.emit import array, casadi, curve, functions, sidecar
-from derive.emit.schedule import schedule
-from derive.model import Formulas, System
-from derive.papers import shi2021, sun2019, wang2017, yu2023
-from derive.systems import (
-    clutch,
-    clutch_beam,
-    clutch_model,
-    clutch_rotor,
-    mapping,
-    mapping_formulas,
-    pickup,
-    pickup_model,
-    planting,
-    planting_cycle,
-    planting_laws,
-    planting_trial,
-)
+from .audit import key, page, record
+from .audit.subject import Subject
+from .audit.trial import Trial, findings
+from .emit import curve, functions, sidecar
+from .emit.schedule import schedule
+from .emit.targets import array, casadi
+from .gearing.meshing import FAMILIES
+from .model import Formulas, System
+from .papers import shi2021, sun2019, wang2017, yu2023
+from .systems.clutch import beam, rotor
+from .systems.clutch import claims as clutch
+from .systems.clutch import model as clutch_model
+from .systems.mapping import claims as mapping
+from .systems.mapping import model as mapping_formulas
+from .systems.pickup import claims as pickup
+from .systems.pickup import model as pickup_model
+from .systems.planting import cycle, derivation
+from .systems.planting import laws as planting_laws
+from .systems.planting import subject as planting_trial
 
 TRIALS = ((wang2017, planting_trial), (shi2021, clutch), (yu2023, pickup), (sun2019, mapping))
 """Each paper with the system that derives what it claims."""
 
 
 def systems() -> list[System]:
-    return [planting.exact(), planting.printed(wang2017.SIDE, wang2017.FRAME)]
+    return [derivation.exact(), derivation.printed(wang2017.SIDE, wang2017.FRAME)]
 
 
 def formulas() -> list[Formulas]:
     return [
         clutch_model.exact(),
         clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION),
-        clutch_rotor.exact(),
-        clutch_beam.exact(),
-        clutch_beam.printed(shi2021.PAPER.equations),
+        rotor.exact(),
+        beam.exact(),
+        beam.printed(shi2021.PAPER.equations),
         pickup_model.exact(),
         mapping_formulas.exact(),
     ]
@@ -139,7 +136,7 @@ def _laws(its_key: str) -> list[record.Record]:
 def _laws_key() -> str:
     chains = wang2017.SIDE, wang2017.FRAME
     found = sorted({type(family).__module__ for family in FAMILIES.values()})
-    data = planting_cycle.MACHINE.read_text(encoding="utf-8")
+    data = cycle.MACHINE.read_text(encoding="utf-8")
     return key.of_chain([planting_laws.__name__, *found], chains, data)
 
 

@@ -4,4 +4,6 @@ This package is the numeric part: it reads machine files, evaluates the generate
 optimises designs. Nothing heavy is imported here.
 """
 
-__version__ = "0.1.0"
+from planter.version import __version__
+
+__all__ = ["__version__"]

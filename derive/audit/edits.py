@@ -10,8 +10,8 @@ from itertools import combinations
 import sympy as sp
 from sympy import Basic, Expr, Rational, pi
 
-from derive.dimensions import NONE, DimensionError, dimension, of_unit
-from derive.quantity import Quantity
+from ..dimensions import NONE, DimensionError, dimension, of_unit
+from ..quantity import Quantity
 
 FACTORS = (sp.Integer(2), Rational(1, 2), pi / 180, 180 / pi)
 SWAPS = {sp.sin: sp.cos, sp.cos: sp.sin}

@@ -9,12 +9,12 @@ from typing import Literal
 import mpmath
 from sympy import Expr
 
-from derive.audit.edits import Edit, edits
-from derive.audit.terms import Match, expanded, largest_term, matched, overall_factor, remainder_vanishes, value
-from derive.dimensions import DimensionError, dimension
-from derive.equations import Equation, Relation
-from derive.evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
-from derive.quantity import Quantity
+from ..dimensions import DimensionError, dimension
+from ..equations import Equation, Relation
+from ..evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
+from ..quantity import Quantity
+from .edits import Edit, edits
+from .terms import Match, expanded, largest_term, matched, overall_factor, remainder_vanishes, value
 
 Word = Literal["confirmed", "misprint", "incomplete", "contradicted", "reconstructed", "definition"]
 PROMISING = 12

@@ -9,16 +9,17 @@ import ast
 from collections.abc import Iterable
 from functools import cache
 from hashlib import sha256
+from importlib.util import resolve_name
 from pathlib import Path
 
 import mpmath
 import sympy as sp
 
-from derive.audit.subject import Subject
-from derive.chain import Chain
-from derive.equations import Equation
-from derive.evaluate import Point
-from derive.quantity import Quantity
+from ..chain import Chain
+from ..equations import Equation
+from ..evaluate import Point
+from ..quantity import Quantity
+from .subject import Subject
 
 ROOT = Path(__file__).parents[2]
 DIGITS = 30
@@ -35,17 +36,24 @@ def engine(*modules: str) -> str:
 
 def sources(modules: Iterable[str]) -> set[Path]:
     """Files of modules of this package and of all that they import from it."""
-    package = __name__.partition(".")[0]
     waiting, found = set(modules), set[Path]()
     while waiting:
-        path = ROOT.joinpath(*waiting.pop().split(".")).with_suffix(".py")
-        if path in found or not path.is_file():
+        module = waiting.pop()
+        path = _file(module)
+        if path is None or path in found:
             continue
         found.add(path)
+        package = module if path.name == "__init__.py" else module.rpartition(".")[0]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == package:
-                waiting |= {str(node.module), *(f"{node.module}.{name.name}" for name in node.names)}
+            if isinstance(node, ast.ImportFrom) and node.level:
+                base = resolve_name("." * node.level + (node.module or ""), package)
+                waiting |= {base, *(f"{base}.{name.name}" for name in node.names)}
     return found
+
+
+def _file(module: str) -> Path | None:
+    place = ROOT.joinpath(*module.split("."))
+    return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
 
 
 def of_equation(subject: Subject, number: str) -> str:
@@ -57,7 +65,7 @@ def of_equation(subject: Subject, number: str) -> str:
     words = _sorted({*symbols, *subject.words})
     return _hashed(
         [
-            engine("derive.audit.record"),
+            engine(f"{__package__}.record"),
             subject.paper.name,
             *map(equation, sides),
             subject.read_as(number),
@@ -70,7 +78,7 @@ def of_equation(subject: Subject, number: str) -> str:
 
 def of_chain(modules: Iterable[str], chains: Iterable[Chain], data: str) -> str:
     """Key of the findings on chains as a whole: the code of trial and system, the machine's data, the equations."""
-    parts = [engine("derive.audit.laws", *modules), data]
+    parts = [engine(f"{__package__}.trial", *modules), data]
     for chain in chains:
         parts += [equation(e) for e in chain.equations.values()]
         parts += [str((s.equation, str(s.unknown), [(n, str(u)) for n, u in s.eliminate])) for s in chain.order]

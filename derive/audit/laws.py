@@ -1,250 +1,66 @@
-"""Laws that a chain of equations must obey as a whole, and the equations that a broken law is due to.
-
-A chain is executed over the cycle of a machine with two equal sides, as printed and with equations exchanged for their
-derivations, many such repairs at once. All of it runs in floating point of 15 digits: the motion comes from outside,
-at any precision.
-"""
+"""What a system states for the trial of a chain of equations as a whole: laws, motions, the derivation's own steps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import chain as joined
-from itertools import combinations, islice
-from math import comb
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 from sympy import Expr
 
-from derive.chain import Chain, Solve
-from derive.equations import Equation
-from derive.laws import Array, Cycle, Law, Machine, Values
+from ..equations import Equation
+from ..model import Let, Twin
 
-Repairs = frozenset[str]
-
-TOLERANCE = 1e-7
-"""Largest violation [N, J] of a law that counts as kept.
-
-Forces of up to 1e3 in 15 digits leave 1e-12 of rounding, and a chain loses at most four digits more in its small
-denominators; the rule of quadrature leaves less than 2e-8 (shown by the derivation, which must keep every law).
-"""
-SAME = 1e-10
-"""An equation holds that gives its unknown to this share of its largest value."""
-MOST_SETS = 100_000
-"""Up to this many sets of repairs all are tried, a size at a time; of more, those that contain what no others make up
-for, which need not be the smallest."""
-AT_ONCE = 512
-"""Sets of repairs that are executed together."""
-DIGITS = 4
-
-
-class LawError(ValueError):
-    """The derivation itself breaks a law, so that nothing can be said of the print."""
+Array = NDArray[np.float64]
+Values = dict[sp.Symbol, Array]
 
 
 @dataclass(frozen=True)
-class Formula:
-    """An expression made executable on arrays."""
+class Law:
+    """``gaps`` vanish: at every angle (``largest``), on average, or in their integral over a turn.
 
-    expr: Expr
+    ``cycle`` names the motion in which it is tested.
+    """
 
-    @cached_property
-    def symbols(self) -> list[sp.Symbol]:
-        return sorted(self.expr.free_symbols, key=str)
+    name: str
+    unit: str
+    gaps: tuple[Expr, ...]
+    over: Literal["largest", "mean", "turn"] = "largest"
+    cycle: str = "reference"
 
-    @cached_property
-    def _function(self) -> Callable[..., Any]:
-        return sp.lambdify(self.symbols, self.expr, modules="numpy", cse=True)
-
-    def __call__(self, values: Mapping[sp.Symbol, Array]) -> Array:
-        return np.asarray(self._function(*(values[s] for s in self.symbols)), dtype=float)
+    def violations(self, gaps: Sequence[Array], weights: Array) -> Array:
+        """By how much the law is broken, from the gaps at every angle (last axis)."""
+        if self.over == "largest":
+            return np.max([np.max(np.abs(gap), axis=-1) for gap in gaps], axis=0)
+        total = np.abs(sum(gap @ weights for gap in gaps))
+        return total / weights.sum() if self.over == "mean" else total
 
 
 @dataclass(frozen=True)
-class Causes:
-    """The sets of equations whose repair restores a law, and whether there is certainly no smaller one."""
+class Cycle:
+    """A motion at some angles: what is known of each side, and the weights that integrate over a turn.
 
-    sets: list[tuple[str, ...]]
-    exhaustive: bool = True
+    ``between`` are more angles, interpolated, close enough to find the largest value of anything.
+    """
 
-
-@dataclass
-class Trial:
-    """A printed chain (one side, then what both sides share) on a machine."""
-
-    side: Chain
-    frame: Chain
-    machine: Machine
-    _formulas: dict[tuple[str, Repairs], Formula] = field(default_factory=dict)
-
-    def violations(self, law: Law, repairs: Sequence[Iterable[str]]) -> Array:
-        """By how much the chain breaks a law after each set of repairs, at the angles that decide."""
-        return self._violations(law, repairs, self.machine.cycles[law.cycle])
-
-    def size(self, law: Law) -> float:
-        """By how much the printed chain breaks a law, at all angles if the largest value is asked for."""
-        cycle = self.machine.cycles[law.cycle]
-        if law.over == "largest" and cycle.between:
-            cycle = cycle.between
-        return float(self._violations(law, [()], cycle)[0])
-
-    def broken(self, law: Law, repairs: Iterable[str] = ()) -> bool:
-        return not self.violations(law, [repairs])[0] <= TOLERANCE
-
-    def _violations(self, law: Law, repairs: Sequence[Iterable[str]], cycle: Cycle) -> Array:
-        sets = [frozenset(chosen) for chosen in repairs]
-        found = self.run(sets, cycle)
-        shape = len(sets), len(cycle.weights)
-        return law.violations([np.broadcast_to(gap(found), shape) for gap in self._gaps[law.name]], cycle.weights)
-
-    def run(self, sets: Sequence[Repairs], cycle: Cycle) -> Values:
-        """Every quantity of both sides and of what they share: by set of repairs, where it depends on it, and angle."""
-        count = len(cycle.weights)
-        one, two = cycle.sides
-        values = {s: np.concatenate([one[s], two[s]]) for s in one}
-        self._execute(self.side, sets, values)
-        for symbol in self._supplements:
-            self._supply(symbol, values)
-        values = {s: np.broadcast_to(v, (*v.shape[:-1], 2 * count) if v.ndim else 2 * count) for s, v in values.items()}
-        both = {s: v[..., :count] for s, v in values.items()}
-        both |= {self.machine.twin(s): v[..., count:] for s, v in values.items()}
-        self._execute(self.frame, sets, both)
-        return both
-
-    def _execute(self, chain: Chain, sets: Sequence[Repairs], values: Values) -> None:
-        for solve in chain.order:
-            chosen = [_involved(solve) & repairs for repairs in sets]
-            variants = sorted(set(chosen), key=sorted)
-            found = [self._evaluated(self.formula(chain, solve, variant), values) for variant in variants]
-            masks = [np.array([c == variant for c in chosen])[:, None] for variant in variants]
-            values[solve.unknown] = found[0] if len(found) == 1 else np.select(masks, found)
-
-    def _evaluated(self, formula: Formula, values: Values) -> Array:
-        """A value; unknowns of the derivation that it names are found first."""
-        for symbol in formula.symbols:
-            if symbol not in values and symbol in self._supplements:
-                self._supply(symbol, values)
-        return formula(values)
-
-    def _supply(self, symbol: sp.Symbol, values: Values) -> None:
-        values[symbol] = self._evaluated(self._supplements[symbol], values)
-
-    def formula(self, chain: Chain, solve: Solve, repairs: Repairs) -> Formula:
-        """What a step of a chain gives for its unknown."""
-        key = solve.equation, _involved(solve) & repairs
-        if key not in self._formulas:
-            for number in key[1]:
-                chain = chain.replace(number, self._derived(number))
-            self._formulas[key] = Formula(replace(chain, order=[solve]).lets()[0].expr)
-        return self._formulas[key]
-
-    def _derived(self, number: str) -> Equation:
-        return replace(self.machine.claims[str(self._printed(number).claims)], number=number)
-
-    def _printed(self, number: str) -> Equation:
-        return (self.side.equations if number in self.side.equations else self.frame.equations)[number]
-
-    @property
-    def _steps(self) -> list[tuple[Chain, Solve]]:
-        return [(chain, solve) for chain in (self.side, self.frame) for solve in chain.order]
-
-    @cached_property
-    def _supplements(self) -> dict[sp.Symbol, Formula]:
-        solved = {solve.unknown for _, solve in self._steps}
-        return {let.symbol: Formula(let.expr) for let in self.machine.supplements if let.symbol not in solved}
-
-    @cached_property
-    def _gaps(self) -> dict[str, list[Formula]]:
-        return {law.name: [Formula(gap) for gap in law.gaps] for law in self.machine.laws}
-
-    @property
-    def numbers(self) -> list[str]:
-        """The equations that the chain executes, in the order of the print."""
-        executed = {solve.equation for _, solve in self._steps}
-        return [number for number in {**self.side.equations, **self.frame.equations} if number in executed]
-
-    @cached_property
-    def suspects(self) -> list[str]:
-        """The equations that do not hold of the derivation's own forces and moments, at some angle of the cycle."""
-        derived = self.run([frozenset(self.numbers)], self.machine.cycles["reference"])
-        wrong = {solve.equation for chain, solve in self._steps if self._differs(chain, solve, derived)}
-        return [number for number in self.numbers if number in wrong]
-
-    def _differs(self, chain: Chain, solve: Solve, run: Values) -> bool:
-        printed, derived = self.formula(chain, solve, frozenset())(run), run[solve.unknown]
-        size = max(np.max(np.abs(printed)), np.max(np.abs(derived)))
-        return bool(np.max(np.abs(printed - derived)) > SAME * size)
-
-    def concerned(self, law: Law) -> list[str]:
-        """The suspects that a law can depend on at all, through any printed or derived step."""
-        needs: dict[sp.Symbol, set[sp.Symbol]] = {s: set(f.symbols) for s, f in self._supplements.items()}
-        for chain, solve in self._steps:
-            forms = [self.formula(chain, solve, frozenset(some)) for some in _subsets(sorted(_involved(solve)))]
-            needs[solve.unknown] = {s for form in forms for s in form.symbols}
-        needs |= {self.machine.twin(s): {s} for s in [*needs]}
-        reached = {s for gap in self._gaps[law.name] for s in gap.symbols}
-        while new := set().union(*(needs.get(s, set()) for s in reached)) - reached:
-            reached |= new
-        asked = set().union(*(_involved(solve) for _, solve in self._steps if solve.unknown in reached))
-        return [number for number in self.suspects if number in asked]
-
-    def causes(self, law: Law) -> Causes:
-        """The smallest sets of equations whose repair restores a law, in the order of the print."""
-        if self.broken(law, self.numbers):
-            size = self.violations(law, [self.numbers])[0]
-            raise LawError(f"{law.name}: broken by {size} {law.unit} with all repaired")
-        concerned, tried = self.concerned(law), 0
-        for size in range(1, len(concerned) + 1):
-            tried += comb(len(concerned), size)
-            if tried > MOST_SETS:
-                return Causes(self._eliminated(law, concerned), exhaustive=False)
-            if found := self._restoring(law, combinations(concerned, size)):
-                return Causes(found)
-        return Causes([tuple(self.numbers)])
-
-    def _eliminated(self, law: Law, concerned: list[str]) -> list[tuple[str, ...]]:
-        """Of all sets that contain what the repair of everything else does not make up for, the smallest."""
-        needed = {n for n in concerned if self.broken(law, (m for m in concerned if m != n))}
-        others = [n for n in concerned if n not in needed]
-        for more in range(len(others) + 1):
-            sets = (tuple(n for n in concerned if n in needed.union(added)) for added in combinations(others, more))
-            if found := self._restoring(law, sets):
-                return found
-        return [tuple(concerned)]
-
-    def _restoring(self, law: Law, sets: Iterator[tuple[str, ...]]) -> list[tuple[str, ...]]:
-        found: list[tuple[str, ...]] = []
-        while some := list(islice(sets, AT_ONCE)):
-            kept = self.violations(law, some) <= TOLERANCE
-            found += [chosen for chosen, whole in zip(some, kept, strict=True) if whole]
-        return found
+    sides: tuple[Values, Values]
+    weights: Array
+    between: Cycle | None = None
 
 
-def _involved(solve: Solve) -> Repairs:
-    return frozenset({solve.equation, *(number for number, _ in solve.eliminate)})
+@dataclass(frozen=True)
+class Machine:
+    """What a system states for the trial of a chain: its laws, its motions, and its derivation.
 
+    ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's steps for unknowns of
+    one side that a chain may lack but a derived equation may name.
+    """
 
-def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
-    return joined.from_iterable(combinations(numbers, size) for size in range(len(numbers) + 1))
-
-
-def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
-    """A record for every law: by how much the chain breaks it, and the smallest repair of what is printed."""
-    return [_finding(paper, trial, law) for law in trial.machine.laws]
-
-
-def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
-    broken = trial.broken(law)
-    causes = trial.causes(law) if broken else Causes([])
-    return {
-        "paper": paper,
-        "law": law.name,
-        "violation": float(f"{trial.size(law):.{DIGITS - 1}e}") if broken else 0.0,
-        "unit": law.unit,
-        "caused_by": list(causes.sets[0]) if causes.sets else [],
-        "or_by": [list(chosen) for chosen in causes.sets[1:]],
-        "search": "exhaustive" if causes.exhaustive else "elimination",
-    }
+    laws: tuple[Law, ...]
+    cycles: Mapping[str, Cycle]
+    claims: Mapping[str, Equation]
+    supplements: tuple[Let, ...]
+    twin: Twin

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from derive.audit.record import Record, summary
+from .record import Record, summary
 
 SILENT = ("confirmed", "definition")
 """Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""

@@ -11,13 +11,13 @@ import mpmath
 import sympy as sp
 from sympy import Expr
 
-from derive.audit.judge import facing, judge
-from derive.audit.subject import Subject
-from derive.audit.terms import expanded, value
-from derive.audit.vanishing import Vanished, vanished
-from derive.dimensions import NONE, Dimension, DimensionError, dimension, of_unit
-from derive.equations import Equation
-from derive.evaluate import Point
+from ..dimensions import NONE, Dimension, DimensionError, dimension, of_unit
+from ..equations import Equation
+from ..evaluate import Point
+from .judge import facing, judge
+from .subject import Subject
+from .terms import expanded, value
+from .vanishing import Vanished, vanished
 
 Record = dict[str, Any]
 DIGITS = 6

@@ -12,10 +12,10 @@ from typing import Any
 import sympy as sp
 from sympy import Expr
 
-from derive.equations import Equation
-from derive.evaluate import Point
-from derive.paper import Paper
-from derive.quantity import Quantity
+from ..equations import Equation
+from ..evaluate import Point
+from ..quantity import Quantity
+from .paper import Paper
 
 SEEDS = (1, 2, 5, 8)
 """Seeds of the random admissible points: between them they take both cases of every branch."""

@@ -11,7 +11,7 @@ import mpmath
 import sympy as sp
 from sympy import Expr, Rational, S
 
-from derive.evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
+from ..evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
 
 
 @cache

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr
 
-from derive.audit.subject import Subject
-from derive.audit.terms import Match, expanded, remainder_vanishes
-from derive.evaluate import Point
+from ..evaluate import Point
+from .subject import Subject
+from .terms import Match, expanded, remainder_vanishes
 
 
 @dataclass(frozen=True)

@@ -7,39 +7,39 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derive import curves
-from derive.curves import BySeries, Condition, PitchCurve
-from derive.emit.casadi import NOTICE, imports
-from derive.emit.expression import ARRAY, CASADI, Printer
-from derive.emit.schedule import share
-from derive.emit.text import Emitted, described
-from derive.model import Let, SineSeries, Step
-from derive.quantity import OpenVector, Quantity, Vector
+from ..gearing import meshing
+from ..gearing.meshing import BySeries, Condition, PitchCurve
+from ..model import Let, SineSeries, Step
+from ..quantity import OpenVector, Quantity, Vector
+from .expression import ARRAY, CASADI, Printer
+from .schedule import share
+from .targets.casadi import NOTICE, imports
+from .text import Emitted, described
 
-HOISTED = OpenVector("hoisted", "centre distance, then the cosine series of the ratio, if there is one", {0: curves.a})
+HOISTED = OpenVector("hoisted", "centre distance, then the cosine series of the ratio, if there is one", {0: meshing.a})
 
 
 def parameters_of(curve: PitchCurve) -> Vector:
-    return Vector("parameters", (*curve.parameters, curves.m))
+    return Vector("parameters", (*curve.parameters, meshing.m))
 
 
 def all_conditions(curve: PitchCurve) -> list[Condition]:
-    return [*curve.conditions(), Condition("m", curves.m - sp.Rational(1, 2), "greater than 1/2")]
+    return [*curve.conditions(), Condition("m", meshing.m - sp.Rational(1, 2), "greater than 1/2")]
 
 
 def contact(curve: PitchCurve) -> Emitted:
     """Contact of the deformed curve at the polar angle t."""
     turned = curve.turned()
-    rotation: Step = Let(curves.turned_u, turned, "rotation in closed form") if isinstance(turned, sp.Expr) else (
-        SineSeries(curves.turned_u, curves.u, HOISTED, "rotation"))  # fmt: skip
-    steps = share((*curves.parameter_steps(), rotation, *curves.contact_steps(curve)), prefix="c")
-    return Emitted("contact", (curves.t, parameters_of(curve), HOISTED), steps, curves.CONTACT)
+    rotation: Step = Let(meshing.turned_u, turned, "rotation in closed form") if isinstance(turned, sp.Expr) else (
+        SineSeries(meshing.turned_u, meshing.u, HOISTED, "rotation"))  # fmt: skip
+    steps = share((*meshing.parameter_steps(), rotation, *meshing.contact_steps(curve)), prefix="c")
+    return Emitted("contact", (meshing.t, parameters_of(curve), HOISTED), steps, meshing.CONTACT)
 
 
 def curvature(curve: PitchCurve) -> Emitted:
     """Curvatures of the deformed curve and its conjugate at the parameter u, on both segments."""
-    steps = share(curves.curvature_steps(curve), prefix="c")
-    return Emitted("curvature", (curves.u, parameters_of(curve), HOISTED), steps, curves.CURVATURE)
+    steps = share(meshing.curvature_steps(curve), prefix="c")
+    return Emitted("curvature", (meshing.u, parameters_of(curve), HOISTED), steps, meshing.CURVATURE)
 
 
 def conditions(curve: PitchCurve) -> Emitted:
@@ -66,7 +66,7 @@ def relative(curve: PitchCurve) -> Emitted:
     """Parameters of a curve of unit size and a given swing, without the deformation coefficient."""
     found = tuple(Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters)
     lets = (Let(q, value, "unit size") for q, value in zip(found, curve.relative(), strict=True))
-    return Emitted("relative", (curves.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", found))
+    return Emitted("relative", (meshing.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", found))
 
 
 def shapes_of(curve: PitchCurve) -> Vector:

@@ -10,7 +10,7 @@ from sympy import Basic
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanTrue
 
-from derive.branches import Turns
+from ..branches import Turns
 
 ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from derive.emit.schedule import Schedule, share
-from derive.emit.text import Emitted
-from derive.model import Formulas, needed
-from derive.quantity import Vector
+from ..model import Formulas, needed
+from ..quantity import Vector
+from .schedule import Schedule, share
+from .text import Emitted
 
 
 def of_system(plan: Schedule) -> tuple[Emitted, ...]:

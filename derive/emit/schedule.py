@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from derive.emit.expression import operations
-from derive.model import Let, Step, System
-from derive.quantity import Quantity, Vector
+from ..model import Let, Step, System
+from ..quantity import Quantity, Vector
+from .expression import operations
 
 COMMON = "common subexpression"
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import sympy as sp
 
-from derive.curves import PitchCurve
-from derive.emit.curve import all_conditions, functions_of, parameters_of
-from derive.emit.schedule import COMMON
-from derive.emit.text import Emitted
-from derive.model import Formulas, System
-from derive.quantity import OpenVector, Quantity, Vector
+from ..gearing.meshing import PitchCurve
+from ..model import Formulas, System
+from ..quantity import OpenVector, Quantity, Vector
+from .curve import all_conditions, functions_of, parameters_of
+from .schedule import COMMON
+from .text import Emitted
 
 
 def of_system(system: System, functions: Sequence[Emitted]) -> str:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derive.emit.expression import ARRAY, Dialect, Printer
-from derive.emit.schedule import COMMON, operations_of
-from derive.model import Call, SineSeries, Step
-from derive.quantity import OpenVector, Quantity, Vector
+from ..model import Call, SineSeries, Step
+from ..quantity import OpenVector, Quantity, Vector
+from .expression import ARRAY, Dialect, Printer
+from .schedule import COMMON, operations_of
 
 WIDTH = 114
 

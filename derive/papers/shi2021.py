@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from sympy import Expr, Function, Integer, Piecewise, Rational, acos, asin, atan, cos, pi, sin, sqrt, tan
 
-from derive.paper import Paper
-from derive.systems.clutch_quantities import *
+from ..audit.paper import Paper
+from ..systems.clutch.quantities import *
 
 PAPER = Paper("shi2021", "Shi et al. 2021, doi:10.6041/j.issn.1000-1298.2021.02.006")
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from sympy import Abs, Integer, S, pi
 
-from derive.paper import Paper
-from derive.systems.mapping_quantities import *
+from ..audit.paper import Paper
+from ..systems.mapping.quantities import *
 
 PAPER = Paper("sun2019", "Sun and Wang 2019, Chinese patent CN107654585B")
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from sympy import Piecewise, Rational, atan, cos, pi, sin, tan
 
-from derive.chain import Chain, Solve
-from derive.equations import Balance
-from derive.paper import Paper
-from derive.systems.planting_quantities import *
+from ..audit.paper import Paper
+from ..chain import Chain, Solve
+from ..equations import Balance
+from ..systems.planting.quantities import *
 
 PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006")
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from sympy import Expr, Integer, S, asin, atan, cos, pi, sin
 
-from derive.paper import Paper
-from derive.quantity import Quantity
-from derive.systems.pickup_quantities import *
+from ..audit.paper import Paper
+from ..quantity import Quantity
+from ..systems.pickup.quantities import *
 
 PAPER = Paper("yu2023", "Yu, Wang, Liu, Ye, Li, Zhao 2023, dense-planting seedling pick-up mechanism")
 

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-from planter import emitted
 from planter.audit import claims, consequences, numbers
 from planter.errors import ComputationError, InputError
+from planter.kernels import generated
 
 __all__ = ["audit", "checked", "committed", "numbers"]
 
@@ -58,7 +58,7 @@ def checked(paper: str) -> str:
 def committed() -> dict[str, Any]:
     """The verdicts that were written when the code was generated."""
     try:
-        return emitted.sidecar("audit")
+        return generated.sidecar("audit")
     except FileNotFoundError:
         raise ComputationError("there are no verdicts on equations here: they are written by `make audit`") from None
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from planter.audit import chain
-from planter.audit.registry import FORMULAS, Inputs, Value
+from planter.audit.registry import CONSEQUENCES, FORMULAS, Inputs, Value
 
 FAULTY = ("misprint", "incomplete", "contradicted")
 HEADLINE = "headline number"
@@ -24,7 +23,7 @@ def drawn(paper: str | None, table: Mapping[str, Any], trial: Mapping[str, Seque
             found += headlines(name, table, trial)
             for row in table.get("chain", ()):
                 if row["paper"] == name:
-                    found += chain.consequences(row, table["disclosed"][name], trial)
+                    found += CONSEQUENCES[row["by"]](row, table["disclosed"][name], trial)
     return found
 
 

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cache
-from importlib import resources
+from importlib import import_module
 from typing import Any
 
-from planter.audit import (  # noqa: F401 (they enter the registry)
-    dyads,
-    force,
-    fourbar,
-    gearing,
-    hexagon,
-    impact,
-    inverse,
-    trials,
-)
+from planter import rooms
 from planter.audit.registry import FORMULAS, Inputs, Value
-from planter.textfile import parse_toml
+from planter.files.text import parse_toml
 
-FILE = "printed_numbers.toml"
+SUFFIX = ".toml"
+ROWS = ("number", "claim", "headline", "chain")
 _TIE = 1e-9
 """Part of the last printed place by which a value may pass its half: a tie in decimals is not one in binary."""
 
@@ -57,9 +50,20 @@ class Recomputed:
 
 @cache
 def data() -> dict[str, Any]:
-    """The data file of printed numbers."""
-    text = resources.files("planter").joinpath("data", FILE).read_text(encoding="utf-8")
-    return parse_toml(text, FILE)
+    """The printed numbers of all papers: inputs by paper, and rows that name theirs.
+
+    They stand in files `NAME.toml` of the rooms' `numbers`, whose modules enter the formulas in the registry.
+    """
+    for room in rooms.brought("numbers"):
+        for found in sorted(pkgutil.iter_modules(room.__path__)):
+            import_module(f"{room.__name__}.{found.name}")
+    files = [file for folder in rooms.folders("numbers").values() for file in folder.iterdir()]
+    read = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name)
+            for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
+    papers = sorted(read, key=lambda name: (read[name]["place"], name))
+    single: dict[str, Any] = {key: {name: read[name][key] for name in papers} for key in ("disclosed", "assumed")}
+    rows = {kind: [{"paper": name, **row} for name in papers for row in read[name].get(kind, ())] for kind in ROWS}
+    return {"papers": {name: read[name]["title"] for name in papers}, **single, **rows}
 
 
 def papers() -> dict[str, str]:

@@ -7,12 +7,12 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from planter import __version__
 from planter.audit import article, markup, tables
 from planter.audit.consequences import HEADLINE
 from planter.audit.markup import Cell, Raw, mark
 from planter.report import files
 from planter.report.html import Keys, Section, page
+from planter.version import __version__
 
 Entry = Mapping[str, Any]
 PARTS = ("consequences", "laws", "equations", "claims", "numbers")

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from planter.units import factor
+from planter.files.units import factor
 
 Value = float | None
 """What a formula gives; None where there is no such number."""
@@ -52,8 +52,12 @@ class Inputs:
 
 
 Formula = Callable[[Inputs], Value]
+Entries = list[dict[str, Any]]
+Consequence = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Entries]
+"""From a row of the data file, what its paper discloses, and the paper's trial."""
 SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
+CONSEQUENCES: dict[str, Consequence] = {}
 
 
 def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
@@ -61,6 +65,16 @@ def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
 
     def enter(function: SomeFormula) -> SomeFormula:
         FORMULAS[name] = function
+        return function
+
+    return enter
+
+
+def consequence(name: str) -> Callable[[Consequence], Consequence]:
+    """Enters what follows from a chain's broken laws in the registry, under the name by which a data file calls it."""
+
+    def enter(function: Consequence) -> Consequence:
+        CONSEQUENCES[name] = function
         return function
 
     return enter

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
 
-from planter.console import Console, shown
+from planter.terminal.console import Console, shown
 
 Entry = Mapping[str, Any]
 PARTS = ("equations", "laws", "claims", "numbers", "consequences")

@@ -21,7 +21,7 @@ def run(wanted: Settings, told: Callable[[str], None] = lambda text: None) -> di
     from planter.bench import rate, surroundings, works
     from planter.bench.case import Absent, Case
     from planter.bench.settings import WORKS
-    from planter.toolchain import NoCompiler
+    from planter.kernels.toolchain import NoCompiler
 
     begun, machine = time.perf_counter(), surroundings.machine()
     case = Case()

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from planter import emitted
-from planter.device import Device
-from planter.support import FORCE
+from planter.kernels import generated
+from planter.planting.model import Device
+from planter.planting.support_force import FORCE
 
 Contact = Callable[..., Any]
 Sides = tuple[Any, Any]
@@ -51,4 +51,4 @@ class ArrayCode:
 
 def emitted_array(name: str) -> ModuleType:
     """A module of array code."""
-    return emitted.module(f"array.{name}")
+    return generated.module(f"array.{name}")

@@ -10,11 +10,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter import machine
 from planter.bench.lean import Lean, fastest
-from planter.device import Device
 from planter.kernels import Array
-from planter.turns import Turns
+from planter.planting import file
+from planter.planting.model import Device
+from planter.planting.turns import Turns
 
 MACHINE = "wang2017"
 EXACT = 1e-10
@@ -46,7 +46,7 @@ class Case:
     """
 
     def __init__(self, name: str = MACHINE, samples: int | None = None) -> None:
-        self.device = Device(machine.load(name))
+        self.device = Device(file.load(name))
         self.turns = Turns(self.device, samples)
         self.objective, self.constants = self.turns.objective, self.device.constants
         self.sides = len(self.turns.shares.offsets)

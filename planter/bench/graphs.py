@@ -13,11 +13,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter import toolchain
 from planter.bench import lean
 from planter.bench.case import Absent, Call, Case, Contender
 from planter.bench.lean import Lean
-from planter.kernels import Array
+from planter.kernels import Array, toolchain
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
 

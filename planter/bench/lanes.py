@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from planter import toolchain
-from planter.batches import evaluate_many
 from planter.bench.case import Absent, Case, Contender
+from planter.kernels import toolchain
+from planter.planting.batches import evaluate_many
 
 
 def contender(case: Case, work: str) -> Contender:

@@ -11,9 +11,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter import toolchain
 from planter.errors import ComputationError
-from planter.kernels import Array
+from planter.kernels import Array, toolchain
 
 
 class Lean:

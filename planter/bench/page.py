@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from planter.console import Console
+from planter.terminal.console import Console
 
 Result = Mapping[str, Any]
 TURNS = ("cycle", "cycle+gradient", "hessian", "batch")

@@ -10,13 +10,12 @@ from __future__ import annotations
 import ctypes
 from importlib import resources
 
-from planter import toolchain
 from planter.bench.case import Case
 from planter.bench.clock import timed
-from planter.kernels import Kernel
-from planter.lanes import Graph, functions
-from planter.lanes.graph import Assignment
-from planter.lanes.operations import Operation
+from planter.kernels import Kernel, toolchain
+from planter.kernels.loops import Graph, functions
+from planter.kernels.loops.graph import Assignment
+from planter.kernels.loops.operations import Operation
 
 FREE = ("{0}", "-{0}")
 REDUCTION = 13
@@ -46,7 +45,7 @@ class Peak:
     """Measured on one core: cycles and operations a second, and the width of a vector. Raises NoCompiler."""
 
     def __init__(self) -> None:
-        source = resources.files("planter").joinpath("bench", "peak.c").read_text(encoding="utf-8")
+        source = resources.files(__package__).joinpath("peak.c").read_text(encoding="utf-8")
         raw = toolchain.load(toolchain.library("peak", source, toolchain.OPTIMISED))
         raw.fused.argtypes = (ctypes.c_long, ctypes.c_double, ctypes.c_double)
         raw.fused.restype, raw.cycles.argtypes = ctypes.c_double, (ctypes.c_long, ctypes.c_long)

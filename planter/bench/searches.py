@@ -10,12 +10,12 @@ from typing import Any
 from planter import optimise
 from planter.bench.case import Case
 from planter.bench.clock import Times, race
-from planter.device import Device
 from planter.optimise import genetic
 from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem
 from planter.optimise.response import Planting
 from planter.optimise.starts import descents
+from planter.planting.model import Device
 
 REFERENCE = "ipopt"
 BUILT = {

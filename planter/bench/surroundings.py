@@ -7,7 +7,8 @@ import platform
 from importlib import metadata
 from pathlib import Path
 
-from planter import __version__, toolchain
+from planter.kernels import toolchain
+from planter.version import __version__
 
 PACKAGES = ("casadi", "numpy", "scipy", "pymoo", "jax", "jaxlib", "sympy")
 

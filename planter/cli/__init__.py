@@ -2,47 +2,17 @@
 
 from __future__ import annotations
 
-from planter.cli import (
-    audit,
-    bench,
-    clutch,
-    clutch_engage,
-    clutch_field,
-    clutch_shape,
-    compare,
-    examples,
-    kernels,
-    mapping,
-    pickup,
-    planting,
-)
-from planter.cli.app import app
-from planter.errors import InputError
+import sys
 
-__all__ = [
-    "app",
-    "audit",
-    "bench",
-    "clutch",
-    "clutch_engage",
-    "clutch_field",
-    "clutch_shape",
-    "compare",
-    "examples",
-    "kernels",
-    "main",
-    "mapping",
-    "pickup",
-    "planting",
-]
+from planter.errors import InputError
 
 
 def main() -> None:
     """Entry point: a call that cannot be understood ends in one sentence and exit code 2."""
-    import sys
+    from planter.cli.app import application
 
     try:
-        code = app(standalone_mode=False)
+        code = application()(standalone_mode=False)
     except Exception as error:
         if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
             raise

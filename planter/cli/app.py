@@ -1,4 +1,4 @@
-"""The command itself: name, version, help. The modules beside this one add their commands to it."""
+"""The command itself: name, version, help, and the commands that the rooms bring."""
 
 from __future__ import annotations
 
@@ -6,17 +6,10 @@ from typing import Annotated
 
 import typer
 
-from planter import __version__
-
-app = typer.Typer(
-    name="planter",
-    help="Planting-machine mechanisms, from the printed equation to the optimum.",
-    invoke_without_command=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+from planter import rooms
+from planter.cli import examples
+from planter.terminal.options import joined
+from planter.version import __version__
 
 
 def _version(wanted: bool) -> None:
@@ -25,7 +18,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def common(
     context: typer.Context,
     version: Annotated[
@@ -35,3 +27,25 @@ def common(
     """Planting-machine mechanisms, from the printed equation to the optimum."""
     if context.invoked_subcommand is None:
         print(context.get_help())
+
+
+def application() -> typer.Typer:
+    """All commands under one name."""
+    app = typer.Typer(
+        name="planter",
+        help=common.__doc__,
+        invoke_without_command=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(common)
+    found = joined(examples.app, *(room.app for room in rooms.brought("commands")))
+    app.registered_commands += sorted(found.registered_commands, key=_name)
+    app.registered_groups += found.registered_groups
+    return app
+
+
+def _name(command: typer.models.CommandInfo) -> str:
+    return command.name or (command.callback.__name__ if command.callback else "")

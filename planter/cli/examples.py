@@ -6,10 +6,11 @@ from typing import Annotated
 
 import typer
 
-from planter import builtin
-from planter.cli.app import app
-from planter.cli.options import JsonOption
-from planter.console import Console
+from planter.files import examples
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption
+
+app = typer.Typer()
 
 
 @app.command()
@@ -21,8 +22,8 @@ def example(
     console = Console(as_json)
     with console.outcome():
         if name is None:
-            known = builtin.names()
+            known = examples.names()
             console.result({"examples": known}, lambda: print("\n".join(known)))
         else:
-            text = builtin.example(name)
+            text = examples.example(name)
             console.result({"name": name, "text": text}, lambda: print(text, end=""))

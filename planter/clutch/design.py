@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from planter.clutch.config import Clutch
+from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage, rods, steepest
-from planter.clutch.models import condition, conditions, given, model
+from planter.clutch.model import condition, conditions, given, model
 from planter.clutch.switching import ASSUMES
 from planter.errors import ComputationError
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from planter.clutch.config import Clutch
+from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage
-from planter.clutch.models import MODELS, Model, conditions, given, model
+from planter.clutch.model import MODELS, Model, conditions, given, model
 from planter.clutch.rotor import Rotor
 from planter.errors import GeometryError
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planter.clutch.models import model
+from planter.clutch.model import model
 from planter.errors import ComputationError, GeometryError
 from planter.kernels import Array
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import nnls
 
-from planter import units
-from planter.clutch.config import Clutch
+from planter.clutch.file import Clutch
 from planter.clutch.switching import ASSUMES, VARIABLES, Switching, TravelTime
 from planter.errors import ComputationError
+from planter.files import units
 from planter.kernels import Array
 from planter.optimise import ipopt
 

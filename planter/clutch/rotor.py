@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from planter import formulas
 from planter.errors import GeometryError
-from planter.kernels import Array
+from planter.kernels import Array, formulas
 
 MOST = 99
 """Most vertices and sides."""

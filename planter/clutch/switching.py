@@ -12,8 +12,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.clutch.config import Clutch
-from planter.clutch.models import crank, given, model
+from planter.clutch.file import Clutch
+from planter.clutch.model import crank, given, model
 from planter.errors import InputError
 from planter.kernels import Array, Kernel
 

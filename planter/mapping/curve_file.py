@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planter import builtin
 from planter.errors import InputError
+from planter.files import examples
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
 from planter.mapping.linkage import TURN
@@ -27,7 +27,7 @@ def load_curve(source: str | Path) -> AngleCurve:
 
     Raises InputError, naming file and line, for anything else.
     """
-    lines = builtin.text(source, "mapping", ".csv").splitlines()
+    lines = examples.text(source, "mapping", ".csv").splitlines()
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not numbered or [cell.strip() for cell in next(csv.reader([numbered[0][1]]))] != HEADER:
         given = numbered[0][1][:60] if numbered else ""

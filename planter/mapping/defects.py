@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.linkage import TURN, FourBar
 
 Whole = NDArray[np.int64]
@@ -34,7 +34,7 @@ class Standing:
 
 def standings(linkage: FourBar, poses: Array) -> list[Standing]:
     """Where each pose (n, 3) stands."""
-    first, second = (formulas.placed(poses, dyad.point) for dyad in (linkage.crank, linkage.follower))
+    first, second = (model.placed(poses, dyad.point) for dyad in (linkage.crank, linkage.follower))
     dx, dy = (first - linkage.crank.centre).T
     theta, assembly = np.arctan2(dy, dx), linkage.assembly(first, second)
     phi = linkage.arm_angle(theta, assembly)

@@ -14,7 +14,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.conics import common_points
 
 CONDITIONS = 5
@@ -127,7 +127,7 @@ def null_space(poses: Array) -> tuple[Array, Array]:
 
     More than five poses leave no null space; then the basis is what they leave least of.
     """
-    values, vectors = np.linalg.svd(formulas.rows(poses))[1:]
+    values, vectors = np.linalg.svd(model.rows(poses))[1:]
     rank = int(np.sum(values[:CONDITIONS] > RANK * values[0]))
     return vectors[rank:].T if rank < CONDITIONS else vectors[CONDITIONS:].T, values
 
@@ -148,7 +148,7 @@ def solve(poses: Array, basis: Array | None = None) -> Solution:
 
 def on_plane(inside: Array, basis: Array, scale: Scale, values: Array) -> Solution:
     """The dyads of poses, given in their own size, whose coefficients are sums of three vectors (8, 3)."""
-    common = common_points(*formulas.conics(basis))
+    common = common_points(*model.conics(basis))
     if common is None:
         return Solution([], [], 0, 0, values, free=1)
     real = [(root, basis @ root.point.real) for root in common if root.is_real]
@@ -169,22 +169,22 @@ def dyad_of(inside: Array, p: Array, scale: Scale, multiplicity: int = 1) -> Dya
     """What a real vector of the null space, of unit length, stands for; None for a direction of the body alone."""
     fixed, moving = float(np.hypot(p[3], p[4])), float(np.hypot(p[1], p[2]))
     if abs(p[0]) > STRAIGHT * max(fixed, moving):
-        vector = polished(inside, formulas.hinges_of(p))
+        vector = polished(inside, model.hinges_of(p))
         _check(inside, vector)
         return scale.dyad(vector, multiplicity)
     if max(fixed, moving) <= STRAIGHT:
         return None
     if fixed >= moving:
-        return scale.straight("slider", formulas.slider_of(p), multiplicity)
-    return scale.straight("swinging line", formulas.swinging_of(p), multiplicity)
+        return scale.straight("slider", model.slider_of(p), multiplicity)
+    return scale.straight("swinging line", model.swinging_of(p), multiplicity)
 
 
 def polished(inside: Array, hinges: Array) -> Array:
     """Dyad (5,) by Gauss-Newton steps from its hinges (4,), the best of them: rounding is that of the poses alone."""
-    away = formulas.placed(inside, hinges[:2]) - hinges[2:]
+    away = model.placed(inside, hinges[:2]) - hinges[2:]
     best = vector = np.array([*hinges, np.hypot(*away.T).mean()])
     for _ in range(_STEPS):
-        residual, slopes = formulas.squares(inside, vector)
+        residual, slopes = model.squares(inside, vector)
         sizes = np.linalg.norm(slopes, axis=0)
         sizes[sizes == 0] = 1
         vector = vector - np.linalg.lstsq(slopes / sizes, residual, rcond=1e-13)[0] / sizes
@@ -195,7 +195,7 @@ def polished(inside: Array, hinges: Array) -> Array:
 
 def misses(poses: Array, dyad: Array) -> Array:
     """How far the moving hinge is off the circle in each pose (n,), for a dyad (5,)."""
-    return np.abs(np.hypot(*(formulas.placed(poses, dyad[:2]) - dyad[2:4]).T) - abs(dyad[4]))
+    return np.abs(np.hypot(*(model.placed(poses, dyad[:2]) - dyad[2:4]).T) - abs(dyad[4]))
 
 
 def _check(inside: Array, vector: Array) -> None:

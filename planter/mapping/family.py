@@ -12,7 +12,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.dyads import (
     CONDITIONS,
     RANK,
@@ -58,7 +58,7 @@ def _members(found: Solution) -> list[Dyad | Straight | None]:
 
 def _on_line(cut: Array) -> list[Array]:
     """Vectors (8,) of unit length on both conditions, of all sums of two vectors (8, 2)."""
-    first, second = (q[:2, :2] for q in formulas.conics(np.column_stack([cut, np.zeros(8)])))
+    first, second = (q[:2, :2] for q in model.conics(np.column_stack([cut, np.zeros(8)])))
     leading, other = sorted((first, second), key=lambda q: -float(np.linalg.norm(q)))
     # In a line of general direction neither end of the axis is a root.
     roots = np.roots([leading[0, 0], 2 * leading[0, 1], leading[1, 1]])

@@ -11,7 +11,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.conics import common_points
 from planter.mapping.dyads import CONDITIONS, Scale, Solution, distinct, null_space, solve
 
@@ -43,7 +43,7 @@ def fit(poses: Array) -> Solution:
             found.append((float(fitted.cost), fitted.x))
     best = sorted(found, key=lambda one: one[0])[:MOST]
     basis, values = null_space(scale.inside(own))
-    roots = common_points(*formulas.conics(basis)) or []
+    roots = common_points(*model.conics(basis)) or []
     dyads = sorted((scale.dyad(vector) for _, vector in best), key=lambda dyad: dyad.radius)
     return Solution(dyads, [], sum(r.multiplicity for r in roots if not r.is_real), 0, values)
 
@@ -67,6 +67,6 @@ def _subsets(count: int) -> Iterable[Sequence[int]]:
 
 def _miss(inside: Array, vector: Array) -> tuple[Array, Array]:
     """Distance of the hinges less the radius (n,), and its derivatives (n, 5)."""
-    residual, slopes = formulas.squares(inside, vector)
+    residual, slopes = model.squares(inside, vector)
     distance = np.sqrt(np.maximum(residual + vector[4] ** 2, np.finfo(float).tiny))
     return distance - vector[4], np.column_stack([slopes[:, :4] / (2 * distance[:, None]), -np.ones(len(inside))])

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.dyads import Dyad
 
 Type = Literal["crank-rocker", "double-crank", "double-rocker", "non-grashof"]
@@ -119,21 +119,21 @@ class FourBar:
     def arm_angle(self, theta: Array, assembly: Array) -> Array:
         """Angle of the arm (n,) [rad] at crank angles within reach; beyond it, as at the nearest reachable one."""
         vectors = self.crank.vector, self.follower.vector
-        of_cos, of_sin, alone = formulas.loop(theta, *vectors)
+        of_cos, of_sin, alone = model.loop(theta, *vectors)
         size = np.hypot(of_cos, of_sin)
         middle = np.arctan2(-of_sin, -of_cos)
         phi = middle + assembly * np.arccos(np.clip(alone / np.where(size > 0, size, 1), -1, 1))
-        gap, _, slope = formulas.closed(theta, phi, *vectors)
+        gap, _, slope = model.closed(theta, phi, *vectors)
         steep = np.abs(slope) > 1e-3 * size
         return phi - np.where(steep, gap / np.where(steep, slope, 1), 0)
 
     def tip(self, theta: Array, phi: Array) -> Array:
         """Place of the tip (2, n) [m]."""
-        return formulas.arm(theta, phi, self.crank.vector)[:2]
+        return model.arm(theta, phi, self.crank.vector)[:2]
 
     def transmission(self, theta: Array, phi: Array) -> Array:
         """Transmission angle (n,) [rad]: between coupler and follower, folded into [0, pi/2]."""
-        angle = formulas.transmission(theta, phi, self.crank.vector, self.follower.vector)
+        angle = model.transmission(theta, phi, self.crank.vector, self.follower.vector)
         return np.minimum(angle, np.pi - angle)
 
     @property

@@ -18,7 +18,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn
 from planter.mapping.defects import one_turn
 from planter.mapping.dyads import Dyad
@@ -74,7 +74,7 @@ def _nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float], margin: floa
 def missed(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterator[Miss]:
     """How a curve misses each pose at given carrier angles (n,)."""
     phi = curve.at(theta) + theta
-    gaps = formulas.arm(theta, phi, dyad.vector) - _wanted(dyad, poses)
+    gaps = model.arm(theta, phi, dyad.vector) - _wanted(dyad, poses)
     for k, gap in enumerate(gaps.T):
         turned = np.mod(phi[k] - poses[k, 2] + np.pi, TURN) - np.pi
         yield Miss(float(theta[k]), float(np.hypot(*gap[:2])), float(np.hypot(*gap[2:])), float(turned))
@@ -91,9 +91,9 @@ def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
 
         def gap(angle: float, pose: Array = pose) -> float:
             at = np.array([angle])
-            return float(np.sum((formulas.arm(at, curve.at(at) + at, dyad.vector)[:, 0] - pose) ** 2))
+            return float(np.sum((model.arm(at, curve.at(at) + at, dyad.vector)[:, 0] - pose) ** 2))
 
-        gaps = np.sum((formulas.arm(grid, curve.at(grid) + grid, dyad.vector) - pose[:, None]) ** 2, axis=0)
+        gaps = np.sum((model.arm(grid, curve.at(grid) + grid, dyad.vector) - pose[:, None]) ** 2, axis=0)
         start, step = float(grid[int(np.argmin(gaps))]), float(grid[1])
         found = minimize_scalar(gap, bounds=(start - step, start + step), method="bounded", options={"xatol": 1e-12})
         theta.append(float(found.x))
@@ -102,7 +102,7 @@ def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
 
 def _wanted(dyad: Dyad, poses: Array) -> Array:
     """Places of tip and moving hinge (4, n) in the poses."""
-    return np.vstack([poses[:, :2].T, formulas.placed(poses, dyad.point).T])
+    return np.vstack([poses[:, :2].T, model.placed(poses, dyad.point).T])
 
 
 def _orders(crank: Array) -> Iterator[tuple[int, ...]]:
@@ -165,7 +165,7 @@ class _Aim:
 
     def _cost(self, z: Array, sequence: Array) -> tuple[float, Array]:
         theta, phi = np.split(z, 2)
-        places, by_theta, by_phi = formulas.arm_slopes(theta, phi, self.dyad.vector)
+        places, by_theta, by_phi = model.arm_slopes(theta, phi, self.dyad.vector)
         gaps = (places - self.wanted[:, sequence]) / self.size
         slopes = np.concatenate([(gaps * by_theta).sum(axis=0), (gaps * by_phi).sum(axis=0)]) / self.size
         return float((gaps**2).sum() / 2), slopes
@@ -183,7 +183,7 @@ def on_one_turn(crank: Array, phi: Array) -> tuple[Array, Array]:
 
 def through_poses(dyad: Dyad, poses: Array) -> AngleCurve | None:
     """The curve through the exact poses and nothing between, monotone or not; None where two share a carrier angle."""
-    dx, dy = (formulas.placed(poses, dyad.point) - dyad.centre[None, :]).T
+    dx, dy = (model.placed(poses, dyad.point) - dyad.centre[None, :]).T
     theta, phi = on_one_turn(np.arctan2(dy, dx), poses[:, 2])
     if len(poses) < 2 or np.diff(np.sort(theta)).min() < _APART:
         return None

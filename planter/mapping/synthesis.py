@@ -11,12 +11,12 @@ import numpy as np
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.mapping import formulas, shown
+from planter.mapping import model, shown
 from planter.mapping.curve import AngleCurve
 from planter.mapping.defects import Defects, Reversal, Standing, defects, reversals, standings
 from planter.mapping.dyads import CONDITIONS, Dyad, Scale, Solution, Straight, distinct, solve
 from planter.mapping.family import family, parameters
-from planter.mapping.files import PointsData, PoseFile
+from planter.mapping.file import PointsData, PoseFile
 from planter.mapping.fit import fit
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import SLOPES, Miss, Nearest, met_by, nearest, through_poses
@@ -90,7 +90,7 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
 
 def _singular_values(poses: Array) -> list[float]:
     """Of the linear system (4) of sun2019, in the unit of the poses' lengths."""
-    values = np.linalg.svd(formulas.rows(poses), compute_uv=False)
+    values = np.linalg.svd(model.rows(poses), compute_uv=False)
     return [float(v) for v in values[:CONDITIONS]]
 
 
@@ -117,7 +117,7 @@ def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
 
 
 def _reversals(dyad: Dyad, poses: Array) -> list[Reversal]:
-    dx, dy = (formulas.placed(poses, dyad.point) - dyad.centre).T
+    dx, dy = (model.placed(poses, dyad.point) - dyad.centre).T
     return reversals(np.arctan2(dy, dx), poses[:, 2])
 
 

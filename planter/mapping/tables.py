@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from planter.console import Console
 from planter.mapping.train import GEARS
+from planter.terminal.console import Console
 
 Result = Mapping[str, Any]
 

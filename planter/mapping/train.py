@@ -15,7 +15,7 @@ import numpy as np
 
 from planter.errors import ComputationError, GeometryError
 from planter.kernels import Array
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad
 from planter.mapping.linkage import TURN
@@ -76,7 +76,7 @@ class Train:
 
     def gears(self, theta: Array) -> dict[str, Array]:
         """Ratios i, i1, i2, pitch radii r1 to r4 [m] and rates dpsi1 to dpsi4 of the polar angles (n,)."""
-        return formulas.gears(self.curve.slopes(theta)[0], self.x_s, self.distance)
+        return model.gears(self.curve.slopes(theta)[0], self.x_s, self.distance)
 
     @cached_property
     def closure_errors(self) -> tuple[float, float]:
@@ -89,7 +89,7 @@ class Train:
         return float(first - TURN), float(second - TURN)
 
     def _turned(self, nodes: int, rate: str) -> tuple[Array, Array]:
-        return self._cumulated(nodes, lambda slope: formulas.gears(slope, self.x_s, self.distance)[rate])
+        return self._cumulated(nodes, lambda slope: model.gears(slope, self.x_s, self.distance)[rate])
 
     def polar_angles(self) -> tuple[Array, Array]:
         """Carrier angles (m,) along the turn, and the polar angles of the four gears' contacts (4, m) [rad]."""
@@ -101,7 +101,7 @@ class Train:
     def radius_range(self) -> tuple[Array, Array]:
         """Least and largest pitch radius (4,) [m]: radii go with the slope, so they have their extremes with it."""
         slopes = np.array([extreme.value for extreme in self.curve.extremes])
-        radii = np.array([formulas.gears(slopes, self.x_s, self.distance)[name] for name in RADII])
+        radii = np.array([model.gears(slopes, self.x_s, self.distance)[name] for name in RADII])
         return radii.min(axis=1), radii.max(axis=1)
 
     @cached_property
@@ -113,7 +113,7 @@ class Train:
         slope, first, _ = self.curve.slopes(theta)
         # The third derivative of a cubic is one value between two points, which at its right end belongs to the next.
         second = np.repeat(self.curve.slopes(knots[:-1])[2], len(shares))
-        return theta, formulas.curvature(slope, first, second, self.x_s, self.distance)
+        return theta, model.curvature(slope, first, second, self.x_s, self.distance)
 
     @property
     def convex(self) -> list[bool]:
@@ -140,7 +140,7 @@ class Train:
                 f"the length of the carrier, {crank * 1e3:.6g} mm, is not allowed: it must be at most twice the centre "
                 f"distance, {2e3 * self.distance:.6g} mm"
             )
-        return formulas.bend(crank, self.distance)
+        return model.bend(crank, self.distance)
 
     def motion(self, dyad: Dyad) -> dict[str, Array]:
         """A turn of the arm as the gears drive it: `theta`, `phi` (m,) [rad], `places` of tip and hinge (4, m) [m].
@@ -149,4 +149,4 @@ class Train:
         """
         theta, psi = self.polar_angles()
         phi = self.curve.relative[0] + self.curve.sense * psi[3] + theta
-        return {"theta": theta, "phi": phi, "places": formulas.arm(theta, phi, dyad.vector)}
+        return {"theta": theta, "phi": phi, "places": model.arm(theta, phi, dyad.vector)}

@@ -12,7 +12,7 @@ from planter.kernels import Array
 from planter.mapping import shown
 from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad, distinct, solve
-from planter.mapping.files import PoseFile
+from planter.mapping.file import PoseFile
 from planter.mapping.linkage import TURN
 from planter.mapping.nearest import met_by
 from planter.mapping.train import Train

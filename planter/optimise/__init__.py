@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planter.device import Device
     from planter.kernels import Array
     from planter.optimise.hybrid import Method
     from planter.optimise.joints import Place
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from planter.optimise.problem import Sampling
     from planter.optimise.progress import Progress
     from planter.optimise.result import Result
+    from planter.planting.model import Device
 
 __all__ = ["front", "joints_of", "run", "sensitivity"]
 

@@ -18,14 +18,14 @@ from typing import IO, Any
 
 import numpy as np
 
-from planter.device import Device
-from planter.machine import Machine
 from planter.optimise.constraints import Constraints
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.problem import Counts, Problem, Sampling
 from planter.optimise.response import Planting
 from planter.optimise.starts import descents
+from planter.planting.file import Machine
+from planter.planting.model import Device
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from planter.kernels import Array
-from planter.optimise.arrays import Integers
+from planter.numerics.arrays import Integers
 from planter.optimise.problem import Problem
 
 ACTIVE = 1e-6

@@ -9,11 +9,11 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
+from planter.numerics.latest import Latest
 from planter.optimise.conditions import Local, Look, Slopes, Values
-from planter.optimise.latest import Latest
 
 if TYPE_CHECKING:
-    from planter.device import Device
+    from planter.planting.model import Device
 
 KEPT = 1e-7
 """A requirement is kept if it is violated by no more than this share of its step."""
@@ -23,8 +23,8 @@ class Constraints:
     """Rows g(x) (k,) of a device's requirements, to be kept in [lower, upper] (k,); designs x are (p,) in SI."""
 
     def __init__(self, device: Device) -> None:
-        from planter.requirements.limits import limits
-        from planter.requirements.measures import Measures
+        from planter.planting.requirements.limits import limits
+        from planter.planting.requirements.measures import Measures
 
         self.measures = Measures(device)
         self.limits = limits(self.measures)

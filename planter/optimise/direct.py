@@ -12,11 +12,11 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.device import Device
-from planter.optimise.arrays import Integers
+from planter.numerics.arrays import Integers
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.response import Planting
 from planter.optimise.samples import SampledRows
+from planter.planting.model import Device
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.arrays import Flags
+from planter.numerics.arrays import Flags
 from planter.optimise.response import Response
 
 THRESHOLD = 1e-10

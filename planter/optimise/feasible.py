@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from planter import planting
 from planter.errors import PlanterError
 from planter.kernels import Array
 from planter.optimise.constraints import KEPT, Constraints
 from planter.optimise.elastic import Least, least_violation
 from planter.optimise.problem import Problem
-from planter.requirements.limits import relaxed
-from planter.requirements.record import record
+from planter.planting import cycle
+from planter.planting.requirements.limits import relaxed
+from planter.planting.requirements.record import record
 
 MOST_TRIED = 2
 """How many points the least violation is looked for from."""
@@ -76,7 +76,7 @@ def verdict(problem: Problem, constraints: Constraints, found: Sequence[Least]) 
     violations = [_violation(constraints, entry) for entry in broken]
     partial = {
         "violations": [vars(one).copy() for one in violations],
-        "design": planting.shown_design(device, x),
+        "design": cycle.shown_design(device, x),
         "requirements": entries,
     }
     return Infeasible(violations, partial, x)

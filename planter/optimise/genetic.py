@@ -17,7 +17,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
-from planter.sections import GeneticAlgorithm
+from planter.planting.sections import GeneticAlgorithm
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

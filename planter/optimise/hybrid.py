@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import Literal
 
-from planter.device import Device
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise import feasible, genetic
@@ -24,7 +23,8 @@ from planter.optimise.progress import Progress
 from planter.optimise.response import Planting, Response
 from planter.optimise.result import Found, Interrupted, Result, result
 from planter.optimise.starts import DEFAULT_STARTS, descents, points
-from planter.sections import GeneticAlgorithm
+from planter.planting.model import Device
+from planter.planting.sections import GeneticAlgorithm
 
 Method = Literal["hybrid", "ipopt", "ga"]
 METHODS: tuple[Method, ...] = ("hybrid", "ipopt", "ga")

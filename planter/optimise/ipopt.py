@@ -13,8 +13,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from planter.interrupts import uninterrupted
 from planter.kernels import Array
+from planter.kernels.interrupts import uninterrupted
 
 OPTIONS: dict[str, Any] = {
     "print_level": 0,

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise import roots
-from planter.optimise.arrays import Integers
+from planter.numerics import roots
+from planter.numerics.arrays import Integers
 from planter.optimise.response import Response
 
 GRID = 72

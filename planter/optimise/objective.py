@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from planter.machine import Machine
+from planter.planting.file import Machine
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planter.device import Device
 from planter.kernels import Array
 from planter.optimise import ipopt
 from planter.optimise.conditions import Local
@@ -20,6 +19,7 @@ from planter.optimise.objective import Evaluation, Objective
 from planter.optimise.problem import Problem, Sampling
 from planter.optimise.response import Planting, Response
 from planter.optimise.starts import descents
+from planter.planting.model import Device
 
 LEAST_RANGE, LEAST_VARIANCE = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper")
 STARTS = 4

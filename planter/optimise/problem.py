@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.arrays import Integers
+from planter.numerics.arrays import Integers
 from planter.optimise.conditions import Conditions, Local, Look, Turn
 from planter.optimise.constraints import KEPT, Constraints, Required
 from planter.optimise.directions import Insensitive, sensitivity

@@ -19,11 +19,12 @@ from functools import cache, cached_property
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise import joints, moving, roots
-from planter.optimise.arrays import Flags, Integers
+from planter.numerics import roots
+from planter.numerics.arrays import Flags, Integers
+from planter.numerics.latest import Latest
+from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE
-from planter.optimise.latest import Latest
 from planter.optimise.response import Response
 
 NODES = 12

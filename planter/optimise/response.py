@@ -1,7 +1,7 @@
 """What the optimisers need of a machine: its support force over a turn, with exact derivatives.
 
 The optimisers are written against the protocol `Response`, so any closed curve F(phi, x) can stand in for a device.
-`Planting` makes one of a `planter.device.Device`.
+`Planting` makes one of a `planter.planting.model.Device`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from planter.device import Device
 from planter.kernels import Array, Kernel
+from planter.planting.model import Device
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ def result(problem: Problem, method: str, seed: int, found: Found, seconds: floa
 
 
 def _requirements(problem: Problem, x: Array) -> list[dict[str, Any]]:
-    from planter.requirements.record import record
+    from planter.planting.requirements.record import record
 
     return [] if problem.constraints is None else record(problem.constraints.measures, x)
 

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.arrays import Integers
+from planter.numerics.latest import Latest
 from planter.optimise import joints, moving
-from planter.optimise.arrays import Integers
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE, Joints
-from planter.optimise.latest import Latest
 from planter.optimise.response import Response
 
 ON = 1e-8

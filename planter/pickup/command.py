@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from planter.errors import InputError
-from planter.pickup.config import Pickup, load
+from planter.pickup.file import Pickup, load
+from planter.pickup.model import Train, build
 from planter.pickup.redesign import Redesign, redesign
 from planter.pickup.result import result
-from planter.pickup.train import Train, build
 
 Progress = Callable[[str, int, int], None]
 

@@ -16,11 +16,11 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from planter.formulas import load
 from planter.kernels import Array
+from planter.kernels.formulas import load
 from planter.pickup.inverse import LAW_DEGREE
 from planter.pickup.law import MODEL, TURN, Law, SplineLaw
-from planter.pickup.train import Train
+from planter.pickup.model import Train
 
 APART = np.radians(2)
 """Value points closer than this to an end of the dwell are left out: the end stands for them."""

@@ -15,8 +15,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq
 
 from planter.errors import ComputationError, InputError
-from planter.formulas import load
 from planter.kernels import Array
+from planter.kernels.formulas import load
 from planter.pickup.law import MODEL, TURN, Dwell, SplineLaw
 from planter.pickup.plateau import Plateau, plateau
 from planter.pickup.spline import Extreme, PathSpline, best_spline

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from scipy.interpolate import BSpline
 
-from planter.formulas import load
 from planter.kernels import Array
+from planter.kernels.formulas import load
 
 TURN = 2 * np.pi
 MODEL = "pickup_exact"

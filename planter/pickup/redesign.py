@@ -14,11 +14,11 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
-from planter.pickup.config import Pickup
+from planter.pickup.file import Pickup
 from planter.pickup.graph import Nodes, Sampled, nodes, sampled
 from planter.pickup.law import TURN
+from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, pick_angle_deg, push, requirements
-from planter.pickup.train import Train
 from planter.pickup.tray import Cell, Entry
 
 SAMPLES = 241

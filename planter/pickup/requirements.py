@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.pickup.config import Pickup
+from planter.pickup.file import Pickup
 from planter.pickup.law import TURN
-from planter.pickup.train import Train
+from planter.pickup.model import Train
 from planter.pickup.tray import Cell, Entry
 
 SAMPLES = 1441

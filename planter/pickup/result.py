@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.pickup.config import Pickup
+from planter.pickup.file import Pickup
 from planter.pickup.inverse import invert
 from planter.pickup.law import TURN
+from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, push, requirements
-from planter.pickup.train import Train
 
 ROUND_TRIP_POINTS = 4096
 """Points of the tip's path from which the inverse chain must find the law again."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from planter import units
-from planter.console import Console
+from planter.files import units
+from planter.terminal.console import Console
 
 Result = Mapping[str, Any]
 

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from planter.formulas import load
 from planter.kernels import Array
-from planter.pickup.config import Pickup
+from planter.kernels.formulas import load
+from planter.pickup.file import Pickup
 from planter.pickup.law import MODEL, TURN
-from planter.pickup.train import Train
+from planter.pickup.model import Train
 
 FLOOR_MM, BELOW_MM = 1.0, 500.0
 """Thickness of a cell's floor as drawn, and as counted: a needle that goes through it has not left the tray."""

@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter import __version__, paths
 from planter.errors import ComputationError, InputError
+from planter.files import paths
+from planter.version import __version__
 
 if TYPE_CHECKING:
+    from planter.files.document import Sourced
     from planter.kernels import Array
-    from planter.machine import Machine
-    from planter.sourced import Sourced
+    from planter.planting.file import Machine
 
 
 def output_folder(path: str | Path) -> Path:

@@ -11,8 +11,8 @@ from derive.equations import Equation
 from derive.model import System
 from derive.papers import wang2017
 from derive.quantity import Quantity
-from derive.systems import planting
-from derive.systems import planting_quantities as q
+from derive.systems.planting import derivation
+from derive.systems.planting import quantities as q
 
 a, b, c, k = (Quantity(name, "1", "test", "test") for name in "abck")
 
@@ -73,8 +73,8 @@ def dependents(changed: set[str], system: System) -> set[str]:
 def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown: str) -> None:
     original = wang2017.PAPER.equations[number]
     edited = equation(number, original.residual + q.m1 * q.g)
-    before = planting.printed(wang2017.SIDE, wang2017.FRAME)
-    after = planting.printed(wang2017.SIDE.replace(number, edited), wang2017.FRAME)
+    before = derivation.printed(wang2017.SIDE, wang2017.FRAME)
+    after = derivation.printed(wang2017.SIDE.replace(number, edited), wang2017.FRAME)
     old, new = text_of(before), text_of(after)
     assert {name for name in old if old[name] != new[name]} == {unknown}
     assert "F_support" in dependents({unknown}, after) or unknown == "M_P"
@@ -82,8 +82,8 @@ def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown
 
 def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> None:
     """Every reaction of the printed model is solved from a numbered equation of the paper."""
-    system = planting.printed(wang2017.SIDE, wang2017.FRAME)
-    kinematic = {s for step in planting.build_side().kinematics.steps for s in step.defines}
+    system = derivation.printed(wang2017.SIDE, wang2017.FRAME)
+    kinematic = {s for step in derivation.build_side().kinematics.steps for s in step.defines}
     others = {str(step.symbol): step.source for step in (*system.lane, *system.frame)
               if not set(step.defines) & kinematic}  # fmt: skip
     assert {name for name, source in others.items() if not source.startswith("wang2017")} == {"F_E_loss", "F_support_x"}
@@ -91,6 +91,6 @@ def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> 
 
 
 def test_the_systems_know_no_paper() -> None:
-    for module in ("planting", "planting_quantities"):
-        text = (Path(planting.__file__).parent / f"{module}.py").read_text(encoding="utf-8")
-        assert "derive.papers" not in text
+    for module in ("derivation", "quantities"):
+        text = (Path(derivation.__file__).parent / f"{module}.py").read_text(encoding="utf-8")
+        assert "papers" not in text

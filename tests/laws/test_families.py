@@ -14,12 +14,12 @@ from mpmath import mp
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from planter import emitted
-from planter.device import Device
 from planter.errors import GeometryError, InputError
-from planter.gears import TAIL, Candidate
+from planter.gearing import families
+from planter.gearing.sizing import Size, Sizing
+from planter.gearing.stage import TAIL, Candidate
 from planter.kernels import Kernel
-from planter.sizing import Size, Sizing
+from planter.planting.model import Device
 from tests.laws.test_gradients import TOLERANCE, errors, smooth_point
 from tests.laws.test_planting_laws import momentum_rate, weight
 from tests.support import kinematics, model, pairs, xp_complex, xp_mpmath
@@ -247,7 +247,7 @@ def test_curvatures_are_those_of_the_drawn_curves(family: str) -> None:
 
 def convexity(family: str, own: Array) -> float:
     """The closed form that is positive if and only if the deformed curve is convex."""
-    return float(Kernel(emitted.module(f"curve_{family}").convexity())(parameters=own)["convex"][0, 0])
+    return float(Kernel(families.module(family).convexity())(parameters=own)["convex"][0, 0])
 
 
 def hollowness(family: str, own: Array) -> float:
@@ -256,7 +256,7 @@ def hollowness(family: str, own: Array) -> float:
     return min(least["gear_first"], least["gear_second"]) * own[0]
 
 
-CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(emitted.module(f"curve_{f}"), "convexity")]
+CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.module(f), "convexity")]
 
 
 ALWAYS_CONVEX = {("ellipse", 1.0), ("ellipse", 1.3), ("eccentric_circle", 1.0)}

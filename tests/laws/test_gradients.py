@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.device import MODELS, Device, Model
+from planter.planting.model import MODELS, Device, Model
 from tests.support import joints, machines, model, xp_complex
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp
 from numpy.typing import NDArray
 
-from planter.device import Device
+from planter.planting.model import Device
 from tests.support import joints, kinematics, machines, model, xp_complex
 from tests.support.arithmetic import MPMATH
 from tests.support.jets import Jet

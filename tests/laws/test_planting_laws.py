@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.device import Device
-from planter.machine import Machine
+from planter.planting.file import Machine
+from planter.planting.model import Device
 from tests.support import kinematics, machines, model
 from tests.support.jets import Place
 from tests.support.joints import panels

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from planter.machine import Machine
+from planter.planting.file import Machine
 from tests.support import kinematics, machines, model, xp_mpmath
 from tests.support.arithmetic import MPMATH, Number
 from tests.support.lagrange import RELEASED, WHOLE, Objects, State

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.machine import Machine
+from planter.planting.file import Machine
 from tests.support import kinematics, machines, model
 
 pin = pytest.importorskip("pinocchio")

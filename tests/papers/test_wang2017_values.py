@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import units
-from planter.device import Device, Model
+from planter.files import units
+from planter.planting.model import Device, Model
 from tests.support import machines, model
 
 VALUES = tomllib.loads(Path(__file__).with_name("wang2017_values.toml").read_text(encoding="utf-8"))

@@ -5,18 +5,18 @@ from __future__ import annotations
 import mpmath
 import sympy as sp
 
-from derive.systems import clutch
+from derive.systems.clutch import claims
 
-CLAIMS = clutch.claims()
+CLAIMS = claims.claims()
 
 
-def value(expr: sp.Expr, point: clutch.Values) -> mpmath.mpf:
+def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:
     symbols = sorted(expr.free_symbols, key=str)
     with mpmath.workdps(60):
         return mpmath.mpf(sp.lambdify(symbols, expr, "mpmath")(*(point[s] for s in symbols)))
 
 
-def size(expr: sp.Expr, point: clutch.Values) -> mpmath.mpf:
+def size(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:
     return max((abs(value(term, point)) for term in sp.Add.make_args(expr)), default=mpmath.mpf(1)) or mpmath.mpf(1)
 
 

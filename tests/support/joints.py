@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from planter.device import Device
-from planter.machine import Machine
+from planter.planting.file import Machine
+from planter.planting.model import Device
 from tests.support import kinematics, machines, model
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 
-from planter.machine import Machine
+from planter.planting.file import Machine
 from tests.support.arithmetic import FLOATS, Arithmetic, Number
 from tests.support.jets import Jet, Place, added, turned_y, turned_z
 

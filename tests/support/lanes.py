@@ -10,9 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter import toolchain, ways
-from planter.kernels import Array
-from planter.ways import Work
+from planter.kernels import Array, backends, toolchain
+from planter.kernels.backends import Work
 
 NAMED = {"gcc": "gcc", "clang": next((n for n in ("clang", *(f"clang-{v}" for v in range(22, 10, -1)))
                                       if shutil.which(n)), "clang")}  # fmt: skip
@@ -38,14 +37,14 @@ def compiled(text: str, target: Path, *flags: str, compiler: str = "gcc") -> Pat
     return target
 
 
-def for_processor(work: Work, march: str, folder: Path) -> ways.Lanes:
+def for_processor(work: Work, march: str, folder: Path) -> backends.Lanes:
     """A lane kernel compiled with the flags of the library, but for another processor."""
     folder.mkdir(exist_ok=True)
     flags = ("-std=gnu99", *work.passes, *toolchain.FAST_MATH, f"-march={march}")
     compiled(work.loop, folder / "kernel.o", *flags)
     library = folder / "kernel.so"
     subprocess.run([path_of("gcc"), "-shared", str(folder / "kernel.o"), "-o", str(library), "-lm"], check=True)
-    return ways.Lanes(work, library)
+    return backends.Lanes(work, library)
 
 
 def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: str, summed: bool = False) -> Work:
@@ -54,7 +53,7 @@ def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: 
     return Work(function, tuple(lanes.split()), summed)
 
 
-def evaluated(work: Work, way: ways.Way, *arrays: object) -> dict[str, Array]:
+def evaluated(work: Work, way: backends.Way, *arrays: object) -> dict[str, Array]:
     """Outputs by name of arrays (rows, lanes), or (rows, columns) for what is shared."""
     given = [np.atleast_2d(np.asarray(a, dtype=float)) for a in arrays]
     count = max(a.shape[1] for a, n in zip(given, work.function.name_in(), strict=True) if n in work.varying)
@@ -63,7 +62,9 @@ def evaluated(work: Work, way: ways.Way, *arrays: object) -> dict[str, Array]:
 
 def both(work: Work, *arrays: object) -> tuple[dict[str, Array], dict[str, Array]]:
     """Outputs of the lane kernel, and of CasADi's virtual machine, which may be infinite without a complaint."""
-    return evaluated(work, ways.lane_kernel(work), *arrays), evaluated(work, ways.virtual_machine(work), *arrays)
+    return evaluated(work, backends.lane_kernel(work), *arrays), evaluated(
+        work, backends.virtual_machine(work), *arrays
+    )
 
 
 def apart(one: Array, other: Array) -> float:

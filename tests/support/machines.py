@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 
-from planter import builtin
-from planter.device import Device, Model
 from planter.errors import PlanterError
-from planter.machine import Machine, load
+from planter.files import examples
+from planter.planting.file import Machine, load
+from planter.planting.model import Device, Model
 
 SPREAD = {"mass": 0.3, "inertia": 0.3, "centroid": 0.4, "nozzle": 0.2, "spring": 0.3, "contact": 0.2, "operation": 0.3}
 DESIGN = {
@@ -21,7 +21,7 @@ CAM = {
     "fall_delta_deg[0]": 10,
     "fall_delta_deg[1]": 10,
 }
-BUILT_IN = tuple(builtin.names("planting"))
+BUILT_IN = tuple(examples.names("planting"))
 RANDOM = tuple(f"random {seed}" for seed in range(1, 5))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.device import Device, Model
+from planter.planting.model import Device, Model
 
 Number = Any
 Named = dict[str, Number]

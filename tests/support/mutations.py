@@ -13,11 +13,11 @@ from mpmath import mpf
 from sympy import Expr
 
 from derive.audit.judge import Judgement, aligned, judge
+from derive.audit.paper import Paper
 from derive.audit.subject import Subject
 from derive.dimensions import DimensionError, dimension
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point
-from derive.paper import Paper
 from derive.pipeline import TRIALS
 from tests.support.errors import KINDS
 

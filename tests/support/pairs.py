@@ -6,11 +6,12 @@ from functools import cache
 
 import numpy as np
 
-from derive.curves import FAMILIES
-from planter import emitted, units
-from planter.gears import Candidate, Stage, converged
-from planter.machine import Machine, load
-from planter.sizing import Size, Sizing
+from derive.gearing.meshing import FAMILIES
+from planter.files import units
+from planter.gearing import families
+from planter.gearing.sizing import Size, Sizing
+from planter.gearing.stage import Candidate, Stage, converged
+from planter.planting.file import Machine, load
 
 Drawn = tuple[str, int]
 """A family and a seed."""
@@ -42,7 +43,7 @@ def stage(family: str, seed: int) -> Stage:
 
 
 def stage_of(family: str, own: np.ndarray) -> Stage:
-    names = tuple(entry["shown"] for entry in emitted.sidecar(f"curve_{family}")["parameters"])
+    names = tuple(entry["shown"] for entry in families.sidecar(family)["parameters"])
     return converged(Stage(family, names), [Candidate(own, lambda name: name)])
 
 

@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from planter.machine import Machine, load
+from planter.planting.file import Machine, load
 
 DESIGN = {
     "theta_deg": 66.0, "gamma_deg": 31.0, "alpha3_deg": 24.0, "beta6_deg": 2.0,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from planter import formulas
 from planter.errors import InputError
+from planter.kernels import formulas
 
 Si = Callable[[str], float]
 """The value at a path such as `shaft.fillet_mm`, in SI units and radians."""

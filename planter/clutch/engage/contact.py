@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from planter.clutch.config import Clutch as File
 from planter.clutch.engage import beam, dynamics, start
 from planter.clutch.engage.inputs import Inputs, inputs
 from planter.clutch.engage.modal import FACTORS
 from planter.clutch.engage.switching import Switching, engage, switch, total
+from planter.clutch.file import Clutch as File
 
 VARIED: dict[str, tuple[str, ...]] = {
     "stiffness": ("stiffness",),

@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields, replace
 
 import casadi as ca
 
-from planter.clutch.config import Clutch
 from planter.clutch.engage import beam
+from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage
 
 

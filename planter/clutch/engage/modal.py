@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from planter import formulas
 from planter.clutch.engage.beam import PAPERS, Beam, Si, beam
+from planter.kernels import formulas
 
 FACTORS = (10**-0.5, 10**0.5)
 """An undisclosed input is varied over a factor of 10 round its value."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from planter import formulas
+from planter.kernels import formulas
 
 SIDES = 6
 VERTICES = 5

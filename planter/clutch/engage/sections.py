@@ -6,8 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from planter.complaints import refused
-from planter.sections import NotNegative, Positive, Real, Section, Whole
+from planter.files.complaints import refused
+from planter.files.fields import NotNegative, Positive, Real, Section, Whole
 
 
 class Contact(Section):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from planter.console import Console
+from planter.terminal.console import Console
 
 Result = Mapping[str, Any]
 

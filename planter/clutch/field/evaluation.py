@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from planter import builtin
 from planter.clutch.field import comparison, trial
 from planter.clutch.field.analysis import Effects, Model, first_least, is_orthogonal, range_analysis
 from planter.clutch.field.comparison import Sample
 from planter.clutch.field.trial import Columns, Trial
+from planter.files import examples
 
 PAPER, PAPER_COMPARISON = "shi2021-field", "shi2021-comparison"
 LISTED = 20_000
@@ -40,9 +40,9 @@ def evaluate(source: str = PAPER, columns: Columns | None = None, compared: str 
 
     Raises InputError for data that cannot be evaluated.
     """
-    read = trial.read(builtin.text(source, "clutch", ".csv"), source, columns)
+    read = trial.read(examples.text(source, "clutch", ".csv"), source, columns)
     compared = PAPER_COMPARISON if compared is None and source == PAPER else compared
-    samples = comparison.read(builtin.text(compared, "clutch", ".csv"), compared) if compared else []
+    samples = comparison.read(examples.text(compared, "clutch", ".csv"), compared) if compared else []
     return of(read, samples)
 
 

@@ -12,12 +12,12 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planter import __version__
 from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
 from planter.report import files, style
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+from planter.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

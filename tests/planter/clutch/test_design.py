@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from planter.clutch import config
+from planter.clutch import file
 from planter.clutch.design import design, refusal, sized
 from planter.clutch.linkage import Linkage
 from planter.clutch.rotor import Rotor
@@ -21,7 +21,7 @@ SIZED_TO = {
 
 
 def sizes(**changes: float) -> dict:
-    return design(config.load("shi2021", changes))
+    return design(file.load("shi2021", changes))
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_sizes_are_those_of_the_laws():
 
 def test_a_smaller_hexagon_would_not_do():
     """Shrinking the hexagon at the same travel leaves less than the wall outside the tooth roots."""
-    clutch = config.load("shi2021")
+    clutch = file.load("shi2021")
     values = sized(clutch)
     side = 0.99 * values["a"]
     outline, apothem = side * math.sqrt(3) / (2 * math.sin(math.radians(72))), side * math.sqrt(3) / 2

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from planter.clutch import config
+from planter.clutch import file
 from planter.clutch.engage import contact, dynamics, modal, motion, start, switching
 from planter.clutch.engage.dynamics import ANGLE, BENT, FREE, OUTPUT, SIZE, TRAVEL, WORKS, Clutch
 from planter.clutch.engage.inputs import Inputs, inputs
@@ -20,7 +20,7 @@ from planter.errors import ComputationError
 from planter.kernels import Kernel
 from tests.support.cli import answer
 
-FILE = config.load("shi2021")
+FILE = file.load("shi2021")
 GIVEN = inputs(FILE)
 JAWS = 5
 CLUTCHES: dict[str, Clutch] = {"reuleaux": dynamics.reuleaux(), "dog": dynamics.dog(JAWS)}

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from planter.clutch import config
+from planter.clutch import file
 from planter.clutch.engage import beam, modal
 from planter.errors import InputError
 from tests.support.cli import answer
 
-CLUTCH = config.load("shi2021")
+CLUTCH = file.load("shi2021")
 
 
 def test_motion_is_that_of_the_equations_of_tooth_and_mode() -> None:
@@ -55,7 +55,7 @@ def test_a_wrong_mass_breaks_the_energy_balance() -> None:
 
 
 def test_contact_is_never_lost_where_the_driving_force_rules() -> None:
-    slow = config.load("shi2021", {"input_speed_rpm": 0.01, "body_kg": 0.01})
+    slow = file.load("shi2021", {"input_speed_rpm": 0.01, "body_kg": 0.01})
     assert modal.result(slow.si)["t_loss_s"] is None
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planter import builtin
 from planter.clutch.field import Columns, evaluation, trial
 from planter.errors import InputError
+from planter.files import examples
 
-GOOD = builtin.example("shi2021-field")
+GOOD = examples.example("shi2021-field")
 RUNS = "run,A,B,Y\n1,1,1,2\n2,1,2,5\n3,2,1,3\n4,2,2,6\n"
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import builtin
 from planter.clutch.field import evaluate, evaluation, figures, page, trial
 from planter.clutch.field.analysis import Model
+from planter.files import examples
 from tests.support.cli import below
 
 KEYS = {"range", "anova", "best", "prediction", "comparison"}
@@ -41,8 +41,8 @@ def test_field_has_the_keys_of_the_contract() -> None:
 
 def test_a_users_own_file_is_read_and_compared_only_with_a_second_one(tmp_path: Path) -> None:
     path, statistics = tmp_path / "mine.csv", tmp_path / "clutches.csv"
-    path.write_text(builtin.example("shi2021-field"))
-    statistics.write_text(builtin.example("shi2021-comparison"))
+    path.write_text(examples.example("shi2021-field"))
+    statistics.write_text(examples.example("shi2021-comparison"))
     own, paper = answer("field", str(path)), answer("field")
     assert own["comparison"] == own["other_comparisons"] == []
     assert own["anova"] == paper["anova"]
@@ -55,7 +55,7 @@ def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) 
     assert code == 0
     assert all(text in out for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529"))
     path = tmp_path / "rest.csv"
-    path.write_text("".join(builtin.example("shi2021-field").splitlines(keepends=True)[:-1]))
+    path.write_text("".join(examples.example("shi2021-field").splitlines(keepends=True)[:-1]))
     code, out, _ = run("field", str(path))
     assert code == 0
     assert "Range analysis" not in out
@@ -64,7 +64,7 @@ def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) 
 
 def test_bad_calls_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
-    path.write_text(builtin.example("shi2021-field").replace("12.2", "twelve"))
+    path.write_text(examples.example("shi2021-field").replace("12.2", "twelve"))
     assert refusal("field", str(path)).startswith(f"planter: {path}: line 10, column Y1: 'twelve' is not allowed")
     assert "nowhere.csv" in refusal("field", "nowhere.csv")
     assert "did you mean shi2021-field" in refusal("field", "shi2021-feild")
@@ -122,7 +122,7 @@ def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
 
 
 def test_other_data_have_another_hash() -> None:
-    text = builtin.example("shi2021-field")
+    text = examples.example("shi2021-field")
     one, same, other = (
         page.provenance(evaluation.of(trial.read(t, "x.csv")))["data_sha256"]
         for t in (text, "# a comment\n" + text, text.replace("12.2", "12.3"))

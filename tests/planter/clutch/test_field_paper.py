@@ -100,10 +100,10 @@ def test_of_the_two_reductions_only_that_at_engagement_is_significant() -> None:
 
 
 def test_a_changed_run_is_noticed(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    from planter import builtin
+    from planter.files import examples
 
     path = tmp_path / "changed.csv"
-    path.write_text(builtin.example("shi2021-field").replace("5,2,2,3,1,7.7", "5,2,2,3,1,7.8"))
+    path.write_text(examples.example("shi2021-field").replace("5,2,2,3,1,7.7", "5,2,2,3,1,7.8"))
     found = evaluate(str(path)).result
     assert found["comparison"] == []
     assert not printed_as(found["anova"]["Y1"]["A"]["F"], "183.83")

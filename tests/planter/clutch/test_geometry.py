@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from planter import formulas
-from planter.clutch import config
+from planter.clutch import file
 from planter.clutch.geometry import geometry
-from planter.clutch.models import given, model
+from planter.clutch.model import given, model
 from planter.clutch.rotor import Rotor, outline
 from planter.errors import GeometryError
+from planter.kernels import formulas
 
-SHI = config.load("shi2021")
+SHI = file.load("shi2021")
 PAIRS = [(5, 6), (3, 4), (5, 4), (7, 6), (7, 8), (9, 10), (7, 12)]
 
 
@@ -260,7 +260,7 @@ def test_the_path_clears_the_limit_fillet_and_no_smaller_one(vertices, sides):
 
 def test_the_rule_in_print_is_the_wrong_way_round():
     """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit says."""
-    found = geometry(config.load("shi2021", {"fillet_mm": 2.0}))
+    found = geometry(file.load("shi2021", {"fillet_mm": 2.0}))
     assert not found["conditions"][0]["holds"]
     assert found["printed"]["conditions"][0]["holds"]
 
@@ -306,14 +306,14 @@ def test_travel_frees_the_outline_circle():
 
 
 def test_results_scale_with_the_hexagon():
-    larger = geometry(config.load("shi2021", {"hexagon_side_mm": 34}))
+    larger = geometry(file.load("shi2021", {"hexagon_side_mm": 34}))
     assert larger["R_mm"] == pytest.approx(2 * RESULT["R_mm"], rel=1e-14)
     assert larger["ellipse"]["semi_axes_over_R"] == pytest.approx(RESULT["ellipse"]["semi_axes_over_R"], rel=1e-13)
     assert larger["rotor"]["mismatch_over_R"] == pytest.approx(RESULT["rotor"]["mismatch_over_R"], rel=1e-12)
 
 
 def test_a_rod_that_does_not_reach_is_named():
-    found = geometry(config.load("shi2021", {"levels.rods_mm[1]": 70}))
+    found = geometry(file.load("shi2021", {"levels.rods_mm[1]": 70}))
     assert [row["crank_rotation_deg"] is None for row in found["linkage"]] == [False, True, False]
     (warning,) = found["warnings"]
     assert "shi2021: levels.rods_mm[1] = 70 is not allowed: it must be between" in warning

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from planter.clutch import config
+from planter.clutch import file
 from planter.clutch.linkage import Linkage, rods, steepest
-from planter.clutch.models import given, model
+from planter.clutch.model import given, model
 from planter.errors import ComputationError, GeometryError
 
 OWN = Linkage(0.015, 0.0471, 0.040)
@@ -97,7 +97,7 @@ def test_gear_rolls_on_the_rack(ratio):
 
 
 def test_drive_undoes_the_gears():
-    values = given(config.load("shi2021"))
+    values = given(file.load("shi2021"))
     drive = model().at(
         "drive", k=values["k"], span=values["r_A"] + values["r_D"], gamma=values["gamma"], theta_Amax=0.3
     )

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from planter.clutch import config
+from planter.clutch import file
 from planter.clutch.optimise import certificate, optimise
 from planter.clutch.switching import VARIABLES, Switching, TravelTime
 from planter.errors import ComputationError, InputError
 
-CLUTCH = config.load("shi2021")
+CLUTCH = file.load("shi2021")
 FOUND = optimise(CLUTCH)
 
 
@@ -81,14 +81,14 @@ def test_what_holds_the_optimum_is_what_gives_time_when_it_gives_way():
     for name, key in (("normal force", "normal_force_N"), ("tooth force", "tooth_force_N")):
         share = 1e-4
         limit = getattr(CLUTCH.limits, key)
-        freed = optimise(config.load("shi2021", {key: limit * (1 + share)}))["travel_time_s"]
+        freed = optimise(file.load("shi2021", {key: limit * (1 + share)}))["travel_time_s"]
         gained = (FOUND["travel_time_s"] - freed) / FOUND["start_travel_time_s"] / share
         worth = sum(m for active, m in held.items() if active.startswith(name))
         assert gained == pytest.approx(worth, rel=0.02)
 
 
 def test_the_time_goes_with_the_speed_of_the_links():
-    faster = optimise(config.load("shi2021", {"lift_rad_s": 1.8}))
+    faster = optimise(file.load("shi2021", {"lift_rad_s": 1.8}))
     assert faster["travel_time_s"] == pytest.approx(FOUND["travel_time_s"] / 2, rel=1e-6)
 
 
@@ -98,9 +98,9 @@ def test_same_seed_same_result():
 
 def test_what_cannot_be_kept_is_named():
     with pytest.raises(ComputationError, match="no design within the bounds keeps all limits: teeth"):
-        optimise(config.load("shi2021", {"teeth_least": 40}), starts=2)
+        optimise(file.load("shi2021", {"teeth_least": 40}), starts=2)
 
 
 def test_bounds_with_linkages_that_do_not_close_are_refused():
     with pytest.raises(InputError, match=r"search.rod_bounds_mm = \[40.0, 60.0\] is not allowed: it must lie between"):
-        optimise(config.load("shi2021", {"rod_bounds_mm[1]": 60}))
+        optimise(file.load("shi2021", {"rod_bounds_mm[1]": 60}))

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from planter import builtin
-from planter.clutch import config
+from planter.clutch import file
 from planter.errors import InputError
+from planter.files import examples
 from planter.report import files
 from tests.support.cli import below
 
@@ -18,7 +18,7 @@ run, answer, refusal = below("clutch")
 
 
 def tampered(folder: Path, old: str, new: str) -> str:
-    text = builtin.example("shi2021")
+    text = examples.example("shi2021")
     assert text.count(old) == 1
     path = folder / "my.toml"
     path.write_text(text.replace(old, new), encoding="utf-8")
@@ -73,7 +73,7 @@ def test_the_same_run_leaves_the_same_bytes_and_the_way_keeps_the_limits(tmp_pat
         "no friction in crank, rod and gears"
         in json.loads((tmp_path / "one" / "summary.json").read_text())["assumptions"]
     )
-    limits = config.load("shi2021").limits
+    limits = file.load("shi2021").limits
     assert columns["tooth_force_N"].max() <= limits.tooth_force_N * (1 + 2e-6)
     assert columns["rod_angle_deg"].max() <= limits.rod_angle_deg
 
@@ -146,7 +146,7 @@ def test_bad_calls_are_refused():
 
 
 def test_every_number_has_an_origin_and_the_paper_s_are_marked():
-    clutch = config.load("shi2021", {"tip_mm": 10.6})
+    clutch = file.load("shi2021", {"tip_mm": 10.6})
     origins = {path: clutch.origin(path) for path in clutch.numbers()}
     assert all(re.match("paper|assumed|set on the command line", origin) for origin in origins.values())
     assert origins["tooth.tip_mm"] == "set on the command line"
@@ -156,4 +156,4 @@ def test_every_number_has_an_origin_and_the_paper_s_are_marked():
 
 def test_a_clutch_cannot_be_asked_for_what_it_has_not():
     with pytest.raises(InputError, match="the file has no such value"):
-        config.load("shi2021").si("sleeve.depth_mm")
+        file.load("shi2021").si("sleeve.depth_mm")

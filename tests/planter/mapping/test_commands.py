@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import builtin
-from planter.mapping.files import load_poses
+from planter.files import examples
+from planter.mapping.file import load_poses
 from planter.report.files import read_cycle_csv
 from tests.planter.mapping.data import CORRECTED
 from tests.support.cli import answer, refusal, run
@@ -48,7 +48,7 @@ def test_synthesis_has_the_keys_of_the_contract() -> None:
     found = answer("synthesise", "sun2019-corrected")
     assert found.keys() >= SYNTHESIS
     assert found["singular_values"] == pytest.approx(
-        singular_values(tomllib.loads(builtin.example("sun2019-corrected"))["pose"])
+        singular_values(tomllib.loads(examples.example("sun2019-corrected"))["pose"])
     )
     assert found["complex_pairs"] == 1
     assert [d["radius_mm"] for d in found["dyads"]] == pytest.approx([99.724, 202.0462], abs=1e-4)
@@ -278,6 +278,6 @@ def test_a_curve_that_turns_back_is_no_success(tmp_path: Path) -> None:
 
 
 def test_every_built_in_file_can_be_used() -> None:
-    for name in builtin.names("mapping", ".toml"):
+    for name in examples.names("mapping", ".toml"):
         assert len(load_poses(name).poses) == 5
     assert "sun2019-curve" in answer("example")["examples"]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy
 
-from planter import builtin
 from planter.errors import ComputationError
-from planter.mapping import formulas
+from planter.files import examples
+from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn, unwrapped
 from planter.mapping.curve_file import load_curve
 from planter.mapping.dyads import Dyad, solve
@@ -65,9 +65,9 @@ def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
 def test_points_of_a_path_are_on_the_linkage() -> None:
     made = of_paths(LINKAGE, CHOICE)
     phi = made.relative[:7] + made.carrier[:7]
-    closure = formulas.closed(made.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
+    closure = model.closed(made.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
     assert np.abs(closure).max() < 1e-15
-    wrong = formulas.closed(made.carrier[7:9], made.relative[7:9] + made.carrier[7:9], LINKAGE.crank.vector,
+    wrong = model.closed(made.carrier[7:9], made.relative[7:9] + made.carrier[7:9], LINKAGE.crank.vector,
                             LINKAGE.follower.vector)[0]  # fmt: skip
     assert np.abs(wrong).min() > 1e-4
 
@@ -123,11 +123,11 @@ def test_misses_are_those_of_the_curve(closest: Nearest) -> None:
 def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
     """Random steps and a second optimiser from many starts, on the two poses in conflict, find nothing better."""
     poses, dyad = si(CORRECTED), DYADS[0]
-    wanted = np.vstack([poses[:, :2].T, formulas.placed(poses, dyad.point).T])
+    wanted = np.vstack([poses[:, :2].T, model.placed(poses, dyad.point).T])
     least = 0.125
 
     def cost(theta: np.ndarray, phi: np.ndarray) -> float:
-        return float(((formulas.arm(theta, phi, dyad.vector) - wanted) ** 2).sum())
+        return float(((model.arm(theta, phi, dyad.vector) - wanted) ** 2).sum())
 
     met = np.array([m.carrier for m in closest.misses])
     phi = closest.curve.at(met) + met
@@ -154,7 +154,7 @@ def test_poses_that_allow_it_are_passed_exactly() -> None:
     """A carrier that makes whole turns under an arm that swings: the miss is rounding, in every pose."""
     dyad = Dyad(np.array([-0.2, -0.05]), np.array([0.1, 0.0]), 0.1)
     theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])
-    tips = formulas.arm(theta, phi, dyad.vector)[:2]
+    tips = model.arm(theta, phi, dyad.vector)[:2]
     found = nearest(dyad, np.column_stack([tips.T, phi]))
     assert max(m.tip + m.hinge for m in found.misses) < 1e-7
     assert found.curve.monotone
@@ -169,10 +169,10 @@ def test_a_wider_bound_comes_closer(closest: Nearest) -> None:
 
 def test_gradient_of_the_places_is_exact() -> None:
     theta, phi, step = np.array([0.3, 2.0]), np.array([1.0, -0.4]), 1e-6
-    _, by_theta, by_phi = formulas.arm_slopes(theta, phi, DYADS[0].vector)
+    _, by_theta, by_phi = model.arm_slopes(theta, phi, DYADS[0].vector)
     for slopes, d_theta, d_phi in ((by_theta, step, 0), (by_phi, 0, step)):
-        ahead = formulas.arm(theta + d_theta, phi + d_phi, DYADS[0].vector)
-        behind = formulas.arm(theta - d_theta, phi - d_phi, DYADS[0].vector)
+        ahead = model.arm(theta + d_theta, phi + d_phi, DYADS[0].vector)
+        behind = model.arm(theta - d_theta, phi - d_phi, DYADS[0].vector)
         assert slopes == pytest.approx((ahead - behind) / (2 * step), abs=1e-9)
 
 
@@ -192,6 +192,6 @@ def test_points_are_ordered_round_the_turn() -> None:
 
 
 def test_the_built_in_points_close() -> None:
-    assert "Assumed" in builtin.example("sun2019-curve")
+    assert "Assumed" in examples.example("sun2019-curve")
     curve = load_curve("sun2019-curve")
     assert (len(curve.carrier), curve.sense) == (17, -1)

@@ -5,7 +5,7 @@ import pytest
 import scipy
 
 from planter.errors import InputError
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.dyads import Dyad, Scale, Solution, distinct, misses, null_space, solve
 from planter.mapping.family import family, parameters
 from planter.mapping.fit import fit
@@ -126,7 +126,7 @@ def of_dyad(dyad: np.ndarray) -> np.ndarray:
 def test_squaring_the_matrix_would_cost_half_the_digits() -> None:
     values = solve(si(CORRECTED)).singular_values
     assert len(values) == 5
-    rows = formulas.rows(Scale.of(si(CORRECTED)).inside(si(CORRECTED)))
+    rows = model.rows(Scale.of(si(CORRECTED)).inside(si(CORRECTED)))
     assert np.linalg.eigvalsh(rows @ rows.T)[::-1] == pytest.approx(values**2, rel=1e-9)
 
 
@@ -145,7 +145,7 @@ def test_printed_dyads_and_hinges(number: int) -> None:
     assert dyad.point * 1e3 == pytest.approx(point, abs=6e-5)
     assert dyad.centre * 1e3 == pytest.approx(centre, abs=6e-4)
     assert dyad.radius * 1e3 == pytest.approx(radius, abs=6e-4 if number == 0 else 1e-4)
-    hinges = formulas.placed(poses, dyad.point) * 1e3
+    hinges = model.placed(poses, dyad.point) * 1e3
     assert hinges[0] == pytest.approx(first, abs=6e-4)
     assert hinges[3] == pytest.approx(fourth, abs=6e-5)
 
@@ -162,7 +162,7 @@ def on_line(poses: np.ndarray, found: Solution) -> float:
     gaps = []
     for s in found.straights:
         where = poses if s.kind == "slider" else inverse(poses)
-        gaps.append(np.abs(formulas.placed(where, s.point) @ s.normal - s.offset).max())
+        gaps.append(np.abs(model.placed(where, s.point) @ s.normal - s.offset).max())
     return max(gaps)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.defects import defects, in_order, one_turn, reversals, standings
 from planter.mapping.dyads import solve
 from planter.mapping.linkage import TURN, FourBar
@@ -106,7 +106,7 @@ def test_rate_of_the_arm_is_that_of_the_closed_loop() -> None:
     theta, step = np.linspace(0, TURN, 20), 1e-5
     ones = np.ones(20)
     phi = PATENT.arm_angle(theta, ones)
-    _, by_theta, by_phi = formulas.closed(theta, phi, PATENT.crank.vector, PATENT.follower.vector)
+    _, by_theta, by_phi = model.closed(theta, phi, PATENT.crank.vector, PATENT.follower.vector)
     ahead, behind = (PATENT.arm_angle(theta + s, ones) for s in (step, -step))
     assert -by_theta / by_phi == pytest.approx((ahead - behind) / (2 * step), rel=1e-7)
 

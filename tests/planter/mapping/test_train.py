@@ -5,7 +5,7 @@ import pytest
 import scipy
 
 from planter.errors import ComputationError, GeometryError
-from planter.mapping import formulas
+from planter.mapping import model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.curve_file import load_curve
 from planter.mapping.dyads import solve
@@ -80,7 +80,7 @@ def test_curvature_is_that_of_the_points(gear: int) -> None:
     """By the circle through three neighbours on the polar curve."""
     train, step = harmonic(0.6), 2e-3
     theta = np.linspace(0.3, 6, 25)
-    kappa = formulas.curvature(*train.curve.slopes(theta), train.x_s, A)[gear]
+    kappa = model.curvature(*train.curve.slopes(theta), train.x_s, A)[gear]
     rate = ("dpsi1", "dpsi2", "dpsi3", "dpsi4")[gear]
     points, weights = np.polynomial.legendre.leggauss(12)
     three = []

@@ -6,14 +6,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter import machine, toolchain
-from planter.device import MODELS, Device, Model
+from planter.kernels import toolchain
 from planter.optimise import direct, ipopt
 from planter.optimise.descent import descend
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem
 from planter.optimise.response import Planting
+from planter.planting import file
+from planter.planting.model import MODELS, Device, Model
 
 SAMPLES = 120
 
@@ -39,7 +40,7 @@ def programme(device: Device, kind: str = "paper") -> Epigraph:
 @pytest.fixture(scope="module", params=MODELS)
 def device(request: pytest.FixtureRequest) -> Device:
     model: Model = request.param
-    found = Device(machine.load("wang2017"), model)
+    found = Device(file.load("wang2017"), model)
     found.compile()
     found.force.hessian_kernel.compile()
     return found
@@ -88,4 +89,4 @@ def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.M
 
 
 def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
-    assert direct.functions(programme(Device(machine.load("wang2017")))) is None
+    assert direct.functions(programme(Device(file.load("wang2017")))) is None

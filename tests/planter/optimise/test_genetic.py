@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from planter.machine import load
 from planter.optimise import genetic
 from planter.optimise.problem import Problem
+from planter.planting.file import load
 from tests.planter.optimise import toys
 
 

@@ -5,7 +5,8 @@ import pytest
 
 from planter import optimise
 from planter.errors import ComputationError
-from planter.optimise import joints, roots
+from planter.numerics import roots
+from planter.optimise import joints
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 

@@ -5,12 +5,12 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from planter.device import Device, Model
 from planter.kernels import Array
-from planter.machine import load
 from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem, Sampling
 from planter.optimise.response import Event, Planting
+from planter.planting.file import load
+from planter.planting.model import Device, Model
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper"), Objective(0.6, 0.4, "paper")

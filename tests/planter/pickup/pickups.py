@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.pickup.config import load
+from planter.pickup.file import load
 from planter.pickup.law import CosineLaw, Dwell
-from planter.pickup.train import Train, build
+from planter.pickup.model import Train, build
 
 L1, L2, FAR = 0.0933377, 0.163, np.radians(40)
 P, START, END = 0.3549389251, np.radians(210), np.radians(270)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import builtin
+from planter.files import examples
 from tests.support.cli import below
 
 KEYS = {
@@ -16,8 +16,8 @@ KEYS = {
     "round_trip_error_rad", "at",
 }  # fmt: skip
 AT = {"t_deg", "tip_mm", "L3_mm", "tip_speed_mm_s", "rho1_mm", "rho2_mm", "contact_ratio"}
-TOML = builtin.example("yu2023", "pickup", ".toml")
-CSV = builtin.example("yu2023-path", "pickup", ".csv")
+TOML = examples.example("yu2023", "pickup", ".toml")
+CSV = examples.example("yu2023-path", "pickup", ".csv")
 
 
 run, answer, refusal = below("pickup")

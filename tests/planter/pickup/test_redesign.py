@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from planter.pickup.config import load
+from planter.pickup.file import load
 from planter.pickup.graph import nodes
 from planter.pickup.inverse import invert
+from planter.pickup.model import build
 from planter.pickup.redesign import NAMES, Problem, redesign
 from planter.pickup.requirements import push, requirements
-from planter.pickup.train import build
 from tests.planter.pickup.pickups import steps
 
 MACHINE = load("yu2023")

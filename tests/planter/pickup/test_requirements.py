@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter.pickup.config import load
+from planter.pickup.file import load
+from planter.pickup.model import Train, build
 from planter.pickup.requirements import Requirement, push, requirements
-from planter.pickup.train import Train, build
 from planter.pickup.tray import Cell, Entry
 from tests.planter.pickup.pickups import L1, L2, built_in, law
 

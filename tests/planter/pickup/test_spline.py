@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from planter.pickup.config import load
+from planter.pickup.file import load
 from planter.pickup.spline import PathSpline
 from tests.planter.pickup.pickups import arm, steps, tips
 

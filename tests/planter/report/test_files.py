@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import builtin, machine
 from planter.errors import ComputationError, InputError
+from planter.files import examples
+from planter.planting import file
 from planter.report import files
 
 NASTY = [0.1, 1 / 3, -0.0, 5e-324, 1.7976931348623157e308, 123456789.123456789, math.pi, 1e22, 2.0**-1074 * 3]
@@ -101,24 +102,24 @@ def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
 
 def test_provenance_is_of_the_values_not_of_the_file(tmp_path: Path) -> None:
     copy = tmp_path / "copy.toml"
-    copy.write_text("# another comment\n" + builtin.example("wang2017"), encoding="utf-8")
-    own = files.provenance(machine.load("wang2017"), seed=7)
-    assert files.provenance(machine.load(copy), seed=7) == own
+    copy.write_text("# another comment\n" + examples.example("wang2017"), encoding="utf-8")
+    own = files.provenance(file.load("wang2017"), seed=7)
+    assert files.provenance(file.load(copy), seed=7) == own
     assert own["seed"] == 7
     assert len(own["machine_sha256"]) == 64
     assert {"planter", "casadi", "numpy", "python"} <= set(own)
-    assert "seed" not in files.provenance(machine.load("wang2017"))
+    assert "seed" not in files.provenance(file.load("wang2017"))
 
 
 def test_provenance_tells_every_change_of_a_value() -> None:
-    own = files.provenance(machine.load("wang2017"))
-    changed = files.provenance(machine.load("wang2017", {"sun_kg": 0.40000000000000008}))
+    own = files.provenance(file.load("wang2017"))
+    changed = files.provenance(file.load("wang2017", {"sun_kg": 0.40000000000000008}))
     assert changed["machine_sha256"] != own["machine_sha256"]
     assert changed["overridden"] == ["mass.sun_kg"]
 
 
 def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
-    found = machine.load("wang2017", {"sun_kg": 0.5})
+    found = file.load("wang2017", {"sun_kg": 0.5})
     text = "\n".join(files.comments(found, "exact", {"m31": 1.542, "k6": 0.1 + 0.2}, seed=3))
     for part in ("wang2017", "model: exact", "m31 = 1.542", "k6 = 0.30000000000000004", "casadi", "mass.sun_kg", "3"):
         assert part in text

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter import emitted
-from planter.machine import Machine, load
-from planter.report import figures, files, html, planting
+from planter.kernels import generated
+from planter.planting.file import Machine, load
+from planter.planting.report import figures
+from planter.planting.report import page as planting
+from planter.report import files, html
 
 EVIL = "<script>alert('x')</script> & \"more\""
 SUMMARY: dict[str, Any] = {
@@ -47,7 +49,7 @@ def drawings() -> dict[str, str]:
 def page_of(machine: Machine, drawings: dict[str, str], **changes: Any) -> str:
     summary = {**SUMMARY, "design": dict(machine.design), **changes}
     return planting.device_page(
-        machine, emitted.sidecar("planting_exact"), summary, drawings, files.provenance(machine, 5)
+        machine, generated.sidecar("planting_exact"), summary, drawings, files.provenance(machine, 5)
     )
 
 
@@ -164,14 +166,14 @@ def test_results_certificate_and_warnings_are_shown(drawings: dict[str, str]) ->
         "seed 5",
     ):
         assert part in text
-    for assumption in emitted.sidecar("planting_exact")["assumptions"]:
+    for assumption in generated.sidecar("planting_exact")["assumptions"]:
         assert assumption in text
 
 
 def test_a_simulation_has_no_certificate() -> None:
     machine = load("wang2017")
     summary = {key: value for key, value in SUMMARY.items() if key not in ("certificate", "cross", "warnings")}
-    text = words(planting.device_page(machine, emitted.sidecar("planting_exact"), summary, {}))
+    text = words(planting.device_page(machine, generated.sidecar("planting_exact"), summary, {}))
     assert text.count("Simulation of the planting device wang2017") == 2
     assert "Certificate" not in text
     assert "Warnings" not in text

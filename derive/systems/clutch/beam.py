@@ -1,0 +1,175 @@
+"""Engagement of tooth and output shaft in one mode (shi2021, section 3.1), for several shapes of bending.
+
+A shape phi(x) of height 1 at the contact gives the beam the kinetic energy M y'^2 / 2 and the strain energy K y^2 / 2
+of one coordinate y, its deflection there (Rayleigh).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+from sympy import Expr, S, cos, cosh, pi, sin, sinh
+
+from ...chain import Chain, Solve
+from ...equations import Equation
+from ...model import Formulas, Let, Stage
+from ...quantity import Quantity, Vector
+from . import quantities as q
+from .geometry import apothem
+from .model import FLATS
+from .motion import engagement_claims, mode
+
+SOURCE = "derived: beam"
+ASSUMPTIONS = (
+    "output shaft is a uniform Euler-Bernoulli beam of hexagonal section, in one assumed shape",
+    "shaft end undeformed at contact and at the body's speed; both move together",
+)
+
+Z = sp.Symbol("z", nonnegative=True)
+"""Place along the overhang as a share of it."""
+DIGITS = 40
+
+
+def _found(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(name, unit, meaning, SOURCE)
+
+
+MASS = _found("mass_coefficient", "1", "modal mass over the mass of the overhang")
+STIFFNESS = _found("stiffness_coefficient", "1", "modal stiffness over E I / l^3")
+SWING = _found("swing", "N", "amplitude of the load about the driving force")
+LAG = _found("lag", "rad", "phase at which the load passes the driving force")
+N_0 = _found("N_0", "N", "contact load at the start")
+T_MAX = _found("t_max", "s", "time of the largest load")
+T_LOSS = _found("t_loss", "s", "time at which contact is lost; after a full swing to zero where it never is")
+RATE = _found("rate", "m/s", "speed of tooth and shaft end")
+
+BEAM = Vector("beam", (FLATS, q.E, q.rho, q.l))
+STRUCK = Vector("struck", (q.m1, q.F_M, q.Delta_omega, q.r1))
+"""What strikes the shaft: mass, force, speed difference, radius."""
+
+
+def clamped_free() -> tuple[Expr, Expr]:
+    """First eigenvalue b of the clamped-free beam, cos(b) cosh(b) = -1, and its shape, of height 1 at the end."""
+    b = sp.Dummy("b")
+    root = sp.nsolve(cos(b) * cosh(b) + 1, b, 1.875, prec=DIGITS)
+    share = (cosh(root) + cos(root)) / (sinh(root) + sin(root))
+    return root, (cosh(root * Z) - cos(root * Z) - share * (sinh(root * Z) - sin(root * Z))) / 2
+
+
+def static() -> Expr:
+    """A beam clamped at z = 0, free of moment at z = 1, under a load there, of height 1 at the end."""
+    a, b, c, d = sp.symbols("a b c d")
+    shape = a + b * Z + c * Z**2 + d * Z**3
+    ends = [shape.subs(Z, 0), shape.diff(Z).subs(Z, 0), shape.diff(Z, 2).subs(Z, 1), shape.subs(Z, 1) - 1]
+    return shape.subs(sp.solve(ends, (a, b, c, d)))
+
+
+def shapes() -> dict[str, Expr]:
+    """Shapes to choose from over z, by name; the first is the paper's."""
+    return {
+        "quarter_sine": mode().subs(q.x, Z * q.l),
+        "clamped_cosine": 1 - cos(pi / 2 * Z),
+        "clamped_static": static(),
+        "clamped_mode": clamped_free()[1],
+    }
+
+
+def coefficients(shape: Expr) -> tuple[Expr, Expr]:
+    """Integrals of the shape squared and of its curvature squared over 0..1."""
+    if shape.has(sp.Float):
+        return sp.Rational(str(_quadrature(shape))), sp.Rational(str(_quadrature(shape.diff(Z, 2))))
+    return _integral(shape), _integral(shape.diff(Z, 2))
+
+
+def _integral(expr: Expr) -> Expr:
+    """Integral of a square over 0..1."""
+    return sp.simplify(sp.integrate(expr**2, (Z, 0, 1)))
+
+
+def _quadrature(expr: Expr) -> sp.Float:
+    """Integral of a square over 0..1 to 20 digits."""
+    return sp.N(sp.Integral(expr**2, (Z, 0, 1)).evalf(DIGITS // 2 + 5), DIGITS // 2)
+
+
+def _claims() -> dict[str, Equation]:
+    return {equation.number: equation for equation in engagement_claims()}
+
+
+def _solved(equations: Mapping[str, Equation], *order: tuple[str, Quantity]) -> tuple[Let, ...]:
+    return Chain(equations, [Solve(claim, unknown) for claim, unknown in order]).lets()
+
+
+def beam_stage(name: str, shape: Expr) -> Stage:
+    """Modal mass and stiffness of the shaft in a shape, and the mass of the whole overhang."""
+    mass, stiffness = coefficients(shape)
+    (edge,) = sp.solve(2 * apothem(q.a1) - FLATS, q.a1)
+    steps = (
+        Let(q.a1, edge, "derived: regular hexagon"),
+        *_solved(
+            _claims(),
+            ("section of the shaft", q.S),
+            ("second moment of the shaft", q.I),
+            ("mass of the overhanging shaft", q.m2),
+        ),
+        Let(MASS, mass, SOURCE),
+        Let(STIFFNESS, stiffness, SOURCE),
+        Let(q.M_1, MASS * q.m2, SOURCE),
+        Let(q.K_1, STIFFNESS * q.E * q.I / q.l**3, SOURCE),
+    )
+    return Stage(name, (BEAM,), steps, Vector(name, (MASS, STIFFNESS, q.M_1, q.K_1, q.m2, q.I)))
+
+
+def frequency() -> tuple[Let, ...]:
+    """Frequency of shaft and body in contact, and the acceleration by the driving force: they move as one mass."""
+    moving = q.M_1 + q.m1
+    return (Let(q.B1, sp.sqrt(q.K_1 / moving), SOURCE), Let(q.B2, q.F_M / moving, SOURCE))
+
+
+def load() -> Expr:
+    """Contact load over time."""
+    (found,) = _solved(_claims(), ("contact load over time", q.N))
+    return found.expr
+
+
+def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> Stage:
+    """The load as a swing about the driving force: largest, when, and when it is gone."""
+    found = sp.expand(load())
+    sine, cosine = found.coeff(sin(q.B1 * q.t)), found.coeff(cos(q.B1 * q.t))
+    steps = (
+        *rates,
+        Let(SWING, sp.sqrt(sine**2 + cosine**2), SOURCE),
+        Let(LAG, sp.atan2(-cosine, sine), SOURCE),
+        Let(N_0, found.subs(q.t, 0), SOURCE),
+        Let(q.N_max, q.F_M + SWING, SOURCE),
+        Let(T_MAX, (pi / 2 + LAG) / q.B1, SOURCE),
+        Let(T_LOSS, (pi + LAG + sp.asin(sp.Min(S.One, q.F_M / SWING))) / q.B1, SOURCE),
+    )
+    given = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS)
+    return Stage("extremes", inputs, steps, Vector("extremes", given))
+
+
+def motion() -> Stage:
+    """Deflection at the contact, its rate and the load at a time."""
+    steps = (
+        *_solved(_claims(), ("deflection at the contact over time", q.y_max)),
+        *_solved(_claims(), ("contact load over time", q.N)),
+    )
+    rate = Let(RATE, steps[0].expr.diff(q.t), SOURCE)
+    return Stage("motion", (q.t, q.B1, q.B2, STRUCK), (*steps, rate), Vector("motion", (q.y_max, RATE, q.N)))
+
+
+def exact() -> Formulas:
+    """The engagement from first principles."""
+    beams = (beam_stage(name, shape) for name, shape in shapes().items())
+    stages = (*beams, extremes(frequency(), (q.M_1, q.K_1, STRUCK)), motion())
+    return Formulas("clutch_beam", "Engagement in one mode, from first principles", "derived", ASSUMPTIONS, stages)
+
+
+def printed(equations: Mapping[str, Equation]) -> Formulas:
+    """The engagement with the frequency and the acceleration that a paper prints; from there on it follows (11)."""
+    by_claim = {str(equation.claims): equation for equation in equations.values()}
+    rates = _solved(by_claim, ("circular frequency in contact", q.B1), ("acceleration by the driving force", q.B2))
+    stage = extremes(rates, (q.E, q.I, q.l, q.m2, STRUCK))
+    title = "Engagement in one mode, as printed"
+    return Formulas("clutch_beam_printed", title, "shi2021 (8)-(12), taken literally", ASSUMPTIONS, (stage,))

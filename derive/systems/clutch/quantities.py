@@ -1,0 +1,125 @@
+"""Vocabulary of the Reuleaux-pentagon clutch: every symbol that its derivation and its paper share.
+
+Frame xOy: origin at the centre of the hexagonal hole, x to the right along its upper side, y up; XOY is turned by
+60 deg counter-clockwise. Vertices A and B slide on the two sides that meet at the upper left corner, C is opposite.
+"""
+
+from __future__ import annotations
+
+from ...quantity import Quantity
+
+_PAPER = "shi2021"
+
+
+def _given(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
+    return Quantity(name, unit, meaning, _PAPER, shown)
+
+
+def _found(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(name, unit, meaning, "derived: clutch")
+
+
+# polygon in the hexagon
+R = _given("R", "m", "constant width of the polygon, diagonal of its pentagon; of whichever pentagon is spoken of")
+a = _given("a", "m", "side of the hexagonal hole", "sleeve.hexagon_side_mm")
+theta = _given("theta", "rad", "direction of AC below +x")
+beta = _given("beta", "rad", "direction of BC below +X")
+x_A = _found("x_A", "m", "vertex A, x")
+y_A = _found("y_A", "m", "vertex A, y")
+X_B = _found("X_B", "m", "vertex B, X")
+Y_B = _found("Y_B", "m", "vertex B, Y")
+x_C = _found("x_C", "m", "vertex C, x")
+y_C = _found("y_C", "m", "vertex C, y")
+X_C = _found("X_C", "m", "vertex C, X")
+Y_C = _found("Y_C", "m", "vertex C, Y")
+A1 = _found("A1", "1", "share of R sin(theta) in the path of C, x")
+A2 = _found("A2", "1", "share of R cos(theta) in the path of C, x")
+x_E = _found("x_E", "m", "centre of the ellipse that C describes, x")
+y_E = _found("y_E", "m", "centre of the ellipse that C describes, y")
+x_F = _found("x_F", "m", "focus of the ellipse, x")
+y_F = _found("y_F", "m", "focus of the ellipse, y")
+s_1 = _found("s_1", "m", "semi-major axis of the ellipse")
+s_2 = _found("s_2", "m", "semi-minor axis of the ellipse")
+rho_C = _found("rho_C", "m", "radius of curvature of the path of C where it leaves the side of the hexagon")
+e_3 = _found("e_3", "m", "overlap of the outline with the third pair of sides while the other two pairs are touched")
+
+# teeth and output shaft
+a1 = _given("a1", "m", "edge of the hexagonal section of the output shaft")
+r = _given("r", "m", "fillet radius on the corners of the output shaft", "shaft.fillet_mm")
+rho_t = _found("rho_t", "m", "radius of curvature of the tooth tips' path where it leaves the flat of the output shaft")
+b1 = _given("b1", "m", "distance of the tooth tips from the centroid of the body", "tooth.tip_mm")
+b2 = _given("b2", "m", "distance of the tooth roots from the centroid of the body", "tooth.root_mm")
+xi = _found("xi", "rad", "full angle between the two faces of a tooth")
+
+# travel of the sleeve
+phi = _given("phi", "rad", "inclination of the tapered contact surface to the axis", "sleeve.axial_angle_deg")
+c = _given("c", "m", "axial travel of the sleeve", "sleeve.travel_mm")
+c_min = _found("c_min", "m", "least axial travel that lets the body turn coaxially")
+b = _found("b", "m", "largest outline radius of the body: distance of a vertex from the centroid")
+R1 = _given("R1", "m", "largest outline radius of the body at the left end")
+R2 = _given("R2", "m", "largest outline radius of the body at the right end", "sleeve.right_radius_mm")
+d = _given("d", "m", "axial length of the body", "sleeve.length_mm")
+F1 = _given("F1", "N", "engaging force", "sleeve.engaging_force_N")
+F2 = _given("F2", "N", "preload of the spring", "sleeve.spring_preload_N")
+mu = _given("mu", "1", "coefficient of friction of body and sleeve", "sleeve.friction")
+F_N = _found("F_N", "N", "normal force between body and sleeve")
+f = _found("f", "N", "friction force between body and sleeve")
+
+# control linkage
+alpha = _given("alpha", "rad", "inclination of the links of the parallel four-bar to the horizontal")
+gamma = _given("gamma", "rad", "mounting phase angle of the arc rack", "linkage.rack_phase_deg")
+r_A = _given("r_A", "m", "pitch radius of the crank gear", "linkage.crank_gear_radius_mm")
+r_D = _given("r_D", "m", "pitch radius of the arc rack", "linkage.rack_radius_mm")
+k = _given("k", "1", "gear radius ratio, crank gear to arc rack")
+theta_A = _found("theta_A", "rad", "rotation of the crank gear, counted in the fixed frame")
+theta_AR = _found("theta_AR", "rad", "rotation of the crank gear relative to the link that carries it")
+theta_Amax = _found("theta_Amax", "rad", "rotation of the crank gear from the start of mesh to the limit")
+n = _found("n", "1", "teeth that the crank gear turns through from the start of mesh to the limit")
+m = _given("m", "m", "module of crank gear and rack", "linkage.module_mm")
+l_AB = _given("l_AB", "m", "length of the crank", "linkage.crank_mm")
+l_BC = _given("l_BC", "m", "length of the connecting rod", "linkage.rod_mm")
+l_AC = _given("l_AC", "m", "distance from the crank's axis A to the sleeve's pin C when engaged", "linkage.distance_mm")
+
+# engagement
+x = _given("x", "m", "position along the output shaft, from its bearing")
+t = _given("t", "s", "time since contact")
+l = _given("l", "m", "overhang of the output shaft: the contact is at x = l", "shaft.overhang_mm")  # noqa: E741
+E = _given("E", "N/m2", "modulus of elasticity of the output shaft", "shaft.modulus_GPa")
+I = _given("I", "m4", "second moment of area of the output shaft")  # noqa: E741
+rho = _given("rho", "kg/m3", "density of the output shaft", "shaft.density_kg_m3")
+S = _given("S", "m2", "section of the output shaft")
+m1 = _given("m1", "kg", "mass of the engaging body", "engagement.body_kg")
+m2 = _given("m2", "kg", "mass of the overhanging end of the output shaft, all of it")
+F_M = _given("F_M", "N", "driving force on the engaging body")
+Delta_omega = _given("Delta_omega", "rad/s", "speed of the engaging body less that of the output shaft")
+r1 = _given("r1", "m", "turning radius of the contact point", "engagement.contact_radius_mm")
+N = _found("N", "N", "contact load N(t)")
+N_max = _found("N_max", "N", "largest contact load")
+y = _found("y", "m", "deflection y(x, t) of the output shaft")
+y_max = _found("y_max", "m", "deflection at the contact: the one coordinate of the mode")
+y_4x = _found("y_4x", "1/m3", "fourth derivative of the deflection along the shaft, at x")
+a_x = _found("a_x", "m/s2", "acceleration of the shaft at x")
+a_l = _found("a_l", "m/s2", "acceleration of the shaft at the contact, x = l")
+v_0 = _found("v_0", "m/s", "speed of the shaft at the contact when it begins, x = l and t = 0")
+delta_l = _found("delta_l", "1/m", "Dirac's delta of x - l; where a number is needed, its part in the one mode")
+K_1 = _found("K_1", "N/m", "modal stiffness of the output shaft")
+M_1 = _found("M_1", "kg", "modal mass of the output shaft")
+B1 = _found("B1", "rad/s", "circular frequency of shaft and body in contact")
+B2 = _found("B2", "m/s2", "acceleration that the driving force gives to shaft and body in contact")
+
+# slip
+theta0 = _given("theta0", "rad", "angle between the engaging surface and the slider's reaction F_x", "slip.angle_deg")
+F_x = _given("F_x", "N", "reaction of the slider on the tooth that pulls it along the surface and presses it on")
+F_y = _given("F_y", "N", "reaction of the slider at right angles to F_x, it too presses on", "slip.reaction_N")
+f0 = _given("f0", "N", "friction between tooth and shaft, against the slip", "slip.friction_N")
+a0 = _found("a0", "m/s2", "acceleration of the tooth along the surface")
+
+# field test
+Y1 = _given("Y1", "m", "lag distance at engagement")
+Y2 = _given("Y2", "m", "lag distance at cut-off")
+S1 = _given("S1", "m", "place of the first seed along the row", "field.first_seed_mm")
+S2 = _given("S2", "m", "place where the opener enters the soil", "field.entry_mm")
+S3 = _given("S3", "m", "place of the last seed along the row", "field.last_seed_mm")
+S4 = _given("S4", "m", "place where the opener leaves the soil", "field.exit_mm")
+t_c = _given("t_c", "s", "time to switch")
+v_c = _given("v_c", "m/s", "mean switching speed of the sleeve", "sleeve.switching_speed_mm_s")

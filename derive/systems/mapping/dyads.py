@@ -1,0 +1,219 @@
+"""From poses to dyads by kinematic mapping, from geometry (patent CN107654585B, step 2).
+
+Stated here: two frames, a hinge that is fixed in one and lies on a circle in the other, a pose as a dual quaternion.
+Every formula comes out of them by program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import NamedTuple
+
+import sympy as sp
+from sympy import Expr, S
+
+from ...equations import Equation
+from ...mechanics.frames import Frame, Point, Vec, displacement
+from ...mechanics.frames import Z as UP
+from ...quantity import Quantity
+from . import quantities as q
+
+WORLD = Frame("frame")
+ARM = Frame("arm", WORLD, UP, q.phi)
+
+ORIGIN = Point("O")
+TIP = Point("tip", ORIGIN, Vec(WORLD, (q.d1, q.d2, S.Zero)))
+MOVING_HINGE = Point("moving hinge", TIP, Vec(ARM, (q.x, q.y, S.Zero)))
+NAMED_HINGE = Point("moving hinge, named", ORIGIN, Vec(WORLD, (q.X, q.Y, S.Zero)))
+FIXED_HINGE = Point("fixed hinge", ORIGIN, Vec(WORLD, (q.X_c, q.Y_c, S.Zero)))
+
+LEADING: tuple[Expr, ...] = (-q.a0, q.a0 * q.x, q.a0 * q.y, q.a1, q.a2, q.a2 * q.x, -q.a1 * q.x / 2, q.a3 / 4)
+"""The term of each coefficient p that fixes what the form it multiplies is scaled by."""
+
+
+def claim(text: str, residual: Expr, defines: Quantity | None = None) -> Equation:
+    return Equation(text, residual, f"derived: {text}", text, defines=defines)
+
+
+def definition(text: str, symbol: Quantity, expr: Expr) -> Equation:
+    return claim(text, symbol - expr, symbol)
+
+
+def hinge() -> tuple[Expr, Expr]:
+    """The moving hinge in the fixed frame, by the pose."""
+    X, Y, _ = displacement(ORIGIN, MOVING_HINGE, WORLD).components
+    return X, Y
+
+
+def quaternion(real: Expr, axial: Expr) -> tuple[Expr, Expr, Expr, Expr]:
+    """Mapping parameters of a pose, its turn given by the two parts of the unit quaternion (Blaschke, Gruenwald).
+
+    The dual part is half the translation times the rotation.
+    """
+    turn = sp.Quaternion(real, 0, 0, axial)
+    dual = sp.Quaternion(0, q.d1, q.d2, 0) * turn
+    return sp.expand(-dual.c / 2), sp.expand(dual.b / 2), turn.d, turn.a
+
+
+def pose_by_mapping() -> dict[Quantity, Expr]:
+    """The place of a pose by its mapping parameters, which may all be multiplied by one number."""
+    first, second, _, _ = quaternion(q.Z4, q.Z3)
+    return sp.solve([first - q.Z1, second - q.Z2], [q.d1, q.d2], simplify=True)
+
+
+def hinge_by_mapping() -> tuple[Expr, Expr]:
+    """The moving hinge by the mapping parameters: the angle leaves through the tangent of its half."""
+    half, place = sp.tan(q.phi / 2), pose_by_mapping()
+
+    def mapped(coordinate: Expr) -> Expr:
+        rational = coordinate.replace(lambda e: isinstance(e, sp.sin | sp.cos), lambda e: e.rewrite(sp.tan))
+        return sp.factor(rational.subs(half, q.Z3 / q.Z4).xreplace(place))
+
+    X, Y = hinge()
+    return mapped(X), mapped(Y)
+
+
+class Circle(NamedTuple):
+    """A circle about the fixed hinge: its equation, and its coefficients by centre and radius."""
+
+    residual: Expr
+    coefficients: dict[Quantity, Expr]
+
+
+def circle() -> Circle:
+    """The moving hinge keeps its distance from the fixed one."""
+    away = displacement(FIXED_HINGE, NAMED_HINGE, WORLD)
+    poly = sp.Poly(q.a0 * (q.L1**2 - away.dot(away)), q.X, q.Y)
+    names = {q.X: 2 * q.a1, q.Y: 2 * q.a2, S.One: q.a3}
+    named = sum(names.get(m, poly.coeff_monomial(m)) * m for m in (sp.prod(_powers(poly, k)) for k in poly.monoms()))
+    unknown = [poly.coeff_monomial(m) - name for m, name in names.items()]
+    return Circle(named, sp.solve(unknown, [q.a1, q.a2, q.a3]))
+
+
+def _powers(poly: sp.Poly, exponents: tuple[int, ...]) -> list[Expr]:
+    return [gen**n for gen, n in zip(poly.gens, exponents, strict=True)]
+
+
+def fixed_hinge() -> dict[Quantity, Expr]:
+    """Centre and radius by the coefficients of the circle."""
+    named = circle().coefficients
+    centre = sp.solve([named[k] - k for k in (q.a1, q.a2)], [q.X_c, q.Y_c])
+    square = sp.Dummy(positive=True)
+    (found,) = sp.solve(named[q.a3].subs(q.L1**2, square).xreplace(centre) - q.a3, square)
+    return {**centre, q.L1: sp.sqrt(sp.expand(found))}
+
+
+@cache
+def linear_form() -> tuple[tuple[Expr, Expr], ...]:
+    """The circle, by the mapping parameters, as a sum of eight products: coefficient of the dyad, form of the pose.
+
+    Terms of the dyad that multiply forms of the pose in proportion belong together.
+    """
+    X, Y = hinge_by_mapping()
+    scaled = circle().residual.xreplace({q.X: X, q.Y: Y}) * (q.Z3**2 + q.Z4**2)
+    poly = sp.Poly(sp.cancel(scaled) / 4, q.a0, q.a1, q.a2, q.a3, q.x, q.y)
+    terms = {sp.prod(_powers(poly, exponents)): form for exponents, form in poly.terms()}
+    products = []
+    for leading in LEADING:
+        factor, monomial = leading.as_coeff_Mul()
+        form = sp.expand(terms[monomial] / factor)
+        share = {m: sp.cancel(f / form) for m, f in terms.items()}
+        products.append((sum(m * s for m, s in share.items() if s.is_number), form))
+    return tuple(products)
+
+
+def coefficients() -> dict[Quantity, Expr]:
+    return {p: of_dyad for p, (of_dyad, _) in _numbered()}
+
+
+def _numbered() -> Iterator[tuple[Quantity, tuple[Expr, Expr]]]:
+    return zip(q.COEFFICIENTS, linear_form(), strict=True)
+
+
+def row() -> dict[Quantity, Expr]:
+    """The entries of a row of the matrix: the forms, in the mapping parameters of pose j."""
+    at_j = dict(zip(q.MAPPED, q.MAPPED_J, strict=True))
+    return {entry: form.xreplace(at_j) for entry, (_, form) in zip(q.ENTRIES, linear_form(), strict=True)}
+
+
+def conditions() -> tuple[Expr, Expr]:
+    """What eight coefficients of one dyad must satisfy: six of them fix the dyad, the others then follow."""
+    named = coefficients()
+    dyad = [q.a0, q.x, q.y, q.a1, q.a2]
+    fixed = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], dyad, dict=True)[0]
+    first, second = (sp.numer(sp.together(p - named[p].xreplace(fixed))) for p in (q.p6, q.p7))
+    return sp.expand(first), sp.expand(second)
+
+
+def null_vector() -> dict[Quantity, Expr]:
+    """The vectors that a matrix takes to zero are the sums of multiples of a basis."""
+    vector = sp.Matrix(q.BASIS).T * sp.Matrix(q.PARAMETERS)
+    return dict(zip(q.COEFFICIENTS, vector, strict=True))
+
+
+def conics() -> tuple[dict[Quantity, Expr], dict[Quantity, Expr]]:
+    """The conditions on the null space: coefficients K by the basis."""
+    first, second = (sp.Poly(condition.xreplace(null_vector()), *q.PARAMETERS) for condition in conditions())
+    return _named(q.K1, first), _named(q.K2, second)
+
+
+def _named(names: tuple[Quantity, ...], conic: sp.Poly) -> dict[Quantity, Expr]:
+    return {name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS.values(), strict=True)}
+
+
+def conic(names: tuple[Quantity, ...]) -> Expr:
+    return sum(name * m for name, m in zip(names, q.MONOMIALS.values(), strict=True))
+
+
+@cache
+def eliminant() -> sp.Poly:
+    """What alpha/gamma of a common solution satisfies: the resultant of the two conics, divided by gamma^2."""
+    scaled = [conic(names).xreplace({q.gamma: S.One}) for names in (q.K1, q.K2)]
+    return sp.Poly(sp.resultant(*scaled, q.beta), q.alpha)
+
+
+def zero_eigenvalues() -> int:
+    """Of the transposed matrix times the matrix, for five poses in general position (on the moment curve)."""
+    poses = [dict(zip(q.MAPPED_J, (1, j, j**2, j**3), strict=True)) for j in range(1, 6)]
+    matrix = sp.Matrix([[form.xreplace(pose) for form in row().values()] for pose in poses])
+    square = matrix.T * matrix
+    return square.cols - square.rank()
+
+
+def equations() -> Iterator[Equation]:
+    """From a pose and a hinge to the conditions on the null space, and back to the dyad."""
+    tip = displacement(ORIGIN, TIP, WORLD)
+    for n, (name, expr, coordinate) in enumerate(zip("XY", hinge(), (q.X, q.Y), strict=True)):
+        yield definition(f"moving hinge in the fixed frame by the pose, {name}", coordinate, expr)
+        yield claim(f"coordinate {n + 1} of a pose", tip[n] - (q.X_o, q.Y_o)[n], (q.X_o, q.Y_o)[n])
+    half = q.phi / 2
+    for name, expr in zip(q.MAPPED, quaternion(sp.cos(half), sp.sin(half)), strict=True):
+        yield definition(f"mapping parameter {name} of a pose", name, expr)
+    for name, expr in pose_by_mapping().items():
+        yield claim(f"coordinate {name} of a pose by the mapping parameters", name - expr)
+    for name, expr, coordinate in zip("XY", hinge_by_mapping(), (q.X, q.Y), strict=True):
+        yield claim(f"moving hinge in the fixed frame by the mapping parameters, {name}", coordinate - expr)
+    yield claim("moving hinge on a circle about the fixed hinge", circle().residual)
+    for name, expr in circle().coefficients.items():
+        yield definition(f"coefficient {name} of the circle", name, expr)
+    for name, expr in fixed_hinge().items():
+        yield definition(f"{name} by the coefficients of the circle", name, expr)
+    arm = displacement(TIP, MOVING_HINGE, ARM)
+    yield definition("length of the arm", q.L2, sp.sqrt(arm.dot(arm)))
+    for name, expr in coefficients().items():
+        yield definition(f"coefficient {name} of the linear form", name, expr)
+    yield claim("circle as a linear form", sum(p * form for p, (_, form) in _numbered()))
+    for name, expr in row().items():
+        yield definition(f"entry {name} of the matrix", name, expr)
+    yield claim("row of the linear system", sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
+    for which, residual in zip(("first", "second"), conditions(), strict=True):
+        yield claim(f"{which} condition on the coefficients", residual)
+    yield definition("zero eigenvalues of the squared matrix", q.n_zero, sp.Integer(zero_eigenvalues()))
+    for name, expr in null_vector().items():
+        yield claim(f"vector in the null space, {name}", name - expr)
+    for which, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conics(), strict=True):
+        for name, expr in by_basis.items():
+            yield definition(f"{name} by the basis of the null space", name, expr)
+        yield claim(f"{which} condition on the null space", conic(names))
+    yield definition("real solutions of the two conditions", q.n_real, eliminant().degree() - 2 * q.n_pairs)

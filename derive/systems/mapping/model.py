@@ -1,0 +1,199 @@
+"""Design by kinematic mapping as functions in closed form: what the numbers call, each step as it is derived."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+from sympy import Expr, S
+
+from ...mechanics.frames import Frame, Motion, Vec, displacement
+from ...mechanics.frames import Z as UP
+from ...model import Formulas, Let, Stage
+from ...quantity import Quantity, Vector
+from . import claims, dyads, linkage, train
+from . import quantities as q
+
+SOURCE = "derived (kinematic mapping)"
+Named = Mapping[Quantity, Expr]
+
+
+def _derived(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(name, unit, meaning, "derived: kinematic mapping")
+
+
+POSE = Vector("pose", (q.d1, q.d2, q.phi))
+MAPPED = Vector("image", q.MAPPED)
+POINT = Vector("point", (q.x, q.y))
+DYAD = Vector("dyad", (q.x, q.y, q.X_c, q.Y_c, q.L1))
+PLACES = Vector("places", (q.x, q.y, q.X_c, q.Y_c))
+COEFFICIENTS = Vector("coefficients", q.COEFFICIENTS)
+BASIS = tuple(Vector(f"v_{name}", of) for name, of in zip(("alpha", "beta", "gamma"), q.BASIS, strict=True))
+
+square = _derived("square", "m2", "square of the distance of moving and fixed hinge, less that of the radius")
+normal_X = _derived("normal_X", "m", "normal of a slider's line, X, at the scale of the coefficients")
+normal_Y = _derived("normal_Y", "m", "normal of a slider's line, Y, at the scale of the coefficients")
+offset = _derived("offset", "m2", "what the normal times a place on the line is, at the scale of the coefficients")
+
+dslope = _derived("dslope", "1", "derivative of the slope in the carrier angle")
+ddslope = _derived("ddslope", "1", "second derivative of the slope in the carrier angle")
+bend = _derived("bend", "rad", "angle at the middle hinge between the centre lines of the two stages")
+CURVATURES = tuple(
+    _derived(f"kappa{k}", "1/m", f"curvature of the pitch curve of the {gear}, positive where convex")
+    for k, gear in enumerate(q.GEARS, start=1)
+)
+RADII = (q.r1, q.r2, q.r3, q.r4)
+
+
+def exact() -> Formulas:
+    """Everything from a pose to the pitch curves of the train."""
+    assumptions = claims.ASSUMPTIONS
+    title = "Design of a gear train by kinematic mapping"
+    return Formulas("mapping_exact", title, SOURCE, assumptions, (*_of_dyads(), *_of_linkages(), *_of_train()))
+
+
+def _lets(named: Named, text: str) -> tuple[Let, ...]:
+    return tuple(Let(symbol, expr, f"derived: {text}") for symbol, expr in named.items())
+
+
+def _stage(name: str, inputs: tuple[Vector | Quantity, ...], named: Named, text: str) -> Stage:
+    return Stage(name, inputs, _lets(named, text), Vector(f"{name}_out", tuple(named)))
+
+
+def _of_dyads() -> tuple[Stage, ...]:
+    half = q.phi / 2
+    image = dict(zip(q.MAPPED, dyads.quaternion(sp.cos(half), sp.sin(half)), strict=True))
+    at_pose = dict(zip(q.MAPPED_J, q.MAPPED, strict=True))
+    row = {entry: form.xreplace(at_pose) for entry, form in dyads.row().items()}
+    hinge = dict(zip((q.X, q.Y), dyads.hinge(), strict=True))
+    first, second = dyads.conics()
+    return (
+        _stage("image", (POSE,), image, "mapping parameters of a pose"),
+        _stage("row", (MAPPED,), row, "the circle as a linear form"),
+        _stage("conics", BASIS, {**first, **second}, "conditions on the null space"),
+        _stage("dyad", (COEFFICIENTS,), dyad_by_coefficients(), "dyad of a vector of the null space"),
+        _stage("slider", (COEFFICIENTS,), slider_by_coefficients(), "fixed hinge at infinity"),
+        _stage("swinging", (COEFFICIENTS,), swinging_by_coefficients(), "moving hinge at infinity"),
+        _stage("hinge", (POSE, POINT), hinge, "moving hinge in the fixed frame"),
+        _stage("distance", (POSE, DYAD), {square: _distance()}, "moving hinge on a circle about the fixed hinge"),
+    )
+
+
+def _distance() -> Expr:
+    """The circle's equation at unit scale, by the hinges."""
+    circle = dyads.circle()
+    by_hinges = {name: expr.subs(q.a0, S.One) for name, expr in circle.coefficients.items()}
+    X, Y = dyads.hinge()
+    gap = -circle.residual.subs(q.a0, S.One).xreplace(by_hinges).xreplace({q.X: X, q.Y: Y})
+    squares = (X - q.X_c) ** 2 + (Y - q.Y_c) ** 2 - q.L1**2
+    if sp.expand(gap - squares) != 0:
+        raise ValueError(f"{gap} is no difference of squares")
+    return squares
+
+
+def dyad_by_coefficients() -> Named:
+    """Moving and fixed hinge: the first five coefficients, solved for them."""
+    named = dyads.coefficients()
+    unknown = [q.a0, q.x, q.y, q.a1, q.a2]
+    found = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], unknown, dict=True)[0]
+    centre = {c: dyads.fixed_hinge()[c].xreplace(found) for c in (q.X_c, q.Y_c)}
+    return {q.x: found[q.x], q.y: found[q.y], **centre}
+
+
+def slider_by_coefficients() -> Named:
+    """A moving hinge on a straight line: the circle whose a0 is zero."""
+    named = {p: expr.subs(q.a0, S.Zero) for p, expr in dyads.coefficients().items()}
+    on_line = dyads.circle().residual.subs(q.a0, S.Zero) / 2
+    found = sp.solve([named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)], [q.a1, q.a2, q.a3, q.x, q.y], dict=True)[0]
+    normal = {name: on_line.coeff(c).xreplace(found) for name, c in ((normal_X, q.X), (normal_Y, q.Y))}
+    rest = -on_line.subs({q.X: S.Zero, q.Y: S.Zero}).xreplace(found)
+    return {q.x: found[q.x], q.y: found[q.y], **normal, offset: rest}
+
+
+def swinging_by_coefficients() -> Named:
+    """A line of the body through a fixed hinge: the limit in which the moving hinge leaves along the line's normal.
+
+    The same circle is seen from the body: the fixed hinge lies on it, about the moving one.
+    """
+    circle = dyads.circle().coefficients
+    direction = {q.x: q.p2 / q.a0, q.y: q.p3 / q.a0}
+    named = {p: expr.xreplace(circle).xreplace(direction) for p, expr in dyads.coefficients().items()}
+    limits = [sp.limit(sp.expand(named[p]), q.a0, 0) - p for p in (q.p6, q.p7)]
+    centre = sp.solve(limits, [q.X_c, q.Y_c], dict=True)[0]
+    (radius,) = sp.solve(named[q.p8] - q.p8, q.L1**2)
+    u, v = sp.symbols("u v", real=True)
+    seen = sp.expand(((u - direction[q.x]) ** 2 + (v - direction[q.y]) ** 2 - radius) * -q.a0 / 2)
+    line = sp.Poly(sp.limit(seen, q.a0, 0), u, v)
+    normal = {normal_X: line.coeff_monomial(u), normal_Y: line.coeff_monomial(v)}
+    return {**centre, **normal, offset: -line.coeff_monomial(1)}
+
+
+def _of_linkages() -> tuple[Stage, ...]:
+    crank, follower = linkage.CRANK, linkage.FOLLOWER
+    place = {**train.tip(), **_carried()}
+    angles = (q.theta, q.phi)
+    return (
+        _stage("arm", (*angles, crank), place, "tip and moving hinge by the angles of carrier and arm"),
+        _loop("loop", (q.theta, crank, follower), linkage.loop()),
+        _loop("closed", (*angles, crank, follower), linkage.closed()),
+        _loop("transmission", (*angles, crank, follower), linkage.transmission()),
+    )
+
+
+def _loop(name: str, inputs: tuple[Vector | Quantity, ...], named: Named) -> Stage:
+    steps = (*_lets(linkage.GAPS, "coupler and frame"), *_lets(named, "closed loop"))
+    return Stage(name, inputs, steps, Vector(f"{name}_out", tuple(named)))
+
+
+def _carried() -> Named:
+    """The moving hinge, by the carrier's angle."""
+    held = displacement(dyads.ORIGIN, train.CARRIED_HINGE, dyads.WORLD)
+    return {q.X: held[0], q.Y: held[1]}
+
+
+def _of_train() -> tuple[Stage, ...]:
+    ratios: dict[Quantity, Expr] = {q.i: train.ratio_by_slope(), **train.split()}
+    radii = {**dict(zip(RADII[:2], train.pitch_radii(q.i1, q.r1), strict=True)),
+             **dict(zip(RADII[2:], train.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
+    rates = dict(zip(q.POLAR_RATES, train.polar_rates(), strict=True))
+    by_slope = {**ratios, **radii, **rates}
+    given = (q.slope, q.x_s, q.a)
+    steps = _lets(by_slope, "ratios, pitch radii and rates of the polar angles")
+    return (
+        Stage("gears", given, steps, Vector("gears_out", tuple(by_slope))),
+        _stage("curvature", (q.slope, dslope, ddslope, q.x_s, q.a), _curvatures(by_slope), "curvature"),
+        _stage("bend", (q.L1, q.a), {bend: bend_of_carrier()}, "three hinges of the carrier"),
+    )
+
+
+def _curvatures(by_slope: Named) -> Named:
+    """Curvature of each pitch curve, its polar angle and radius moving with the carrier angle."""
+
+    def along(expr: Expr) -> Expr:
+        while expr.free_symbols & by_slope.keys():
+            expr = expr.xreplace(dict(by_slope))
+        return expr
+
+    pairs = zip(CURVATURES, RADII, q.POLAR_RATES, strict=True)
+    return {name: _curvature(along(radius), along(rate)) for name, radius, rate in pairs}
+
+
+def _curvature(radius: Expr, rate: Expr) -> Expr:
+    """Curvature of the path of a point at ``radius`` in a frame that turns by ``rate``, per carrier angle."""
+    psi = sp.Dummy("psi", real=True)
+    polar = Frame("polar", dyads.WORLD, UP, psi)
+    motion = Motion(rates={psi: rate, q.slope: dslope, dslope: ddslope})
+    velocity = motion.derivative(Vec(polar, (radius, S.Zero, S.Zero)))
+    turning = velocity.cross(motion.derivative(velocity))[2]
+    return turning / sp.sqrt(velocity.dot(velocity)) ** 3
+
+
+def bend_of_carrier() -> Expr:
+    """From the triangle of the carrier's hinges: two sides of one length, the third being the carrier's."""
+    angle = sp.Dummy("angle", real=True)
+    sides = (Frame("first side", dyads.WORLD), Frame("second side", dyads.WORLD, UP, angle))
+    first, second = (Vec(side, (q.a, S.Zero, S.Zero)).resolved(dyads.WORLD) for side in sides)
+    gap = first - second
+    cosine = sp.Dummy("cosine", real=True)
+    (found,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)
+    return sp.acos(sp.expand(found))

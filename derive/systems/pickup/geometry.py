@@ -1,0 +1,169 @@
+"""Carrier, arm and tip of the seedling pick-up, from their geometry (yu2023, figs. 2, 4 and 6).
+
+The carrier turns about the sun's centre O; a rigid triangle O-M1-O1 in it carries the intermediate gear and the planet,
+whose arm ends in the tip S. Headings are directions from x; frames say how one follows from another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import sympy as sp
+from sympy import Expr, S, acos, cos, pi
+
+from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
+from ...quantity import Quantity
+from . import quantities as q
+
+WORLD = Frame("frame")
+O = Point("O")  # noqa: E741
+
+# the same lines twice: in the carrier, by the angles of the triangle, and in the world, by their named headings
+CARRIER = Frame("line O-O1", WORLD, Z, q.phi5)
+TO_M1 = Frame("line O-M1", CARRIER, Z, q.beta1)
+TO_O1 = Frame("line M1-O1", TO_M1, Z, pi + q.gamma)
+PLANET = Frame("planet, x along O1-S", TO_O1, Z, q.phi3)
+ARM = Frame("line O1-S", CARRIER, Z, pi - q.phi1)
+NAMED = {line: Frame(f"{line.name}, named", WORLD, Z, h) for line, h in ((TO_M1, q.Y1), (TO_O1, q.W1), (ARM, q.Z1))}
+
+M1 = Point("M1", O, Vec(NAMED[TO_M1], (q.a1, S.Zero, S.Zero)))
+O1 = Point("O1", M1, Vec(NAMED[TO_O1], (q.a2, S.Zero, S.Zero)))
+TIP = Point("S", O1, Vec(NAMED[ARM], (q.L2, S.Zero, S.Zero)))
+SPIN = Motion({q.Y1: q.omega, q.W1: q.omega, q.Z1: q.omega + q.phi3_dot})
+
+Formula = tuple[Quantity, Expr]
+Named = tuple[str, Formula]
+"""What is claimed, the symbol that it defines, and its expression."""
+
+
+def along(frame: Frame, length: Expr) -> Vec:
+    return Vec(frame, (length, S.Zero, S.Zero))
+
+
+def heading(frame: Frame) -> Expr:
+    return sp.Add(*(angle for _, angle in frame.turns()))
+
+
+def by_cosine(c: Expr, start: Expr, end: Expr) -> Expr:
+    """The angle with the cosine ``c`` that runs from ``start`` to ``end`` as the cosine runs between its extremes."""
+    x = sp.Symbol("x")
+    ends = {cos(end): end, cos(start): start}
+    branches = (sign * acos(x) + 2 * pi * turns for turns in range(3) for sign in (1, -1))
+    found = next(b for b in branches if all(b.subs(x, value) == angle for value, angle in ends.items()))
+    return found.subs(x, c)
+
+
+def triangle() -> Iterator[Named]:
+    """The rigid triangle of the carrier: closure of O-M1-O1, and once round it."""
+    yield "direction of O-M1", (q.Y1, heading(TO_M1))
+    yield "direction of M1-O1", (q.W1, heading(TO_O1))
+    yield "direction of O1-S", (q.Z1, heading(PLANET))
+    exterior = [pi - angle for angle in (q.beta1, q.gamma, q.U1)]
+    yield "interior angle at O1", (q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0])
+    across = (along(CARRIER, q.L1).resolved(TO_M1) - along(TO_O1, q.a2).resolved(TO_M1))[1]
+    flat = next(r for r in sp.solve(across, q.beta1) if r.subs(q.a2, 0) == 0)
+    yield "interior angle at O", (q.beta1, flat)
+    seen_from_O1 = Frame("line M1-O1 by U1", CARRIER, Z, -q.U1)
+    bent = Frame("line O-M1 by gamma", seen_from_O1, Z, pi - q.gamma)
+    gap = (along(CARRIER, q.L1) - along(bent, q.a1).resolved(CARRIER)).resolved(seen_from_O1)[1]
+    yield "centre distance of stage 1", (q.a1, sp.solve(gap, q.a1)[0])
+
+
+def places() -> Iterator[Named]:
+    """Coordinates and velocities of M1, O1 and S, each from the point before."""
+    known = {O: (S.Zero, S.Zero)}
+    speeds = {O: (S.Zero, S.Zero)}
+    for base, point, name in ((O, M1, "M1"), (M1, O1, "O1"), (O1, TIP, "S")):
+        step = displacement(base, point, WORLD)
+        swept = SPIN.derivative(displacement(O, point, WORLD))
+        known[point] = (getattr(q, f"x_{name}"), getattr(q, f"y_{name}"))
+        speeds[point] = (getattr(q, f"vx_{name}"), getattr(q, f"vy_{name}"))
+        for i, axis in enumerate("xy"):
+            yield f"place of {name}, {axis}", (known[point][i], known[base][i] + step[i])
+            yield f"velocity of {name}, {axis}", (speeds[point][i], swept[i])
+
+
+def tip() -> Iterator[Named]:
+    """Where the tip stands seen from O, and the angles of the triangle O-O1-S."""
+    s = Vec(WORLD, (q.x_S, q.y_S, S.Zero))
+    yield "distance of the tip", (q.L3, sp.sqrt(s.dot(s)))
+    bars = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
+    square = sp.simplify(bars.dot(bars))
+    yield "distance of the tip from the arm's angle", (q.L3, sp.sqrt(square))
+    growth = Motion({q.phi1: q.dphi1}).rate(square) / (2 * q.L3)
+    yield "increment of the tip's distance", (q.dL3, growth)
+
+    falling = sp.Lt(q.dL3, 0)
+    arm = sp.solve(square.subs(cos(q.phi1), sp.Symbol("c")) - q.L3**2, sp.Symbol("c"))[0]
+    away, back = by_cosine(arm, pi, 2 * pi), by_cosine(arm, 2 * pi, 3 * pi)
+    yield "arm's angle from the tip's distance", (q.phi1, sp.Piecewise((away, falling), (back, True)))
+    to_tip = Frame("line O-S", CARRIER, Z, -q.phi6)
+    rest = along(to_tip, q.L3).resolved(CARRIER) - along(CARRIER, q.L1)
+    at_o = sp.expand_trig(sp.simplify(rest.dot(rest))).subs(cos(q.phi6), sp.Symbol("c"))
+    at_o = sp.solve(at_o - q.L2**2, sp.Symbol("c"))[0]
+    away, back = by_cosine(at_o, S.Zero, pi), by_cosine(at_o, pi, 2 * pi)
+    yield "angle at O from the tip's distance", (q.phi6, sp.Piecewise((away, falling), (back, True)))
+
+    carrier = Frame("line O-O1 from the tip", Frame("line O-S, named", WORLD, Z, q.phi4), Z, q.phi6)
+    yield "direction of O-O1 from the tip's", (q.phi5, heading(carrier))
+    yield "angle at O from the directions", (q.phi6, sp.solve(heading(carrier) - q.phi5, q.phi6)[0])
+    yield from by_quadrant()
+    turned = sp.expand(heading(ARM) - heading(TO_O1))
+    yield "planet's angle from the arm's", (q.phi3, turned)
+    yield "rate of the planet's angle", (q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned))
+
+
+def by_quadrant() -> Iterator[Named]:
+    """Direction of S by the arctangent of y/x, which repeats every half turn, made whole in each quadrant."""
+    x, y = sp.symbols("x y", positive=True)
+    plain = sp.atan(q.y_S / q.x_S)
+    jumps: dict[tuple[int, int], tuple[Expr, sp.And]] = {}
+    for i, j in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        jump = sp.atan2(j * y, i * x) - sp.atan(j * y / (i * x))
+        where = sp.And(q.x_S < 0 if i < 0 else q.x_S > 0, q.y_S < 0 if j < 0 else q.y_S >= 0)
+        if jump != 0:
+            jumps[i, j] = (jump, where)
+    third, *others = jumps.values()
+    yield "direction of the tip", (q.phi4, plain + sp.Piecewise(third, *others, (S.Zero, True)))
+    yield "direction of the tip, third quadrant", (q.phi4, plain + third[0])
+    yield "direction of the tip, other quadrants", (q.phi4, plain + sp.Piecewise(*others, (S.Zero, True)))
+
+
+def extremes() -> Iterator[Named]:
+    """Farthest and nearest tip over the turn of the arm that begins stretched, for L2 > L1 > 0."""
+    short, more = sp.symbols("short more", positive=True)
+    back = {short: q.L1, more: q.L2 - q.L1}
+    bars = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
+    square = sp.simplify(bars.dot(bars)).subs(q.L2, q.L1 + more).subs(q.L1, short)
+    still = sorted(sp.solveset(square.diff(q.phi1), q.phi1, sp.Interval.Ropen(pi, 3 * pi)))
+    values = {phi1: sp.sqrt(sp.factor(square.subs(q.phi1, phi1))) for phi1 in still}
+    far = max(still, key=lambda phi1: values[phi1].subs({short: 1, more: 1}))
+    near = min(still, key=lambda phi1: values[phi1].subs({short: 1, more: 1}))
+    signs = {short: 1, more: 1}
+    names = ((far, "farthest", (q.phi1_far, q.phi6_far, q.L3_max)),
+             (near, "nearest", (q.phi1_near, q.phi6_near, q.L3_min)))  # fmt: skip
+    for phi1, word, (angle, at_o, length) in names:
+        tip = (along(CARRIER, short) + along(ARM, short + more).resolved(CARRIER)).components
+        x, y = (c.subs(q.phi1, phi1) for c in tip[:2])
+        yield f"arm's angle, tip {word}", (angle, phi1)
+        yield f"angle at O, tip {word}", (at_o, sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi))
+        yield f"distance, tip {word}", (length, sp.expand(values[phi1].subs(back)))
+    lengths = {q.L3_max: values[far].subs(back), q.L3_min: values[near].subs(back)}
+    found = sp.solve([length - value for length, value in lengths.items()], [q.L1, q.L2])
+    yield "bar L1 from the extremes", (q.L1, found[q.L1])
+    yield "bar L2 from the extremes", (q.L2, found[q.L2])
+
+
+def tray() -> Iterator[Named]:
+    """The needle lies along the axis of a cell when it picks, and upright when it pushes."""
+    elevation = sp.Symbol("elevation", positive=True)
+    surface = Frame("surface of the tray", WORLD, Z, -q.theta_box)
+    needle = along(Frame("needle", WORLD, Z, elevation), S.One).resolved(WORLD)
+    flush = sp.simplify(needle.dot(along(surface, S.One).resolved(WORLD)))
+    pick = next(root for root in sp.solve(flush, elevation) if root.subs(q.theta_box, 0) == pi / 2)
+    yield "turn of the needle from pick to push", (q.swing, sp.expand(pi / 2 - pick))
+
+
+def formulas() -> dict[str, Formula]:
+    """Claims about carrier, arm and tip, each with the symbol it defines and its expression."""
+    return {claim: formula for part in (triangle, places, tip, extremes, tray) for claim, formula in part()}

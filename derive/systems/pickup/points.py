@@ -1,0 +1,211 @@
+"""Numbers for the symbols of the seedling pick-up: random admissible ones, and those of the built-in machine's cycle.
+
+Only independent quantities are chosen; the others follow from the derived formulas, at 60 digits.
+"""
+
+from __future__ import annotations
+
+import random
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+import sympy as sp
+from mpmath import mpf
+
+from ...quantity import Quantity
+from . import quantities as q
+from .geometry import Formula
+from .spline import CONTROLS, INTERVALS, KNOTS
+
+DIGITS = 60
+MACHINE = Path(__file__).parents[3] / "planter" / "pickup" / "examples" / "yu2023.toml"
+Values = dict[Quantity, mpf]
+
+
+@cache
+def compiled(expr: sp.Expr) -> tuple[tuple[Quantity, ...], Callable[..., mpf]]:
+    """The symbols of an expression, and the expression as a function of them."""
+    symbols = tuple(sorted(expr.free_symbols, key=str))
+    return symbols, sp.lambdify(symbols, expr, "mpmath")
+
+
+def evaluate(expr: sp.Expr, values: Mapping[Quantity, mpf]) -> mpf:
+    symbols, function = compiled(expr)
+    with mp.workdps(DIGITS):
+        return mpf(function(*(values[s] for s in symbols)))
+
+
+def follow(formulas: Mapping[str, Formula], base: Mapping[Quantity, mpf]) -> Values:
+    """The base and every symbol that follows from it, each by the first formula whose symbols are known."""
+    values, before = dict(base), 0
+    while len(values) > before:
+        before = len(values)
+        for symbol, expr in formulas.values():
+            if symbol not in values and values.keys() >= expr.free_symbols:
+                values[symbol] = evaluate(expr, values)
+    return values
+
+
+def complete(formulas: Mapping[str, Formula], base: Mapping[Quantity, mpf]) -> Values:
+    """The base and every symbol of the formulas; raises ValueError where nothing leads to one."""
+    values = follow(formulas, base)
+    left = sorted(str(symbol) for symbol, _ in formulas.values() if symbol not in values)
+    if left:
+        raise ValueError(f"nothing leads to {', '.join(left)}")
+    return values
+
+
+def random_base(rng: random.Random) -> Values:
+    """Independent quantities of a random pick-up: an obtuse bend, L2 > L1 > a2, the tip anywhere around O."""
+    ranges: dict[Quantity, tuple[float, float]] = {
+        q.L1: (0.06, 0.12), q.gamma: (1.7, 2.9), q.phi1: (3.2, 9.4), q.phi4: (-3.1, 3.1), q.phi50: (-1.0, 1.0),
+        q.phi2: (0.1, 6.2), q.omega: (1.0, 9.0), q.dphi1: (0.2, 1.5), q.dphi5: (0.2, 1.5),
+        q.dR1: (-0.005, 0.005), q.ddR1: (-0.004, 0.002), q.m_n: (0.001, 0.002), q.beta: (0.14, 0.35),
+        q.B: (0.005, 0.02), q.alpha_n: (0.25, 0.45), q.ha_n: (0.8, 1.2), q.alpha0: (0.25, 0.45),
+        q.m: (0.001, 0.003), q.ha1: (0.8, 1.3), q.ha2: (0.8, 1.3), q.theta_box: (0.5, 1.2),
+    }  # fmt: skip
+    values = {symbol: mpf(rng.uniform(*bounds)) for symbol, bounds in ranges.items()}
+    values[q.L2] = values[q.L1] + mpf(rng.uniform(0.02, 0.1))
+    values |= {symbol: mpf(rng.randint(15, 25)) for symbol in (q.z_1, q.z_2)}
+    values |= {q.n: mpf(rng.randint(8, 40)), q.k: mpf(3)}
+    values |= {d: mpf(rng.uniform(-0.2, 0.2)) for d in CONTROLS.values()}
+    place = mpf(0)
+    for knot in KNOTS.values():
+        place += mpf(rng.uniform(0.01, 0.1))
+        values[knot] = place
+    values[q.u] = values[q.u_i] + mpf(rng.random()) * (values[q.u_ip1] - values[q.u_i])
+    return values
+
+
+@dataclass(frozen=True)
+class Law:
+    """Slope of the arm's angle over the carrier angle t from the farthest point: c (1 + p cos t), zero in the dwell."""
+
+    p: mpf
+    dwell: tuple[mpf, mpf]
+
+    @property
+    def c(self) -> mpf:
+        return 2 * mp.pi / self._plain(2 * mp.pi)
+
+    def locked(self, t: mpf) -> bool:
+        return bool(self.dwell[0] <= t <= self.dwell[1])
+
+    def slopes(self, t: mpf) -> tuple[mpf, mpf, mpf]:
+        """On the teeth: the slope and its two derivatives."""
+        swing = self.c * self.p
+        return self.c + swing * mp.cos(t), -swing * mp.sin(t), -swing * mp.cos(t)
+
+    def gained(self, t: mpf) -> mpf:
+        """What the arm's angle gains from the farthest point on, within one turn."""
+        return self.c * self._plain(t)
+
+    def _plain(self, t: mpf) -> mpf:
+        start, end = self.dwell
+        return self._toothed(min(t, start)) + self._toothed(max(t, end)) - self._toothed(end)
+
+    def _toothed(self, t: mpf) -> mpf:
+        return t + self.p * mp.sin(t)
+
+
+def machine_file() -> dict[str, Any]:
+    """The built-in machine, its decimal numbers to the working precision."""
+    return tomllib.loads(MACHINE.read_text(encoding="utf-8"), parse_float=mpf)
+
+
+def fixed(data: Mapping[str, Any], formulas: Mapping[str, Formula]) -> Values:
+    """What of the built-in machine does not change over the cycle; the helix angle follows from a2."""
+    mm, deg = mpf(1) / 1000, mp.pi / 180
+    bars, carrier, helical, teeth, law = (
+        data[name] for name in ("bars", "carrier", "helical_stage", "noncircular_stage", "law")
+    )
+    values = {
+        q.L1: bars["L1_mm"] * mm, q.L2: bars["L2_mm"] * mm, q.gamma: carrier["gamma_deg"] * deg,
+        q.a2: carrier["a2_mm"] * mm, q.omega: carrier["speed_deg_per_s"] * deg, q.phi50: law["phi5_far_deg"] * deg,
+        q.m_n: helical["mn_mm"] * mm, q.z_1: mpf(helical["z1"]), q.z_2: mpf(helical["z2"]), q.B: helical["B_mm"] * mm,
+        q.alpha_n: helical["alpha_n_deg"] * deg, q.ha_n: helical["ha"], q.alpha0: teeth["alpha0_deg"] * deg,
+        q.m: teeth["m_mm"] * mm, q.ha1: teeth["ha1"], q.ha2: teeth["ha2"],
+        q.theta_box: data["tray"]["box_inclination_deg"] * deg, q.n: data["spline"]["value_points"] + 2, q.k: mpf(3),
+    }  # fmt: skip
+    symbol, distance = formulas["centre distance of the helical pair"]
+    helix = (evaluate(root, values) for root in sp.solve(distance - symbol, q.beta))
+    return values | {q.beta: min(root for root in helix if root > 0)}
+
+
+LAW = sp.symbols("g0 g1 g2")
+"""Slope of the arm's angle and its two derivatives, in the formulas for the derivatives of the pitch radius."""
+
+
+def pitch_slopes(formulas: Mapping[str, Formula]) -> dict[Quantity, sp.Expr]:
+    """Derivatives of the sun's pitch radius along the carrier's turn, from those of the arm's angle."""
+    t = sp.Symbol("t")
+    g = sp.Function("g")(t)
+    middle = formulas["pitch radius of the intermediate gear"][1].subs(q.i1, 1 / g)
+    radius = formulas["pitch radius of the sun"][1].subs(q.R2, middle)
+    names = [(g.diff(t, order), LAW[order]) for order in (2, 1, 0)]
+    return {symbol: radius.diff(t, order).subs(names) for order, symbol in ((1, q.dR1), (2, q.ddR1))}
+
+
+class ValuePoints:
+    """Closed cubic spline through the x of value points equally spaced in t, over their cumulative chord length."""
+
+    def __init__(self, formulas: Mapping[str, Formula], points: list[tuple[mpf, mpf]]) -> None:
+        self.count = len(points)
+        pairs = zip(points, points[1:] + points[:1], strict=True)
+        chords = [mp.hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
+        whole = mp.fsum(chords)
+        self.intervals = [chord / whole for chord in chords]
+        matrix, right = mp.zeros(self.count), mp.zeros(self.count, 1)
+        for i, (x, _) in enumerate(points):
+            row = follow(formulas, self.lengths(i))
+            for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
+                matrix[i, (i + shift) % self.count] += row[symbol]
+            right[i] = evaluate(formulas["right side of the row of a knot"][1], row | {q.q_i: x})
+        self.controls = list(mp.lu_solve(matrix, right))
+
+    def lengths(self, i: int) -> Values:
+        return {symbol: self.intervals[(i + shift) % self.count] for shift, symbol in INTERVALS.items()}
+
+    def at(self, turn: mpf) -> Values:
+        """Knots and control points around a share of the turn, and the parameter there."""
+        i = int(turn * self.count)
+        share = turn * self.count - i
+        values = {d: self.controls[(i + shift) % self.count] for shift, d in CONTROLS.items()}
+        place = -self.intervals[i - 2] - self.intervals[i - 1]
+        for shift, knot in KNOTS.items():
+            values[knot] = place
+            place += self.intervals[(i + shift) % self.count]
+        return values | {q.u: share * values[q.u_ip1]}
+
+
+def cycle(formulas: Mapping[str, Formula], points: int) -> list[Values]:
+    """Independent quantities of the built-in machine at the middle of equal steps, those in the dwell left out."""
+    with mp.workdps(DIGITS):
+        data = machine_file()
+        base = fixed(data, formulas)
+        start, end = (mp.radians(t) for t in data["law"]["dwell_t_deg"])
+        law, far = Law(data["law"]["p"], (start, end)), mp.radians(data["law"]["phi1_far_deg"])
+
+        def moment(turn: mpf) -> Values:
+            t = 2 * mp.pi * turn
+            return base | {q.phi5: base[q.phi50] + t, q.phi1: far + law.gained(t)}
+
+        count = int(data["spline"]["value_points"])
+        tips = [follow(formulas, moment(mpf(j) / count)) for j in range(count)]
+        spline = ValuePoints(formulas, [(tip[q.x_S], tip[q.y_S]) for tip in tips])
+        radius = pitch_slopes(formulas)
+
+        def independent(turn: mpf) -> Values:
+            t = 2 * mp.pi * turn
+            slopes = dict(zip(LAW, law.slopes(t), strict=True)) | {q.a1: tips[0][q.a1]}
+            pitch = {symbol: evaluate(expr, slopes) for symbol, expr in radius.items()}
+            relative = {q.phi2: law.gained(t), q.dphi5: mpf(1), q.dphi1: slopes[LAW[0]]}
+            return moment(turn) | spline.at(turn) | pitch | relative
+
+        turns = [(j + mpf(1) / 2) / points for j in range(points)]
+        return [independent(turn) for turn in turns if not law.locked(2 * mp.pi * turn)]

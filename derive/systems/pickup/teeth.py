@@ -1,0 +1,101 @@
+"""Teeth of both stages of the seedling pick-up: centre distance of the helical pair, contact ratios.
+
+At a contact a non-circular gear meshes like the circular gear of its radius of curvature.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+from sympy import Expr, S, cos, pi, sin
+
+from ...mechanics.frames import Frame, Vec, X, Y, Z, unit
+from ...quantity import Quantity
+from . import quantities as q
+from .geometry import Formula
+
+TRANSVERSE = Frame("transverse section")
+
+
+def path_of_action(radius: Expr, addendum: Expr, angle: Expr) -> Expr:
+    """Length of the line of action from the pitch point to where it leaves the circle through the tips of the teeth."""
+    s = sp.Symbol("s")
+    r, h, alpha = sp.symbols("r h alpha", positive=True)
+    centre = Vec(TRANSVERSE, (S.Zero, -r, S.Zero))
+    line = unit(Frame("line of action", TRANSVERSE, Z, alpha), X).resolved(TRANSVERSE)
+    arm = s * line - centre
+    leaves = sp.solve(sp.expand(arm.dot(arm) - (r + h) ** 2), s)
+    found = next(root for root in leaves if root.subs({r: 1, h: 1, alpha: pi / 6}) > 0)
+    return found.subs({r: radius, h: addendum, alpha: angle})
+
+
+def base_pitch(pitch: Expr, angle: Expr) -> Expr:
+    """A pitch along the tangent, seen along the line of action."""
+    line = unit(Frame("line of action", TRANSVERSE, Z, angle), X).resolved(TRANSVERSE)
+    return line.dot(Vec(TRANSVERSE, (pitch, S.Zero, S.Zero)))
+
+
+def helical_pitch() -> Expr:
+    """Transverse pitch: the normal pitch, pi times the module, projected back along the helix."""
+    pitch = sp.Symbol("pitch")
+    normal = Frame("normal section", TRANSVERSE, Y, q.beta)
+    across = Vec(TRANSVERSE, (pitch, S.Zero, S.Zero)).resolved(normal)[0]
+    return sp.solve(across - pi * q.m_n, pitch)[0]
+
+
+def pitch_radius(teeth: Quantity) -> Expr:
+    """The radius whose circumference holds the teeth."""
+    return teeth * helical_pitch() / (2 * pi)
+
+
+def transverse_pressure_angle() -> Expr:
+    """From the tooth normal, which lies in the normal section."""
+    normal = Vec(Frame("normal section", TRANSVERSE, Y, q.beta), (cos(q.alpha_n), sin(q.alpha_n), S.Zero))
+    along, radial, _ = normal.resolved(TRANSVERSE).components
+    return sp.atan(radial / along)
+
+
+def helical_contact_ratio() -> Expr:
+    """Transverse part and overlap; teeth without profile shift."""
+    angle, addendum = q.alpha_t, q.ha_n * q.m_n
+    path = sp.Add(*(path_of_action(pitch_radius(z), addendum, angle) for z in (q.z_1, q.z_2)))
+    lead = q.B * sp.tan(q.beta)
+    return path / base_pitch(helical_pitch(), angle) + lead / helical_pitch()
+
+
+def formulas() -> dict[str, Formula]:
+    """Claims about teeth, each with the symbol it defines and its expression."""
+    paths = [path_of_action(rho, ha * q.m, q.alpha0) for rho, ha in ((q.rho1, q.ha1), (q.rho2, q.ha2))]
+    ratio = (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0)
+    whole = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
+    return {
+        "centre distance of the helical pair": (q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2))),
+        "transverse pressure angle of the helical pair": (q.alpha_t, transverse_pressure_angle()),
+        "contact ratio of the helical pair": (q.epsilon_h, helical_contact_ratio()),
+        "contact ratio of the non-circular pair": (q.epsilon, ratio),
+        "path of action to the sun's addendum": (q.g1, paths[0]),
+        "path of action to the intermediate gear's addendum": (q.g2, paths[1]),
+        "slope of the contact ratio per addendum coefficient": (q.epsilon_ha, whole.diff(q.ha1) + whole.diff(q.ha2)),
+        "slope of the contact ratio per module": (q.epsilon_m, whole.diff(q.m)),
+    }
+
+
+def grows_with_addendum() -> bool:
+    """Whether each path of action of a convex pitch curve grows with the addendum coefficient."""
+    path, _, h = _path_of_positives()
+    return bool(path.diff(h).is_positive)
+
+
+def falls_with_module() -> bool:
+    """Whether each path of action per module falls with the module: a concave path that begins at zero."""
+    path, module, _ = _path_of_positives()
+    bend = sp.factor(sp.simplify(path.diff(module, 2)))
+    return bool(path.subs(module, 0) == 0 and bend.is_negative)
+
+
+def _path_of_positives() -> tuple[Expr, sp.Symbol, sp.Symbol]:
+    """Path of action, module and addendum coefficient, all in positive symbols (slope: tangent of the angle)."""
+    module, coefficient, radius, slope = sp.symbols("module coefficient radius slope", positive=True)
+    angle = sp.Symbol("angle", positive=True)
+    hypotenuse = sp.sqrt(1 + slope**2)
+    path = path_of_action(radius, coefficient * module, angle)
+    return path.subs({sin(angle): slope / hypotenuse, cos(angle): 1 / hypotenuse}), module, coefficient

@@ -1,0 +1,90 @@
+"""Gear train of the seedling pick-up: pitch curves that roll without slip, ratios, curvature.
+
+Everything is seen along the two centre lines, whose frames turn with the carrier.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+from sympy import Expr, S, pi
+
+from ...mechanics.frames import Frame, Motion, Vec, Z
+from . import quantities as q
+from .geometry import ARM, CARRIER, TO_M1, WORLD, Formula, along
+
+SUN = Frame("sun, x along O-M1 at phi5 = 0", WORLD, Z, q.beta1)
+BACK = Frame("line M1-O", TO_M1, Z, pi)
+MIDDLE = Frame("intermediate gear", BACK, Z, q.phi2)
+TURNING = Motion({q.phi5: q.dphi5, q.phi2: q.dphi2, q.phi1: q.dphi1})
+
+
+def turn(frame: Frame, motion: Motion = TURNING) -> Expr:
+    """Increment of a frame's angle as seen from the carrier."""
+    return motion.spin(frame)[2] - motion.spin(CARRIER)[2]
+
+
+def slip_on_sun() -> Expr:
+    """Speed at which the intermediate gear would slip on the sun, which is at rest, at their contact."""
+    axis = TURNING.derivative(along(TO_M1, q.a1))
+    contact = TURNING.spin(MIDDLE).resolved(TO_M1).cross(along(TO_M1, -q.R2))
+    return (axis + contact)[1]
+
+
+def helical_slip(motion: Motion) -> Expr:
+    """Speed at which the helical gears, equal ones, would slip on each other, seen from the carrier."""
+    radius = q.a2 / 2
+    return sp.expand(turn(MIDDLE, motion) * radius - turn(ARM, motion) * (-radius))
+
+
+def ratios() -> dict[str, Formula]:
+    """Ratios and pitch radii; the ratio of an external pair is counted positive."""
+    stage1 = -turn(WORLD) / turn(MIDDLE)
+    total = turn(WORLD) / turn(ARM)
+    helical = sp.solve(helical_slip(TURNING), q.dphi2)[0]
+    carrier = sp.solve(stage1 - q.i1, q.dphi5)[0]
+    through = total.subs(q.dphi1, sp.solve(helical_slip(TURNING), q.dphi1)[0]).subs(q.dphi5, carrier)
+    still = sp.solve(helical_slip(Motion({**TURNING.rates, q.phi2: S.Zero})), q.dphi1)[0]
+    radius = sp.solve(slip_on_sun().subs(q.dphi5, carrier), q.R2)[0]
+    gap = along(TO_M1, q.a1) + along(BACK, q.R2).resolved(TO_M1) - along(TO_M1, q.R1)
+    return {
+        "turn of the intermediate gear": (q.dphi2, helical),
+        "ratio of stage 1": (q.i1, stage1),
+        "total ratio": (q.iZ, total),
+        "total ratio through both stages": (q.iZ, sp.cancel(through)),
+        "reciprocal of the total ratio in the dwell": (q.g_locked, (1 / total).subs(q.dphi1, still)),
+        "pitch radius of the intermediate gear": (q.R2, sp.factor(radius)),
+        "pitch radius of the sun": (q.R1, sp.solve(gap[0], q.R1)[0]),
+    }
+
+
+def contacts() -> tuple[Vec, Vec]:
+    """The contact on the sun and on the intermediate gear, each in its own frame."""
+    return along(TO_M1, q.R1).resolved(SUN), along(BACK, q.R2).resolved(MIDDLE)
+
+
+def curvature_radius(curve: Vec, motion: Motion) -> Expr:
+    """Radius of curvature of a plane curve that is run through counter-clockwise as the motion goes."""
+    x, y = curve.components[:2]
+    dx, dy = motion.rate(x), motion.rate(y)
+    ddx, ddy = motion.rate(dx), motion.rate(dy)
+    bend = sp.simplify(dx * ddy - dy * ddx)
+    return sp.simplify(dx**2 + dy**2) ** sp.Rational(3, 2) / bend
+
+
+def curves() -> dict[str, Formula]:
+    """Pitch curves and their curvature; contacts run counter-clockwise on the sun, clockwise on the other gear."""
+    sun, middle = contacts()
+    rolling = Motion({q.phi5: S.One, q.phi2: q.R1 / q.R2, q.R1: q.dR1, q.R2: -q.dR1, q.dR1: q.ddR1})
+    return {
+        "pitch curve of the sun, x": (q.x1, sun[0]),
+        "pitch curve of the sun, y": (q.y1, sun[1]),
+        "pitch curve of the intermediate gear, x": (q.x2, middle[0]),
+        "pitch curve of the intermediate gear, y": (q.y2, middle[1]),
+        "radius of curvature of the sun": (q.rho1, curvature_radius(sun, rolling)),
+        "radius of curvature of the intermediate gear": (q.rho2, -curvature_radius(middle, rolling)),
+    }
+
+
+def formulas() -> dict[str, Formula]:
+    """Claims about the gear train, each with the symbol it defines and its expression."""
+    return ratios() | curves()

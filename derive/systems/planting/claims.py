@@ -1,0 +1,285 @@
+"""What the derivation of the planting device has to say to each claim that a paper may make about it."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from functools import cache
+
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr, S, pi
+
+from ...branches import switch
+from ...chain import ordered, solve_linear
+from ...equations import Equation
+from ...evaluate import Point
+from ...mechanics.bodies import Contact, Mechanism
+from ...mechanics.frames import displacement
+from ...model import Let
+from ...quantity import Quantity
+from . import cycle, derivation
+from . import quantities as q
+
+BETWEEN = (
+    q.L_AC1,
+    q.L_AC2,
+    q.theta30,
+    q.theta40,
+    q.theta3,
+    q.theta4,
+    q.mu,
+    q.M_T,
+    q.phi_P1,
+    q.phi_P2,
+    q.phi_Q1,
+    q.phi_Q2,
+    q.F_fP,
+    q.F_fQ,
+)
+"""Quantities that the paper names between forces and geometry."""
+SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
+"""Places on the carrier and on the sun's pitch curve lie opposite each other on the two sides."""
+
+
+@cache
+def claims() -> dict[str, Equation]:
+    """Derived equations by what they claim to be."""
+    side = derivation.build_side()
+    found = (
+        balances(side)
+        + _cam(side)
+        + _places(side)
+        + _teeth("P", derivation.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+    )
+    found += _teeth("Q", derivation.CONTACT_Q, q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
+    return {str(e.claims): e for e in found}
+
+
+def balances(side: derivation.Side) -> list[Equation]:
+    """Of every body of a side, and of sun and carrier with both sides."""
+    support = derivation.build_support(side.kinematics.motion)
+    ours = frozenset(s for step in side.kinematics.steps for s in step.defines) | set(side.mechanism.unknowns)
+    shared = derivation.support_equations(side, support, derivation.OtherSide(ours))
+    return [e for e in (*side.mechanism.equations(), *shared) if e.defines is None]
+
+
+def _definition(claim: str, symbol: Quantity, expr: Expr) -> Equation:
+    return Equation(claim, symbol - expr, f"derived: {claim}", claim, defines=symbol)
+
+
+def _law(mechanism: Mechanism, symbol: Quantity) -> Expr:
+    return next(law.expr for law in mechanism.laws if law.symbol == symbol)
+
+
+def _cam(side: derivation.Side) -> list[Equation]:
+    """Contact of cam and roller: components of its force, its angle to the roller's path, its moment."""
+    mech = side.mechanism
+    frictionless = {q.mu1: S.Zero}
+    x, z = (_law(mech, f).xreplace(frictionless) / q.F_E for f in (q.F_Ex, q.F_Ez))
+    swing = q.theta1 + q.psi0
+    path_x, path_z = sp.sin(swing), sp.cos(swing)
+    angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
+    moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
+    return [
+        _definition("pressure angle of the cam", q.mu, angle),
+        _definition("force of the cam on the roller, x'", q.F_Ex, _law(mech, q.F_Ex)),
+        _definition("force of the cam on the roller, y'", q.F_Ey, S.Zero),
+        _definition("force of the cam on the roller, z'", q.F_Ez, _law(mech, q.F_Ez)),
+        _definition("moment of the cam force about the planet's axis", q.M_T, moment),
+    ]
+
+
+def _places(side: derivation.Side) -> list[Equation]:
+    """Places of points on the swinging half, and the polar coordinates that a paper may give them by."""
+    steps = {s.symbol: s.expr for s in side.kinematics.steps if isinstance(s, Let)}
+    found = [
+        _definition(f"place of {name}, {axis}'", symbol, steps[symbol])
+        for name, axis, symbol in (
+            ("the roller", "x", q.x_E), ("the roller", "z", q.z_E), ("C1", "x", q.x_C1), ("C1", "z", q.z_C1),
+            ("C2", "x", q.x_C2), ("C2", "z", q.z_C2),
+        )
+    ]  # fmt: skip
+    for name, (x, _, z), at, length, turned, closed in (
+        ("C1", q.c_C1, (q.x_C1, q.z_C1), q.L_AC1, q.theta3, q.theta30),
+        ("C2", q.c_C2, (q.x_C2, q.z_C2), q.L_AC2, q.theta4, q.theta40),
+    ):
+        down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
+        found += [
+            _definition(f"distance of {name} from the hinge", length, sp.sqrt(x**2 + z**2)),
+            _definition(f"angle of the line from the hinge to {name}, closed", closed, sp.atan2(-z, x)),
+            _definition(f"angle of the line from the hinge to {name}", turned, down),
+        ]
+    return found
+
+
+def _teeth(
+    tag: str, contact: Contact, moment: Quantity, normal: Quantity, along: Quantity, across: Quantity, drag: Quantity
+) -> list[Equation]:
+    """Tooth contact: directions and sizes of normal force and friction on the flank that can give the moment."""
+    mech = derivation.build_side().mechanism
+    force = [next(u for u in mech.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
+    return [
+        _definition(
+            f"direction of the normal force at {tag}", along, switch(moment, contact.normal(1), contact.normal(-1))
+        ),
+        _definition(f"direction of friction at {tag}", across, switch(moment, contact.across(1), contact.across(-1))),
+        _definition(f"normal force at {tag}", normal, _law(mech, normal)),
+        _definition(f"friction force at {tag}", drag, normal * sp.tan(q.mu2)),
+        *(_definition(f"tooth force at {tag}, {axis}", f, _law(mech, f)) for axis, f in zip("xy", force, strict=True)),
+    ]
+
+
+@cache
+def _relations() -> dict[Quantity, Expr]:
+    return relations(derivation.build_side().mechanism)
+
+
+def relations(mech: Mechanism) -> dict[Quantity, Expr]:
+    """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces."""
+    numbered = {e.number: e for e in mech.equations()}
+    from_balance = {
+        "M_Az": "inner half: moment along z of planet about A",
+        "M_Aoz": "outer half: moment along z of planet about A outer",
+        "F_A1z": "middle body: force along z of frame",
+        "M_K": "outer half: moment along y of planet about A outer",
+    }
+    unknowns = {u.name: u for u in mech.unknowns}
+    found = {unknowns[name]: solve_linear(numbered[balance], unknowns[name]) for name, balance in from_balance.items()}
+    at_Q = displacement(derivation.B1, derivation.Q, derivation.WORLD)
+    found[q.M_P] = (q.y_P - q.y_A1) * q.F_Px - (q.x_P - q.x_A1) * q.F_Py
+    found[q.M_Q] = at_Q[1] * q.F_Qx - at_Q[0] * q.F_Qy
+    return found
+
+
+def canonical(expr: Expr) -> Expr:
+    """An expression in the quantities that papers use, multiplied out."""
+    return squared(sp.expand(in_names(expr), trig=False))
+
+
+def in_names(expr: Expr) -> Expr:
+    """Named places for fixed offsets, rates relative to the carrier, side 1's places for those of side 2."""
+    return expr.xreplace(_named()).xreplace({q.Omega: q.omega + q.phi72_dot, q.Omega_dot: q.phi72_ddot})
+
+
+def _named() -> dict[sp.Symbol, Expr]:
+    """Offsets that are fixed in a body, in terms of the named places of the points that they lead to."""
+    found: dict[sp.Symbol, Expr] = {q.twin(s): other for s, other in SIDES.items()}
+    c, s = sp.cos(q.theta1), sp.sin(q.theta1)
+    for offset, (x, y, z) in ((q.c_C1, (q.x_C1, q.y_C1, q.z_C1)), (q.c_C2, (q.x_C2, q.y_C2, q.z_C2))):
+        along, beyond = x - q.x_A, z - q.z_A
+        found |= {offset[0]: along * c - beyond * s, offset[1]: y - q.y_A, offset[2]: along * s + beyond * c}
+    along, beyond = q.x_CB - q.x_B1, q.y_CB - q.y_B1
+    c, s = sp.cos(q.alpha), sp.sin(q.alpha)
+    found |= {q.c_CBx: along * c - beyond * s, q.c_CBy: along * s + beyond * c}
+    return found
+
+
+def squared(expr: Expr) -> Expr:
+    """A multiplied-out expression with every square of a sine written by the cosine, so that they add up to 1."""
+    for _ in range(8):
+        reduced = sp.expand(expr.replace(_is_square_of_sine, _by_cosine), trig=False)
+        if reduced == expr:
+            return expr
+        expr = reduced
+    return expr
+
+
+def _is_square_of_sine(expr: sp.Basic) -> bool:
+    return isinstance(expr, sp.Pow) and isinstance(expr.base, sp.sin) and expr.exp.is_Integer and expr.exp >= 2
+
+
+def _by_cosine(power: Expr) -> Expr:
+    angle = power.base.args[0]
+    return power.base ** (power.exp - 2) * (1 - sp.cos(angle) ** 2)
+
+
+@cache
+def moving() -> frozenset[Quantity]:
+    """Quantities that each side has of its own."""
+    side = derivation.build_side()
+    kinematic = {s for step in side.kinematics.steps for s in step.defines}
+    return frozenset(kinematic | set(side.mechanism.unknowns) | set(BETWEEN))
+
+
+def common(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
+    """Two balances in the same quantities: what only one of them names is written by what both do."""
+    definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines is not None}
+    given = eliminated(printed, derived.free_symbols, definitions)
+    return in_names(given), canonical(eliminated(derived, given.free_symbols, _relations()))
+
+
+def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
+    """``expr`` without the defined quantities that are not among those to keep, on both sides."""
+    other = derivation.OtherSide(moving())
+    for symbol, meant in definitions.items():
+        for one, value in ((symbol, meant), (q.twin(symbol), other(meant))):
+            if one in expr.free_symbols and one not in kept:
+                expr = expr.xreplace({one: value})
+    return expr
+
+
+def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
+    """Every quantity over the reference cycle, those that the paper names between them too."""
+    return [_between(_reactions(Point(values))) for values in cycle.reference(points)]
+
+
+@cache
+def supplements() -> tuple[Let, ...]:
+    """The derivation's steps for every force and moment of one side that its equations name."""
+    mechanism = derivation.build_side().mechanism
+    named = frozenset().union(*(e.residual.free_symbols for e in claims().values()))
+    return ordered(mechanism.equations(), mechanism.unknowns, [u for u in mechanism.unknowns if u in named]).lets()
+
+
+@cache
+def _unreported() -> tuple[tuple[Quantity, Expr], ...]:
+    """Every step of the motion and of the reactions, of side 1 and of side 2."""
+    other = derivation.OtherSide(moving())
+    motion = (step for step in derivation.build_side().kinematics.steps if isinstance(step, Let))
+    steps = [(step.symbol, step.expr) for step in (*motion, *supplements())]
+    return tuple(pair for s, e in steps for pair in ((s, e), (q.twin(s), other(e))))
+
+
+def _reactions(point: Point) -> Point:
+    """A point with what no model reports of either side."""
+    for symbol, expr in _unreported():
+        if symbol not in point:
+            point.set(symbol, point(expr))
+    return point
+
+
+def _between(point: Point) -> dict[sp.Symbol, mpf]:
+    definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines in BETWEEN}
+    for symbol in BETWEEN:
+        point.set(symbol, point(definitions[symbol]))
+    return point.values()
+
+
+def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
+    """A random point of the device on the rising flank of its cam, kinematics consistent, reactions at will.
+
+    The rocker stays within a right angle of x', where the paper's arctangent is the pressure angle.
+    """
+    side = derivation.build_side()
+    everything = (
+        {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(side.mechanism.unknowns)
+    )
+    known: dict[sp.Symbol, Expr] = {
+        s: sp.Rational(rng.randint(101, 999), rng.randint(301, 699))
+        for s in sorted(everything | {q.twin(s) for s in everything}, key=str)
+    }
+    known |= {q.alpha_n: pi / 9, q.T2_0: S.Zero, q.T2: sp.Rational(rng.randint(23, 29), 10)}
+    known |= dict(zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True))
+    known |= {q.psi0: sp.Rational(rng.randint(-30, 20), 100), q.H: sp.Rational(rng.randint(20, 45), 100)}
+    known |= {s: known[s] * rng.choice((-1, 1)) for s in (q.M_P, q.M_Q)}
+    return _consistent(known, side)
+
+
+def _consistent(known: dict[sp.Symbol, Expr], side: derivation.Side) -> dict[sp.Symbol, mpf]:
+    """Kinematics and the quantities between, from the rest."""
+    point = Point(known)
+    for step in side.kinematics.steps:
+        if isinstance(step, Let):
+            point.set(step.symbol, point(step.expr))
+    return _between(point)

@@ -1,0 +1,213 @@
+"""Laws that every chain of equations of the planting device must obey, and the motion to test it in.
+
+The sides stand half a turn apart, so all that the frame feels has the period of half a turn; both sides over half a
+turn are one side over a whole one.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr, S, pi
+
+from ...audit.laws import Cycle, Law, Machine, Values
+from ...branches import switch
+from ...evaluate import Point
+from ...gearing import meshing
+from ...mechanics.bodies import Contact
+from ...mechanics.frames import Vec
+from ...model import Event, System, needed
+from ...quantity import Quantity
+from . import claims, derivation
+from . import cycle as planting_cycle
+from . import quantities as q
+
+NODES = 4
+NODES_PER_RADIAN = 12
+"""Gauss points in each piece between two joints of the motion, where all is smooth: some, and more with length."""
+BETWEEN = 1000
+"""Interpolated points in each piece, to find the largest value of what is broken."""
+WORKING_DIGITS = 18
+SLOW = 1e-6
+"""Share of the speed that stands for no speed: forces of inertia are down to 1e-12."""
+
+
+@cache
+def machine() -> Machine:
+    """The laws of the device with its motion and its derivation."""
+    reference = _cycle()
+    return Machine(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.claims(),
+                   claims.supplements(), q.twin)  # fmt: skip
+
+
+def laws() -> tuple[Law, ...]:
+    """Momentum, work, rest, and contacts that only push."""
+    side = derivation.build_side()
+    other = derivation.OtherSide(claims.moving() | {q.F_E_loss})
+    support = q.F_Ox + q.F_O1x, q.F_Oy + q.F_O1y
+    rate = [_momentum_rate(side, other, axis) for axis in (0, 1)]
+    loss = next(law.expr for law in side.mechanism.laws if law.symbol == q.F_E_loss)
+    pushes = {
+        "teeth at P": _tooth_push(derivation.CONTACT_P, (q.F_Px, q.F_Py)),
+        "teeth at Q": _tooth_push(derivation.CONTACT_Q, (q.F_Qx, q.F_Qy)),
+        "cam and roller": _cam_push(side),
+    }
+    return (
+        Law("vertical support force is weight and rate of momentum", "N", (support[1] - weight() - rate[1],)),
+        Law("horizontal support force is rate of momentum", "N", (support[0] - rate[0],)),
+        Law("mean vertical support force is the weight", "N", (support[1] - weight(),), "mean"),
+        Law("work of the motor is work of friction", "J", (q.M_L - (loss + other(loss)) / q.omega,), "turn"),
+        Law("support force tends to the weight as the speed goes to zero", "N", (support[1] - weight(),), cycle="slow"),
+        *(Law(f"{name} only push", "N", (_pull(push), _pull(other(push)))) for name, push in pushes.items()),
+    )
+
+
+def weight() -> Expr:
+    """Of everything that the frame carries."""
+    return q.g * (q.m1 + q.m4 + 2 * (q.m2 + q.m3 + 2 * (q.m_C1 + q.m_C2)))
+
+
+def _momentum_rate(side: derivation.Side, other: derivation.OtherSide, axis: int) -> Expr:
+    """Mass times acceleration, from the motion alone; sun and the carrier's centroid are at rest."""
+    parts = [part for body in side.mechanism.bodies for part in body.parts]
+    motion = side.kinematics.motion
+    own = sp.Add(*(part.mass * motion.acceleration(part.centroid, derivation.WORLD)[axis] for part in parts))
+    return own + other(own)
+
+
+def _tooth_push(contact: Contact, force: tuple[Quantity, Quantity]) -> Expr:
+    """Normal force of the flank that the force on the inner gear lies on, positive where it points into the gear."""
+    inward = contact.tangent + pi / 2
+    normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(contact.world)
+    share = sp.sin(contact.pressure_angle - contact.friction) / sp.cos(contact.friction)
+    return (normal[0] * force[0] + normal[1] * force[1]) / share
+
+
+def _cam_push(side: derivation.Side) -> Expr:
+    """Component of the cam's force on the roller along the normal of the roller's path, away from the cam."""
+    laws = {law.symbol: law.expr for law in side.mechanism.laws}
+    return sp.Add(*(f * laws[f].xreplace({q.mu1: S.Zero, q.F_E: S.One}) for f in (q.F_Ex, q.F_Ez)))
+
+
+def _pull(push: Expr) -> Expr:
+    return switch(push, S.Zero, push)
+
+
+class Remembered(planting_cycle.Gears):
+    """A gear stage that finds the contact at a polar angle once: that at phi = 0 is asked for at every angle."""
+
+    def __init__(self, gears: planting_cycle.Gears) -> None:
+        self.values, self.distance = gears.values, gears.distance
+        self._found = cache(gears.contact)
+
+    def contact(self, t: Any) -> tuple[Any, ...]:
+        return self._found(t)
+
+
+class Motion:
+    """The motion of the built-in machine: the kinematic quantities of a side at a carrier angle."""
+
+    def __init__(self) -> None:
+        data = tomllib.loads(planting_cycle.MACHINE.read_text(encoding="utf-8"))
+        stages = ((1, "3"), (2, "6"))
+        self.gears = [Remembered(planting_cycle.stage_gears(data, stage, suffix)) for stage, suffix in stages]
+        self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
+        self.fixed |= dict(zip((q.a1, q.a2), (gears.distance for gears in self.gears), strict=True))
+        self.fixed |= dict(zip((q.m31, q.m61), (gears.values[meshing.m] for gears in self.gears), strict=True))
+        self.steps = tuple(derivation.build_side().kinematics.steps)
+        self.system: System = derivation.exact()
+
+    def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
+        """All quantities, or those that some are found from."""
+        system = replace(self.system, lane=self.steps if wanted is None else needed(self.steps, wanted))
+        return planting_cycle.one_side({**self.fixed, q.phi: phi}, list(self.gears), system)
+
+    def joints(self) -> list[Any]:
+        """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""
+        moving = frozenset(s for step in self.steps for s in step.defines)
+        kinematic = [e for e in derivation.joints() if e.argument.free_symbols <= moving]
+        found = sorted(self._joint(event) % mpmath.pi for event in kinematic)
+        return [*found, found[0] + mpmath.pi]
+
+    def _joint(self, event: Event) -> Any:
+        """Where in a turn an argument, which grows by one period or falls, meets its target."""
+
+        def periods(phi: Any) -> Any:
+            return Point(self.side(phi, event.argument.free_symbols))((event.argument - event.target) / event.period)
+
+        ends = periods(mpf(0)), periods(2 * mpmath.pi)
+        whole = mpmath.ceil(min(ends))
+        return mpmath.findroot(lambda phi: periods(phi) - whole, (0, 2 * mpmath.pi), solver="anderson", tol=1e-14)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """From one joint to the next: Gauss nodes, and what interpolates between them."""
+
+    start: Any
+    end: Any
+
+    @property
+    def count(self) -> int:
+        return NODES + int(NODES_PER_RADIAN * (self.end - self.start))
+
+    @property
+    def rule(self) -> tuple[Any, Any]:
+        nodes, weights = np.polynomial.legendre.leggauss(self.count)
+        return nodes, float(self.end - self.start) / 2 * weights
+
+    @property
+    def angles(self) -> list[Any]:
+        return [self.start + (self.end - self.start) * (1 + mpf(float(x))) / 2 for x in self.rule[0]]
+
+    @property
+    def interpolation(self) -> Any:
+        """Matrix from values at the nodes to values at equal steps from end to end."""
+        legendre = np.polynomial.legendre.legvander
+        return legendre(np.linspace(-1, 1, BETWEEN), self.count - 1) @ np.linalg.inv(
+            legendre(self.rule[0], self.count - 1)
+        )
+
+
+def _cycle() -> Cycle:
+    """Half a turn of both sides."""
+    with mpmath.workdps(WORKING_DIGITS):
+        motion = Motion()
+        joints = motion.joints()
+        pieces = [Piece(a, b) for a, b in pairwise(joints)]
+        angles = [phi for piece in pieces for phi in piece.angles]
+        one, two = (_arrays([motion.side(phi - back) for phi in angles]) for back in (0, mpmath.pi))
+    dense = Cycle((_between(one, pieces), _between(two, pieces)), np.ones(BETWEEN * len(pieces)))
+    return Cycle((one, two), 2 * np.concatenate([piece.rule[1] for piece in pieces]), dense)
+
+
+def _arrays(points: list[dict[sp.Symbol, mpf]]) -> Values:
+    return {symbol: np.array([float(point[symbol]) for point in points]) for symbol in points[0]}
+
+
+def _between(side: Values, pieces: list[Piece]) -> Values:
+    """A motion at many angles of each piece. The cam's angle, which starts anew in a piece, is left out."""
+    cuts = np.cumsum([piece.count for piece in pieces])[:-1]
+    matrices = [piece.interpolation for piece in pieces]
+    return {
+        s: np.concatenate([m @ part for m, part in zip(matrices, np.split(values, cuts), strict=True)])
+        for s, values in side.items()
+        if s != q.delta
+    }
+
+
+def _slowed(cycle: Cycle) -> Cycle:
+    """The same motion at next to no speed: rates go with the speed, accelerations with its square."""
+    steps = derivation.build_side().kinematics.steps
+    moving = [q.omega, *(s for step in steps for s in step.defines)]
+    factors = {s: SLOW ** {"/s2": 2, "d/s": 1, "m/s": 1}.get(s.unit[-3:], 0) for s in moving}
+    one, two = ({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)
+    return Cycle((one, two), cycle.weights, _slowed(cycle.between) if cycle.between else None)

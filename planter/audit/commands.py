@@ -1,0 +1,32 @@
+"""The papers on trial."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption
+
+app = typer.Typer()
+
+
+@app.command()
+def audit(
+    paper: Annotated[
+        str | None, typer.Argument(help="one of the papers, by its short name", show_default=False)
+    ] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Verdicts on the printed equations, laws and numbers of the papers."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter import audit as trial
+        from planter.audit import page, tables
+
+        result = trial.audit(paper)
+        if out is not None:
+            page.write(out, result)
+        console.result(result, lambda: tables.show(console, result))

@@ -1,0 +1,37 @@
+"""How long each way to evaluate a turn takes."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption
+
+app = typer.Typer()
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")] = False,
+    work: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="only this work (repeatable)", show_default=False)
+    ] = None,
+    way: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="only this way (repeatable)", show_default=False)
+    ] = None,
+    rounds: Annotated[int | None, typer.Option(help="repetitions of every work", show_default=False)] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """The same work by every way to evaluate a turn, in one run, after all have agreed."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter import bench
+        from planter.bench import page
+
+        result = bench.run(bench.settings(quick, work, way, rounds), console.say)
+        if out is not None:
+            bench.write(out, result)
+        console.result(result, lambda: page.show(console, result))

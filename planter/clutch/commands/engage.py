@@ -1,0 +1,58 @@
+"""Command of the clutch's engagement."""
+
+from __future__ import annotations
+
+import enum
+from typing import Annotated, Any
+
+import typer
+
+from planter.clutch.commands.group import ClutchArgument, clutch
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+
+
+class Mode(enum.StrEnum):
+    modal = "modal"
+    contact = "contact"
+
+
+@clutch.command()
+def engage(
+    source: ClutchArgument,
+    mode: Annotated[
+        Mode, typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles")
+    ] = Mode.modal,
+    shape: Annotated[
+        str, typer.Option(metavar="NAME", help="how the shaft bends: the paper's, or one that is clamped: clamped-...")
+    ] = "quarter-sine",
+    set_: SetOption = None,
+    speed_rpm: Annotated[float | None, typer.Option(help="change the input speed for this call")] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Loads while the clutch engages; by contact also its cut-off, and the dog clutch beside it (takes half a minute).
+
+    In contact, `sensitivity` follows the largest loads over a factor of 10 in each input that the paper does not
+    disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import file as config
+        from planter.clutch.engage import contact, modal, tables
+
+        changes = overrides(set_)
+        if speed_rpm is not None:
+            changes["engagement.input_speed_rpm"] = speed_rpm
+        file = config.load(source, changes)
+        if mode is Mode.modal:
+            result: dict[str, Any] = {"clutch": file.name, **modal.result(file.si, shape)}
+            curves = None
+        else:
+            found = contact.compare(file, shape, progress=console.progress)
+            result, curves = {"clutch": file.name, **found.result}, found.runs
+        if out is not None:
+            from planter.clutch.report import engagement
+
+            engagement.write(out, file, result, shape, curves)
+        console.result(result, lambda: tables.show(console, result))

@@ -1,0 +1,94 @@
+"""Commands of the clutch's field test: its evaluation, and plans for new ones."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from planter.clutch.commands.group import clutch
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption
+
+NamesOption = list[str] | None
+
+
+@clutch.command(name="field")
+def evaluate_field(
+    data: Annotated[str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")] = "shi2021-field",
+    response: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="this column is a response", show_default=False)
+    ] = None,
+    blank: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="this column belongs to the error", show_default=False)
+    ] = None,
+    ignore: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="this column plays no part", show_default=False)
+    ] = None,
+    comparison: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="CSV file clutch,speed_m_s,measure,mean,sd,n of clutches to compare [default: paper's, for its runs]",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Range analysis, analysis of variance, prediction and best levels of a field test; comparison of clutches.
+
+    The header says what a column is: `run` counts the runs; `blank`, `empty` or `error` is a column of the array that
+    no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a factor, whose levels are
+    all numbers or all words. Comments above the header, `# factor A: axial angle / deg = 10, 15, 20` and
+    `# response Y1: lag / cm`, carry meanings into figures and report.
+
+    Levels in the results are those of the file. Designs that are not orthogonal have no range analysis (null), and
+    their sums of squares are of type II: each factor over all others.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch.field import Columns, evaluate, tables
+
+        columns = Columns(tuple(response or ()), tuple(blank or ()), tuple(ignore or ()))
+        found = evaluate(data, columns, comparison)
+        if out is not None:
+            from planter.clutch.field import page
+
+            page.write(out, found)
+        console.result(found.result, lambda: tables.show(console, found.result))
+
+
+@clutch.command(name="plan")
+def plan_field(
+    array: Annotated[str, typer.Argument(help="L4, L8, L9, L18, L25 or L27", show_default=False)],
+    factor: Annotated[
+        NamesOption,
+        typer.Option(metavar="NAME=LEVEL,...", help="a factor and its levels [default: A, B, ...]", show_default=False),
+    ] = None,
+    response: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="a column to be measured [default: Y1]", show_default=False)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="shuffle the runs by this seed", show_default=False)] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Plan a field test on an orthogonal array: a CSV to fill in, which `planter clutch field` reads back."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch.field import plans
+
+        wanted = [plans.Wanted.of(text) for text in factor or ()]
+        planned = plans.plan(array, wanted, response or ["Y1"], seed)
+        if out is not None:
+            from planter.report import files
+
+            files.write_text(files.output_folder(out) / "plan.csv", planned.csv())
+        result: dict[str, Any] = {
+            "array": planned.array,
+            "factors": list(planned.factors),
+            "blank": list(planned.blanks),
+            "columns": planned.columns,
+            "text": planned.csv(),
+        }
+        console.result(result, lambda: print(planned.csv(), end=""))

@@ -1,0 +1,124 @@
+"""Commands of the clutch's shape: geometry, sizing, fastest switching, and rotors in general."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planter.clutch.commands.group import ClutchArgument, clutch
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, overrides
+
+if TYPE_CHECKING:
+    from planter.clutch.file import Clutch
+
+
+def clutch_of(source: str, settings: Sequence[str] | None) -> Clutch:
+    from planter.clutch import file
+
+    return file.load(source, overrides(settings))
+
+
+@clutch.command()
+def geometry(
+    source: ClutchArgument,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Polygon and hexagon, teeth, travel and linkage of a clutch, beside what its paper prints."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import geometry as shape
+        from planter.clutch import tables
+
+        found = clutch_of(source, set_)
+        result = shape.geometry(found)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_geometry(out, found, result)
+        console.result(result, lambda: tables.geometry(console, result))
+
+
+@clutch.command()
+def design(
+    source: ClutchArgument,
+    shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats", show_default=False)] = None,
+    travel_mm: Annotated[float | None, typer.Option(help="wanted travel of the sleeve", show_default=False)] = None,
+    radius_mm: Annotated[float | None, typer.Option(help="room across the axis", show_default=False)] = None,
+    length_mm: Annotated[float | None, typer.Option(help="room along the axis", show_default=False)] = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Size a clutch for a shaft, a space and a travel; check every inequality and say which one binds."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import design as sizing
+        from planter.clutch import file, tables
+
+        wanted = {
+            "shaft.flat_to_flat_mm": shaft_mm,
+            "wanted.wanted_travel_mm": travel_mm,
+            "wanted.space_radius_mm": radius_mm,
+            "wanted.space_length_mm": length_mm,
+        }
+        given = {path: value for path, value in wanted.items() if value is not None}
+        found = file.load(source, overrides(set_) | given)
+        result = sizing.design(found)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_design(out, found, result)
+        if not result["feasible"]:
+            raise sizing.refusal(result)
+        console.result(result, lambda: tables.design(console, result))
+
+
+@clutch.command()
+def optimise(
+    source: ClutchArgument,
+    seed: SeedOption = 0,
+    starts: Annotated[int, typer.Option(min=1, max=1000, help="starts of IPOPT")] = 8,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Axial angle, gear ratio and linkage of the smallest travel time that forces and space allow."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import optimise as search
+        from planter.clutch import tables
+
+        found = clutch_of(source, set_)
+        result = search.optimise(found, seed, starts)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_optimisation(out, found, result)
+        console.result(result, lambda: tables.optimisation(console, result))
+
+
+@clutch.command()
+def rotor(
+    vertices: Annotated[int, typer.Option(help="vertices of the Reuleaux polygon, odd")] = 5,
+    sides: Annotated[int, typer.Option(help="sides of the regular polygon")] = 6,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """How any odd Reuleaux polygon turns in any regular polygon, in widths of the first."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import tables
+        from planter.clutch.rotor import Rotor, summary
+
+        found = Rotor(vertices, sides)
+        result = summary(found)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_rotor(out, found, result)
+        console.result(result, lambda: tables.rotor(console, result))

@@ -1,0 +1,195 @@
+"""Clutch files: TOML in, a validated `Clutch` out, every number with its unit and its origin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from planter.clutch.engage.sections import Contact, Dog
+from planter.files import examples
+from planter.files.complaints import refused
+from planter.files.document import Origins, Sourced
+from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
+from planter.files.text import parse_toml
+
+Acute = Annotated[Positive, Field(lt=90)]
+
+
+def _some_numbers(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or not 1 <= len(value) <= 20:
+        raise refused("", value, "it must be a list of 1 to 20 numbers")
+    return value
+
+
+class Sleeve(Section):
+    """Hexagonal hole that confines the body, its taper and travel, and the forces along the axis."""
+
+    hexagon_side_mm: Positive
+    axial_angle_deg: Acute
+    travel_mm: Positive
+    length_mm: Positive
+    right_radius_mm: Positive
+    friction: Positive
+    engaging_force_N: Positive
+    spring_preload_N: NotNegative
+    switching_speed_mm_s: Positive
+
+
+class Shaft(Section):
+    """Output shaft: a hexagon with rounded corners, overhanging its bearing."""
+
+    flat_to_flat_mm: Positive
+    fillet_mm: Positive
+    overhang_mm: Positive
+    modulus_GPa: Positive
+    density_kg_m3: Positive
+
+    @model_validator(mode="after")
+    def _flats_are_left(self) -> Self:
+        if not self.fillet_mm < self.flat_to_flat_mm / 2:
+            allowed = f"it must be less than half of flat_to_flat_mm, {self.flat_to_flat_mm / 2:g}"
+            raise refused("fillet_mm", self.fillet_mm, allowed)
+        return self
+
+
+class Tooth(Section):
+    """Distances of tooth tips and roots from the centroid of the body."""
+
+    tip_mm: Positive
+    root_mm: Positive
+
+
+class Linkage(Section):
+    """Crank gear on its rack, crank, rod, and the distance of the crank's axis from the sleeve's pin when engaged."""
+
+    crank_gear_radius_mm: Positive
+    rack_radius_mm: Positive
+    rack_phase_deg: Annotated[Positive, Field(le=90)]
+    module_mm: Positive
+    crank_mm: Positive
+    rod_mm: Positive
+    distance_mm: Positive
+
+
+class Engagement(Section):
+    """What meets when the clutch engages."""
+
+    body_kg: Positive
+    contact_radius_mm: Positive
+    input_speed_rpm: Positive
+    load_Nm: NotNegative
+
+
+class Slip(Section):
+    """Angle and forces of a tooth that slips."""
+
+    angle_deg: Acute
+    reaction_N: NotNegative
+    friction_N: NotNegative
+
+
+class Places(Section):
+    """Places along the row: of the first and last seed, of the opener's entry and exit."""
+
+    first_seed_mm: Real
+    entry_mm: Real
+    last_seed_mm: Real
+    exit_mm: Real
+
+
+class Levels(Section):
+    """Axial angles to compare, each with the rod for its travel."""
+
+    axial_angles_deg: Annotated[tuple[Acute, ...], BeforeValidator(_some_numbers)]
+    rods_mm: Annotated[tuple[Positive, ...], BeforeValidator(_some_numbers)]
+
+    @model_validator(mode="after")
+    def _one_rod_for_each_angle(self) -> Self:
+        if len(self.rods_mm) != len(self.axial_angles_deg):
+            raise refused(
+                "rods_mm", self.rods_mm, f"it must have a rod for each of {len(self.axial_angles_deg)} axial angles"
+            )
+        return self
+
+
+class Wanted(Section):
+    """What a clutch is sized for."""
+
+    wanted_travel_mm: Positive
+    space_radius_mm: Positive
+    space_length_mm: Positive
+    wall_mm: NotNegative
+    lift_limit_deg: Acute
+
+
+class Limits(Section):
+    """What sizing and optimisation keep to."""
+
+    normal_force_N: Positive
+    tooth_force_N: Positive
+    rod_angle_deg: Acute
+    length_mm: Positive
+    rack_least_mm: Positive
+    teeth_least: Annotated[Whole, Field(ge=5)]
+
+
+class Search(Section):
+    """What the optimisation may choose, and how fast the links rise."""
+
+    axial_angle_bounds_deg: Pair
+    ratio_bounds: Pair
+    crank_bounds_mm: Pair
+    rod_bounds_mm: Pair
+    distance_bounds_mm: Pair
+    lift_rad_s: Positive
+
+    @model_validator(mode="after")
+    def _bounds_are_upright(self) -> Self:
+        for key in (name for name in type(self).model_fields if "bounds" in name):
+            lower, upper = getattr(self, key)
+            if not 0 < lower < upper:
+                raise refused(key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper")
+        if self.axial_angle_bounds_deg[1] >= 90:
+            raise refused("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
+        return self
+
+
+class Clutch(Sourced):
+    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and what is known of its work."""
+
+    sleeve: Sleeve
+    shaft: Shaft
+    tooth: Tooth
+    linkage: Linkage
+    engagement: Engagement
+    slip: Slip
+    contact: Contact
+    dog: Dog
+    field: Places
+    levels: Levels
+    wanted: Wanted
+    limits: Limits
+    search: Search
+    origins: Origins = Field(alias="origin")
+
+    @model_validator(mode="after")
+    def _lift_goes_beyond_mesh(self) -> Self:
+        mesh = 90 - self.linkage.rack_phase_deg
+        if self.wanted.lift_limit_deg <= mesh:
+            allowed = f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
+            raise refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
+        return self
+
+
+def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Clutch:
+    """The clutch in a file, or the built-in one of that name, with some numbers set by `overrides`.
+
+    Names and units as for planting devices. Raises InputError, one sentence that names file, key, value and what is
+    allowed.
+    """
+    label = str(source)
+    clutch = Clutch.read(parse_toml(examples.text(source, "clutch"), label), label)
+    return clutch.with_numbers(overrides) if overrides else clutch

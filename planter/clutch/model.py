@@ -1,0 +1,77 @@
+"""The clutch's generated models: `exact` from first principles, `printed` as the paper has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from planter.clutch.file import Clutch
+from planter.files import units
+from planter.kernels import formulas
+from planter.kernels.formulas import Formulas
+
+Model = Literal["exact", "printed"]
+MODELS: tuple[Model, ...] = ("exact", "printed")
+
+
+def model(name: Model = "exact") -> Formulas:
+    """The generated functions of a model."""
+    return formulas.load(f"clutch_{name}")
+
+
+def given(clutch: Clutch) -> dict[str, float]:
+    """The clutch's numbers in SI units under the names of the derivation."""
+    entries = [entry for vector in model().sidecar["vectors"].values() for entry in vector]
+    found = {entry["name"]: clutch.si(entry["shown"]) for entry in entries if "shown" in entry}
+    linkage = (
+        ("r_A", "crank_gear_radius_mm"),
+        ("r_D", "rack_radius_mm"),
+        ("gamma", "rack_phase_deg"),
+        ("m", "module_mm"),
+    )
+    found |= {name: clutch.si(f"linkage.{key}") for name, key in linkage}
+    return found | {"flats": clutch.si("shaft.flat_to_flat_mm"), "k": found["r_A"] / found["r_D"]}
+
+
+def crank(values: Mapping[str, float]) -> list[float]:
+    """Packed lengths of crank, rod and engaged distance."""
+    return [values["l_AB"], values["l_BC"], values["l_AC"]]
+
+
+def conditions(values: Mapping[str, float], name: Model = "exact") -> list[dict[str, Any]]:
+    """Every inequality of a working clutch with its margin, positive where it holds, in shown units.
+
+    `share` is the margin as a share of what is kept above or below the bound.
+    """
+    formulas_ = model(name)
+    packed = [values[entry["name"]] for entry in formulas_.sidecar["vectors"]["clutch"]]
+    margins = formulas_.at("conditions", clutch=packed)
+    rows = formulas_.sidecar["vectors"]["conditions"]
+    return [
+        condition(
+            row["meaning"], row["source"], row["unit"], margins[row["name"]], values.get(_BOUND[row["name"]], 1.0)
+        )
+        for row in rows
+    ]
+
+
+def condition(what: str, source: str, unit: str, margin: float, value: float) -> dict[str, Any]:
+    """An inequality as results show it; `margin` and `value` in the SI unit given."""
+    key = units.key("margin", unit)
+    return {
+        "condition": what,
+        "source": source,
+        "margin": margin / units.factor(key),
+        "unit": units.unit(key) or "1",
+        "share": margin / abs(value),
+        "holds": margin >= -ROUNDING * abs(value),
+    }
+
+
+ROUNDING = 1e-12
+"""Share by which a margin may be below zero: sizes at their least values hold with equality."""
+_BOUND = {
+    "margin_fillet": "r", "margin_tips": "b1", "margin_roots": "b2", "margin_travel": "c", "margin_slide": "F1",
+    "margin_material": "", "margin_least_angle": "phi", "margin_largest_angle": "phi",
+}  # fmt: skip
+"""What each inequality bounds, under its name in the derivation."""

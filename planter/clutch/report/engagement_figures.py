@@ -1,0 +1,185 @@
+"""Figures of the clutch's engagement: loads and output speed over the link angle, the teeth on the shaft, the ratio."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planter.clutch.engage.dynamics import ANGLE, FREE, OUTPUT
+from planter.clutch.engage.profiles import SIDES, VERTICES
+from planter.clutch.report.shape_figures import regular
+from planter.clutch.rotor import Rotor, outline
+from planter.report import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from planter.clutch.engage.modal import Modal
+    from planter.clutch.engage.motion import Run
+    from planter.clutch.engage.switching import Switching
+    from planter.kernels import Array
+
+Mask = NDArray[np.bool_]
+BINS = 900
+COLOURS = {"reuleaux": style.BLUE, "dog": style.VERMILION}
+LABELS = {"reuleaux": "Reuleaux", "dog": "dog"}
+LINK = "link angle / deg"
+
+
+def thinned(x: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
+    """Of each of many stretches of a curve (n,), its least and largest value, in their order."""
+    if len(x) <= 2 * bins:
+        return x, y
+    edges = np.linspace(0, len(x), bins + 1).astype(int)
+    kept = [_extremes(y, a, b) for a, b in pairwise(edges)]
+    index = np.array([0, *(i for pair in kept for i in pair), len(x) - 1])
+    return x[index], y[index]
+
+
+def _extremes(y: Array, a: int, b: int) -> list[int]:
+    return sorted({a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))})
+
+
+def link_deg(run: Run) -> Array:
+    """Link angle over a motion [deg], (n,)."""
+    return np.degrees(run.seen["link"][0])
+
+
+def _while_moving(run: Run) -> Mask:
+    return (run.time >= 0) & (run.time <= run.inputs.switching_s)
+
+
+@style.drawn
+def loads(runs: Mapping[str, Switching]) -> Figure:
+    """Contact loads of both clutches at engagement over the falling link angle, and the dog clutch's impact in time."""
+    figure = style.new_figure(3.2)
+    whole, near = figure.subplots(1, 2, width_ratios=[1.8, 1])
+    for name, run in runs.items():
+        moving = _while_moving(run.engagement)
+        angle, load = link_deg(run.engagement)[moving], run.engagement.load[moving]
+        whole.plot(*thinned(angle, load), color=COLOURS[name], linewidth=0.9, label=LABELS[name])
+        time, load = _round_the_peak(run.engagement)
+        near.plot(time, load, color=COLOURS[name], linewidth=1.0)
+    whole.invert_xaxis()
+    whole.set_xlabel(LINK)
+    whole.set_ylabel("contact load / N")
+    whole.legend(frameon=False, loc="upper left")
+    near.set_xlabel("time from 80 % of the peak / ms")
+    near.set_title("round the peak")
+    return figure
+
+
+def _round_the_peak(run: Run) -> tuple[Array, Array]:
+    """Load from 3 ms before the first time at which it reaches 80 % of its peak to 9 ms after it, in ms."""
+    at = run.time[np.flatnonzero(run.load >= 0.8 * run.load.max())[0]]
+    near = np.abs(run.time - at - 3e-3) <= 6e-3
+    return 1e3 * (run.time[near] - at), run.load[near]
+
+
+@style.drawn
+def speeds(runs: Mapping[str, Switching]) -> Figure:
+    """Output speed of both clutches over the link angle: falling at engagement, rising at cut-off."""
+    figure = style.new_figure(3.0)
+    panels = figure.subplots(1, 2, sharey=True)
+    for name, switching in runs.items():
+        for axes, run in zip(panels, (switching.engagement, switching.cut_off), strict=True):
+            moving = _while_moving(run)
+            rpm = run.speed[moving] * 30 / math.pi
+            axes.plot(*thinned(link_deg(run)[moving], rpm), color=COLOURS[name], linewidth=0.9, label=LABELS[name])
+            axes.set_xlabel(LINK)
+    panels[0].invert_xaxis()
+    panels[0].set_title("engagement")
+    panels[1].set_title("cut-off")
+    panels[0].set_ylabel("output speed / (r/min)")
+    panels[1].legend(frameon=False, loc="upper right")
+    return figure
+
+
+@style.drawn
+def section(run: Run) -> Figure:
+    """Teeth, outline and sleeve round the shaft, as it sees them: when cut off, and when engaged; lengths in mm."""
+    figure = style.new_figure(3.5)
+    for axes, index, title in zip(figure.subplots(1, 2), (0, -1), ("cut off", "engaged"), strict=True):
+        _pose(axes, run, index)
+        axes.set_title(title)
+        style.drawing_board(axes)
+    return figure
+
+
+def _pose(axes: Axes, run: Run, index: int) -> None:
+    given, state = run.inputs, run.states[:, index]
+    turn = -state[OUTPUT]
+    c, s = math.cos(turn), math.sin(turn)
+    offset = state[:2] - state[FREE - 2 : FREE]
+    centre = 1e3 * np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1]])
+    shaft = 1e3 * regular(SIDES, given.apothem, given.fillet)
+    hole = 1e3 * regular(SIDES, given.hole + (given.travel - state[2]) * math.tan(given.taper))
+    axes.fill(*shaft, color=style.FAINT, alpha=0.5, linewidth=0)
+    axes.plot(*shaft, color=style.INK, linewidth=1.0)
+    axes.plot(*hole, color=style.SOFT, linewidth=1.0)
+    angle = state[ANGLE] - state[OUTPUT]
+    body = outline(Rotor(VERTICES, SIDES, given.width), angle, centre * 1e-3)
+    axes.plot(*(1e3 * np.hstack([body, body[:, :1]])), color=style.BLUE, linewidth=1.0)
+    for tooth in _teeth(run, angle):
+        axes.plot(*(1e3 * tooth + centre[:, None]), color=style.VERMILION, linewidth=1.6)
+    axes.plot(0, 0, "+", color=style.INK, markersize=5)
+    axes.plot(*centre, "x", color=style.BLUE, markersize=4)
+
+
+def _teeth(run: Run, angle: float) -> list[Array]:
+    """Faces of each tooth from root over tip to root (2, 3) round the centroid [m]."""
+    given = run.inputs
+    face = math.asin(min(given.apothem / given.tip, 1.0))
+    half = math.acos(given.tip * math.sin(face) / given.root) - (math.pi / 2 - face)
+    radii = np.array([given.root, given.tip, given.root])
+    middles = angle + 2 * math.pi * np.arange(VERTICES) / VERTICES
+    return [radii * np.array([np.cos(a), np.sin(a)]) for a in middles[:, None] + half * np.array([-1, 0, 1])]
+
+
+@style.drawn
+def ratios(rows: Sequence[Mapping[str, Any]], ratio: float) -> Figure:
+    """Largest load of the Reuleaux clutch over that of the dog clutch while one input runs over a factor of 10."""
+    figure = style.new_figure(2.8)
+    axes = figure.subplots()
+    names = list(dict.fromkeys(row["input"] for row in rows))
+    ends = []
+    for name, shade in zip(names, style.PALETTE, strict=False):
+        points = sorted([(1.0, ratio), *((r["factor"], r["N_max_ratio"]) for r in rows if r["input"] == name)])
+        axes.plot(*zip(*points, strict=True), "o-", color=shade, markersize=3)
+        ends.append((points[-1][1], name, shade))
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.axhline(1.0, color=style.SOFT, linewidth=0.6)
+    axes.set_xlabel("factor on the input")
+    axes.set_ylabel("largest load, Reuleaux / dog")
+    ticks = [t for t in (0.1, 0.2, 0.5, 1, 2, 5, 10) if axes.get_ylim()[0] <= t <= axes.get_ylim()[1]]
+    axes.set_yticks(ticks, [f"{t:g}" for t in ticks], minor=False)
+    axes.set_yticks([], minor=True)
+    factors = sorted({row["factor"] for row in rows} | {1.0})
+    axes.set_xticks(factors, [f"{f:.3g}" for f in factors])
+    axes.set_xticks([], minor=True)
+    style.label_ends(axes, ends, 0.075)
+    return figure
+
+
+@style.drawn
+def modal_load(found: Modal, printed: Mapping[str, float]) -> Figure:
+    """Load on the tooth over time in one mode, derived and by the printed formulas, until contact is lost."""
+    figure = style.new_figure(2.8)
+    axes = figure.subplots()
+    force, inertia = found.struck.force, found.struck.body
+    for label, at in (("exact", found.extremes), ("printed", printed)):
+        time = np.linspace(0, at["t_loss"], 241)
+        swing = found.struck.start * at["B1"] * np.sin(at["B1"] * time) - at["B2"] * np.cos(at["B1"] * time)
+        axes.plot(1e6 * time, force + inertia * swing, color=style.colour(label, 0), label=label)
+    axes.axhline(0, color=style.SOFT, linewidth=0.6)
+    axes.set_xlabel("time since contact / μs")
+    axes.set_ylabel("load on the tooth / N")
+    axes.legend(frameon=False)
+    return figure

@@ -1,0 +1,26 @@
+"""The command that looks after the compiled functions."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption
+
+app = typer.Typer()
+
+
+@app.command()
+def doctor(
+    build: Annotated[bool, typer.Option("--build", help="compile the functions of the built-in machine first")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """What this installation has, how fast functions are evaluated here, and what would make it faster."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.doctor import examination
+
+        found = examination.examine(build)
+        console.result(found, lambda: examination.tables(console, found))

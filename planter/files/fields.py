@@ -1,0 +1,37 @@
+"""Kinds of values in an input file, and the base of its tables.
+
+Values stay as the file shows them, in mm, deg, r/min, kg, N: a key ends in its unit.
+"""
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from planter.files.complaints import refused
+
+Real = Annotated[float, Field(strict=True)]
+Positive = Annotated[Real, Field(gt=0)]
+NotNegative = Annotated[Real, Field(ge=0)]
+Share = Annotated[Real, Field(gt=0, le=1)]
+Probability = Annotated[Real, Field(ge=0, le=1)]
+Whole = Annotated[int, Field(strict=True)]
+
+
+def _list_of(count: int) -> BeforeValidator:
+    def check(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise refused("", value, f"it must be a list of {count} numbers")
+        return value
+
+    return BeforeValidator(check)
+
+
+Pair = Annotated[tuple[Real, Real], _list_of(2)]
+Triple = Annotated[tuple[Real, Real, Real], _list_of(3)]
+PositiveTriple = Annotated[tuple[Positive, Positive, Positive], _list_of(3)]
+
+
+class Section(BaseModel):
+    """A table of the file: its keys are known, its numbers finite, and it cannot be changed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -1,0 +1,142 @@
+"""One description for the pitch curves of all families: mean radius, relative swing of the ratio, deformation.
+
+The mean radius is that over the polar angle; the relative swing (largest - least) / (largest + least) of the ratio is
+the same whichever gear drives. Neither depends on the deformation, because both segments run through the same radii.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from planter.errors import ComputationError, InputError
+from planter.gearing import families
+from planter.gearing.stage import FIRST_TERMS, MOST_TERMS, TAIL, Candidate, Stage, converged
+from planter.kernels import Array, Kernel
+
+NODES = 256
+"""Midpoints of half a turn in a mean over it, which is spectrally accurate for an even curve."""
+EXACT = 1e-15
+"""Difference of a relative swing that is none [-]."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """Mean radius [m], relative swing of the ratio [-] and deformation coefficient [-] of a pitch curve.
+
+    `shape` holds the numbers that some families have beside these, in the order of their sidecar; nothing means zeros.
+    """
+
+    mean_radius: float
+    swing: float
+    deformation: float = 1.0
+    shape: tuple[float, ...] = ()
+
+    def check(self, family: str, shapes: int) -> None:
+        """Raise InputError where no family has such a size, or this one not such a shape."""
+        for name, fits, allowed in (
+            ("mean_radius", 0 < self.mean_radius < np.inf, "greater than 0"),
+            ("swing", 0 < self.swing < 1, "between 0 and 1"),
+            ("deformation", 0.5 < self.deformation < np.inf, "greater than 1/2"),
+            ("shape", len(self.shape) in (0, shapes) and np.isfinite(self.shape).all(), f"{shapes} finite numbers"),
+        ):
+            if not fits:
+                raise InputError(f"{family}: {name} = {getattr(self, name)} is not allowed: it must be {allowed}")
+
+
+class Sizing:
+    """Both ways between sizes and a family's parameters (p,), in SI and with the deformation last.
+
+    >>> Sizing("ellipse").parameters(Size(mean_radius=0.04, swing=0.8, deformation=1.2)).round(12).tolist()
+    [0.046188021535, 0.5, 1.2]
+    """
+
+    def __init__(self, family: str) -> None:
+        self.family, self.sidecar = family, families.sidecar(family)
+        self._names = tuple(entry["shown"] for entry in self.sidecar["parameters"])
+        self._lengths = np.array([entry["unit"] == "m" for entry in self.sidecar["parameters"]])
+
+    def size(self, parameters: Array) -> Size:
+        """The size of a curve, without its shape.
+
+        Raises GeometryError where the series of its rotation does not converge.
+        """
+        own = np.asarray(parameters, dtype=float)
+        stage = converged(Stage(self.family, self._names), [Candidate(own, lambda name: f"{self.family}.{name}")])
+        mean, swing = _Described(stage)(own)
+        return Size(mean, swing, float(own[-1]))
+
+    def parameters(self, size: Size) -> Array:
+        """The curve of a size: in closed form where the family has one, else solved.
+
+        Raises InputError for a size that no curve has, ComputationError where none is found.
+        """
+        size.check(self.family, len(self.sidecar["shapes"]))
+        terms = FIRST_TERMS if self.sidecar["series"] else 0
+        while terms <= MOST_TERMS:
+            stage = Stage(self.family, self._names, terms)
+            described = _Described(stage)
+            found = self._solved(described, size)
+            if stage.tail(found) < TAIL:
+                mean, _ = described(found)
+                return np.where(self._lengths, found * size.mean_radius / mean, found)
+            terms += terms // 2
+        raise self._not_found(size)
+
+    def _solved(self, described: _Described, size: Size) -> Array:
+        """Parameters at unit size with the relative swing that is asked for."""
+        from scipy.optimize import brentq
+
+        def excess(x: float) -> float:
+            return described(self._at(x, size))[1] - size.swing
+
+        start, other = excess(size.swing), size.swing
+        if abs(start) < EXACT:
+            return self._at(size.swing, size)
+        while excess(other) * start > 0:
+            other = other / 2 if start > 0 else (1 + other) / 2
+            if not EXACT < other < 1 - EXACT:
+                raise self._not_found(size)
+        return self._at(brentq(excess, *sorted((size.swing, other)), xtol=1e-16, rtol=1e-15), size)
+
+    def _at(self, x: float, size: Size) -> Array:
+        """Parameters at unit size, where x is close to the relative swing and grows with it."""
+        shape = size.shape or (0.0,) * len(self.sidecar["shapes"])
+        found = self._relative(swing=x, shape=shape)
+        return np.array([*(value[0, 0] for value in found.values()), size.deformation])
+
+    @cached_property
+    def _relative(self) -> Kernel:
+        return Kernel(families.module(self.family).relative())
+
+    def _not_found(self, size: Size) -> ComputationError:
+        return ComputationError(f"no {self.sidecar['title']} of the relative swing {size.swing:g} was found")
+
+
+class _Described:
+    """Mean radius [m] and relative swing [-] of a stage's curves, in numbers."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._prologue, self._kernel = stage.prologue, Kernel(describe(stage))
+
+    def __call__(self, parameters: Array) -> tuple[float, float]:
+        found = self._kernel(parameters=parameters, hoisted=self._prologue(parameters=parameters)["hoisted"])
+        return float(found["mean_radius"][0, 0]), float(found["swing"][0, 0])
+
+
+def describe(stage: Stage) -> ca.Function:
+    """(parameters, hoisted) -> (mean_radius [m], swing [-]): the size as a function, to be had with its derivatives.
+
+    The extremes of the ratio are those at u = 0 and pi, where the families have them, or at a node between.
+    """
+    contact = stage.contact.function
+    own, hoisted = (ca.MX.sym(name, contact.size1_in(name)) for name in ("parameters", "hoisted"))
+    t = np.pi * np.array([0, *(np.arange(NODES) + 0.5), NODES]) / NODES
+    found = contact(t=ca.DM(t).T, parameters=ca.vertcat(own[:-1], 1), hoisted=hoisted)
+    most, least = ca.mmax(found["ratio"]), ca.mmin(found["ratio"])
+    mean = ca.sum2(found["r"][1:-1]) / NODES
+    return ca.Function("describe", [own, hoisted], [mean, (most - least) / (most + least)],
+                       ["parameters", "hoisted"], ["mean_radius", "swing"])  # fmt: skip

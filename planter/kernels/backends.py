@@ -1,0 +1,258 @@
+"""Three ways to evaluate a function over lanes: vector loops, CasADi's own C, CasADi's virtual machine.
+
+Each takes the inputs as arrays of shape (rows, lanes) or, shared by all lanes, (rows, columns), and gives outputs
+(rows, lanes), or (rows, 1) summed over the lanes. All give the same to 1e-12.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from planter.kernels import loops, toolchain
+from planter.kernels.interrupts import uninterrupted
+from planter.kernels.toolchain import NoCompiler
+
+Array = NDArray[np.float64]
+
+LARGE = 10_000
+"""Instructions from which a function is compiled with fewer passes."""
+NAMES = ("lanes", "casadi-c", "casadi-vm")
+
+
+@dataclass(frozen=True)
+class Work:
+    """A function to be evaluated: `varying` inputs have a column for each lane; `summed` outputs are added up."""
+
+    function: ca.Function
+    varying: tuple[str, ...]
+    summed: bool
+
+    @property
+    def size(self) -> int:
+        return int(self.function.n_instructions())
+
+    @cached_property
+    def loop(self) -> str:
+        """The function as a loop over lanes. Raises lanes.NotPrintable for one that has no such form."""
+        return loops.file([loops.Graph.of(self.function, self.varying)], [self.summed])
+
+    @property
+    def passes(self) -> tuple[str, ...]:
+        return toolchain.SWIFT if self.size > LARGE else toolchain.OPTIMISED
+
+
+class Way(Protocol):
+    """How a function is evaluated."""
+
+    name: str
+
+    def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]: ...
+
+
+_ONE_AT_A_TIME = threading.RLock()
+"""CasADi functions have working memory, which threads would share."""
+
+
+class VirtualMachine:
+    """CasADi's virtual machine, or a compiled function in its place: one lane after the other, one call at a time."""
+
+    def __init__(self, work: Work, function: ca.Function | None = None) -> None:
+        self.name = "casadi-vm" if function is None else "casadi-c"
+        self.work, self.function = work, function or work.function
+        self._calls: dict[int, _Call] = {}
+
+    def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
+        with _ONE_AT_A_TIME:
+            if count not in self._calls:
+                self._calls[count] = _Call(self._mapped(count))
+            return self._calls[count](arrays)
+
+    def _mapped(self, count: int) -> ca.Function:
+        if not self.work.varying:
+            return self.function
+        names, outputs = self.function.name_in(), self.function.n_out()
+        shared = [i for i, name in enumerate(names) if name not in self.work.varying]
+        reduced = list(range(outputs)) if self.work.summed else []
+        return self.function.map(self.function.name(), "serial", count, shared, reduced)
+
+
+class _Call:
+    """A CasADi function on its own memory: no matrices are made for a call."""
+
+    def __init__(self, function: ca.Function) -> None:
+        self.function = function
+        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        self._places = [_places(function.sparsity_out(i)) for i in range(function.n_out())]
+        self._buffer, self._run = function.buffer()
+        buffer: Any = self._buffer
+        for i, memory in enumerate(self._inputs):
+            buffer.set_arg(i, memory.data)
+        for i, memory in enumerate(self._outputs):
+            buffer.set_res(i, memory.data)
+
+    def __call__(self, arrays: Sequence[Array]) -> list[Array]:
+        for memory, array in zip(self._inputs, arrays, strict=True):
+            memory[:] = array.ravel(order="F")
+        uninterrupted(self._run)
+        if self._buffer.ret():
+            raise RuntimeError("the evaluation failed")
+        return [self._filled(i) for i in range(len(self._outputs))]
+
+    def _filled(self, index: int) -> Array:
+        shape, places = self.function.size_out(index), self._places[index]
+        if places is None:
+            return self._outputs[index].reshape(shape, order="F").copy()
+        full = np.zeros(shape)
+        full[places] = self._outputs[index]
+        return full
+
+
+def _places(sparsity: ca.Sparsity) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Rows and columns of what a sparse matrix holds; None for a dense one."""
+    if sparsity.is_dense():
+        return None
+    rows, columns = (np.array(part, dtype=np.int64) for part in sparsity.get_triplet())
+    return rows, columns
+
+
+class Lanes:
+    """A loop over lanes in vector instructions."""
+
+    name = "lanes"
+
+    def __init__(self, work: Work, library: Path) -> None:
+        self.work, self.library = work, library
+        self._shapes = [work.function.size_out(i) for i in range(work.function.n_out())]
+        self._varies = [name in work.varying for name in work.function.name_in()]
+        self._run = getattr(toolchain.load(library), work.function.name())
+        self._run.restype = None
+
+    def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
+        given = zip(arrays, self._varies, strict=True)
+        inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in given]
+        columns = 1 if self.work.summed else count
+        outputs = [np.empty((height * width, columns)) for height, width in self._shapes]
+        self._run(ctypes.c_long(count), *(ctypes.c_void_p(a.ctypes.data) for a in (*inputs, *outputs)))
+        return [_side_by_side(output, *shape) for output, shape in zip(outputs, self._shapes, strict=True)]
+
+    def interface(self, count: int) -> ca.Function:
+        """The loop over `count` lanes as a CasADi function that its solvers call without Python.
+
+        Inputs and outputs that vary are (lanes, rows). Raises NoCompiler.
+        """
+        function, own = self.work.function, loops.interface.name(self.work.function, count)
+        text = loops.interface.text(function, self.work.varying, self.work.summed, count)
+        path = toolchain.library(own, text, toolchain.OPTIMISED, (self.library,))
+        toolchain.load(path)
+        return ca.external(own, str(path))
+
+
+def _side_by_side(elements: Array, height: int, width: int) -> Array:
+    """A matrix for each lane, its elements column by column, (height width, lanes), as (height, lanes width)."""
+    if width == 1:
+        return elements
+    return elements.reshape(width, height, -1).transpose(1, 2, 0).reshape(height, -1)
+
+
+def virtual_machine(work: Work) -> Way:
+    return VirtualMachine(work)
+
+
+def casadi_text(work: Work) -> str:
+    """A function in CasADi's own C."""
+    generator = ca.CodeGenerator(f"{work.function.name()}.c")
+    generator.add(work.function)
+    return str(generator.dump())
+
+
+def casadi_library(work: Work) -> Path:
+    """The library of a function in CasADi's own C. Raises NoCompiler."""
+    return toolchain.library(*_source(work, "casadi-c"))
+
+
+def casadi_c(work: Work) -> Way:
+    """A function in CasADi's own C. Raises NoCompiler."""
+    path = casadi_library(work)
+    toolchain.load(path)
+    return VirtualMachine(work, ca.external(work.function.name(), str(path)))
+
+
+def lane_library(work: Work) -> Path:
+    """The library of a function as a loop over lanes. Raises NoCompiler, or NotPrintable for one without that form."""
+    return toolchain.library(*_source(work, "lanes"))
+
+
+def lane_kernel(work: Work) -> Way:
+    """A function as a loop over lanes. Raises what `lane_library` raises."""
+    return Lanes(work, lane_library(work))
+
+
+def place(work: Work, way: str) -> Path:
+    """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises NoCompiler."""
+    return toolchain.place(*_source(work, way))
+
+
+def _source(work: Work, way: str) -> tuple[str, str, tuple[str, ...]]:
+    """Name, C text and flags of a function's library in a way, `lanes` or `casadi-c`. Raises what its text raises."""
+    if way == "lanes":
+        return work.function.name(), work.loop, toolchain.loop_flags(work.passes)
+    return work.function.name(), casadi_text(work), work.passes
+
+
+def foreseen(work: Work) -> str:
+    """Name of the fastest way that there should be here, without compiling anything."""
+    try:
+        toolchain.compiler()
+    except NoCompiler:
+        return NAMES[-1]
+    return next(name for name in allowed() if name != "lanes" or _printable(work))
+
+
+def _printable(work: Work) -> bool:
+    try:
+        return bool(work.varying and work.loop)
+    except loops.NotPrintable:
+        return False
+
+
+def kept(work: Work) -> bool:
+    """Whether the fastest way has been compiled before, so that it need only be loaded."""
+    way = foreseen(work)
+    try:
+        return way != NAMES[-1] and toolchain.sound(place(work, way))
+    except (NoCompiler, OSError):
+        return False
+
+
+def allowed() -> tuple[str, ...]:
+    """Names of the ways that the variable PLANTER_KERNELS allows: the one it names and all slower ones, else all."""
+    fastest = os.environ.get("PLANTER_KERNELS", NAMES[0])
+    return NAMES[NAMES.index(fastest) :] if fastest in NAMES else NAMES
+
+
+def fastest(work: Work) -> Way:
+    """The fastest way that there is here; where nothing can be compiled, one warning says why."""
+    for name in allowed():
+        try:
+            if name == "lanes" and work.varying:
+                return lane_kernel(work)
+            if name == "casadi-c":
+                return casadi_c(work)
+        except loops.NotPrintable:
+            continue
+        except NoCompiler as reason:
+            toolchain.warn(str(reason))
+            break
+    return virtual_machine(work)

@@ -1,0 +1,73 @@
+"""Generated models in closed form: a function for each stage, called by names, over any number of lanes."""
+
+from __future__ import annotations
+
+from functools import cache, cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from planter.kernels import Array, Kernel, generated
+
+
+class Formulas:
+    """A generated model whose stages are functions on their own. SI units and radians.
+
+    >>> load("clutch_exact")("taper", R2=0.013, d=0.010, phi=0.0)
+    {'R1': array([0.013])}
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._kernels: dict[str, Kernel] = {}
+
+    @cached_property
+    def sidecar(self) -> dict[str, Any]:
+        return generated.sidecar(self.name)
+
+    def function(self, stage: str) -> ca.Function:
+        """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
+        found: ca.Function = getattr(generated.module(self.name), stage)()
+        return found
+
+    def outputs(self, stage: str) -> list[str]:
+        """Names of what a stage gives, in their order."""
+        vector = self.sidecar["functions"][stage]["output"]
+        return [entry["name"] for entry in self.sidecar["vectors"][vector]]
+
+    def __call__(self, stage: str, **inputs: object) -> dict[str, Array]:
+        """Outputs by name, each (n,): single inputs are numbers or (n,), packed ones (rows,) or (rows, n).
+
+        Raises CallError for inputs that do not fit, ComputationError where a result is not finite.
+        """
+        kernel = self._kernel(stage)
+        packed = {name: _columns(kernel, name, value) for name, value in inputs.items()}
+        count = max((columns.shape[1] for columns in packed.values()), default=1)
+        lanes = {k: np.broadcast_to(v, (v.shape[0], count)) if v.shape[1] == 1 else v for k, v in packed.items()}
+        (result,) = kernel(**lanes).values()
+        return dict(zip(self.outputs(stage), result, strict=True))
+
+    def at(self, stage: str, **inputs: object) -> dict[str, float]:
+        """The same for a single lane, as numbers."""
+        return {name: float(value[0]) for name, value in self(stage, **inputs).items()}
+
+    def _kernel(self, stage: str) -> Kernel:
+        if stage not in self._kernels:
+            function = self.function(stage)
+            self._kernels[stage] = Kernel(function, lanes=function.name_in())
+        return self._kernels[stage]
+
+
+def _columns(kernel: Kernel, name: str, value: object) -> Array:
+    array = np.asarray(value, dtype=float)
+    if array.ndim == 2 or name not in kernel.names:
+        return np.atleast_2d(array)
+    single = kernel.function.size1_in(kernel.names.index(name)) == 1
+    return array.reshape(1, -1) if single else array.reshape(-1, 1)
+
+
+@cache
+def load(name: str) -> Formulas:
+    """The generated model of a name; each is loaded once."""
+    return Formulas(name)

@@ -1,0 +1,96 @@
+"""Commands of the design by kinematic mapping: from poses to dyads, from an angle curve to a gear train."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import typer
+
+from planter.errors import InputError
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+
+PosesArgument = Annotated[
+    str, typer.Argument(metavar="POSES", help="a file of poses, or the name of a built-in one", show_default=False)
+]
+CurveArgument = Annotated[
+    str, typer.Argument(metavar="CURVE", help="a CSV of angles, or the name of a built-in one", show_default=False)
+]
+CarrierOption = Annotated[int, typer.Option(min=1, help="dyad of the carrier, counted by radius")]
+LARGEST_MM = 1e6
+
+
+app = typer.Typer()
+
+
+@app.command()
+def synthesise(
+    poses: PosesArgument,
+    carrier: CarrierOption = 1,
+    least_slope: Annotated[float, typer.Option(help="least slope of the monotone angle curve")] = 0.1,
+    largest_slope: Annotated[float, typer.Option(help="largest slope of the monotone angle curve")] = 10.0,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Dyads, four-bar linkages and the angle curve of an arm that is to pass given poses."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.mapping import tables
+        from planter.mapping.file import load_poses
+        from planter.mapping.synthesis import synthesise as synthesis
+
+        if not 0 < least_slope < 1:
+            raise InputError(f"--least-slope {least_slope:g} is not allowed: it must be between 0 and 1")
+        if not 1 < largest_slope <= 1e3:
+            raise InputError(f"--largest-slope {largest_slope:g} is not allowed: it must be above 1 and at most 1000")
+        found = synthesis(load_poses(poses, overrides(set_)), carrier, (least_slope, largest_slope))
+        if out is not None:
+            from planter.mapping.report import results
+
+            results.write_synthesis(out, found)
+        console.result(found.result, lambda: tables.synthesis(console, found.result))
+
+
+@app.command()
+def train(
+    curve: CurveArgument,
+    centre_distance_mm: Annotated[float, typer.Option(help="centre distance of both stages")] = 70.0,
+    crank_mm: Annotated[float | None, typer.Option(help="length of the carrier", show_default=False)] = None,
+    poses: Annotated[
+        str | None, typer.Option(help="poses to hold the path of the tip against", show_default=False)
+    ] = None,
+    carrier: CarrierOption = 1,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """The two-stage non-circular gear train that turns an arm by a given angle curve."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.mapping import tables
+        from planter.mapping.curve_file import load_curve
+        from planter.mapping.file import load_poses
+        from planter.mapping.training import train_of
+
+        distance = _length("--centre-distance-mm", centre_distance_mm)
+        crank = None if crank_mm is None else _length("--crank-mm", crank_mm)
+        if crank is not None and crank > 2 * distance:
+            raise InputError(
+                f"--crank-mm {crank_mm:g} is not allowed: it must be at most twice the centre distance, "
+                f"{2 * centre_distance_mm:g} mm"
+            )
+        file = None if poses is None else load_poses(poses)
+        found = train_of(load_curve(curve), distance, crank, file, carrier)
+        if out is not None:
+            from planter.mapping.report import results
+
+            results.write_train(out, found, curve)
+        console.result(found.result, lambda: tables.train(console, found.result))
+
+
+def _length(option: str, value_mm: float) -> float:
+    """A length [m]."""
+    if not (math.isfinite(value_mm) and 0 < value_mm <= LARGEST_MM):
+        raise InputError(f"{option} {value_mm:g} is not allowed: it must be above 0 and at most {LARGEST_MM:g}")
+    return value_mm * 1e-3

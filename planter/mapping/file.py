@@ -1,0 +1,148 @@
+"""Files of poses, with what else a user may say in them. SI and radians come out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from planter.files import examples
+from planter.files.complaints import refused
+from planter.files.document import Origins, Sourced
+from planter.files.fields import Pair, Positive, Real, Section
+from planter.files.text import parse_toml
+from planter.kernels import Array
+from planter.mapping.dyads import Dyad
+from planter.mapping.paths import Choice, duplicates
+
+LARGEST, SMALLEST = 1e100, 1e-100
+"""Largest coordinate [mm], and least extent of the poses: their squares are numbers."""
+MOST = 200
+"""Most poses of a file, most points of a curve of paths."""
+
+Coordinate = Annotated[Real, Field(ge=-LARGEST, le=LARGEST)]
+Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
+Angles = Annotated[list[Angle], Field(max_length=MOST)]
+
+
+class PoseEntry(Section):
+    """A pose of the arm: place of its tip and direction of its x axis, from X, counter-clockwise."""
+
+    x_mm: Coordinate
+    y_mm: Coordinate
+    phi_deg: Angle
+
+
+class CarrierDyad(Section):
+    """The dyad of the carrier, where a file names one."""
+
+    moving_point_mm: Pair
+    centre_mm: Pair
+    radius_mm: Positive
+
+
+class TrainData(Section):
+    """Data of the gear train."""
+
+    centre_distance_mm: Positive = 70.0
+    carrier_speed_rpm: Positive = 60.0
+
+
+class CurveData(Section):
+    """Points of an angle curve, one closed turn."""
+
+    carrier_deg: Angles
+    relative_deg: Angles
+
+
+class PointsData(Section):
+    """Carrier angles of the points of the curve: on the path of either assembly of a linkage, and free ones.
+
+    `linkage` counts as in the results. Free ordinates are given, or lie on a monotone cubic through the others.
+    """
+
+    linkage: Annotated[int, Field(strict=True, ge=1)] = 1
+    first_pose: Annotated[int, Field(strict=True, ge=1)]
+    first_carrier_deg: Angles
+    second_pose: Annotated[int, Field(strict=True, ge=1)]
+    second_carrier_deg: Angles
+    second_shift_deg: Angle = 0.0
+    free_carrier_deg: Angles = Field(default_factory=list)
+    free_relative_deg: Angles | None = None
+
+    @model_validator(mode="after")
+    def _points_make_a_curve(self) -> Self:
+        every = [*self.first_carrier_deg, *self.second_carrier_deg, *self.free_carrier_deg]
+        if len(every) < 3:
+            raise refused("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
+        twice = duplicates(np.radians(every).tolist())
+        if twice:
+            allowed = f"no two points may have one carrier angle, as at {np.degrees(twice[0]):.6g} deg"
+            raise refused("first_carrier_deg", self.first_carrier_deg, allowed)
+        given = self.free_relative_deg
+        if given is not None and len(given) != len(self.free_carrier_deg):
+            raise refused("free_relative_deg", given, "it must be as long as free_carrier_deg")
+        return self
+
+    def choice(self, first_assembly: int, second_assembly: int) -> Choice:
+        """The points in radians, for the assemblies of the two poses."""
+        free = None if self.free_relative_deg is None else np.radians(self.free_relative_deg)
+        return Choice(
+            first_assembly, np.radians(self.first_carrier_deg), second_assembly, np.radians(self.second_carrier_deg),
+            float(np.radians(self.second_shift_deg)), np.radians(self.free_carrier_deg), free,
+        )  # fmt: skip
+
+
+class PoseFile(Sourced):
+    """Poses; the other tables are optional, and so is where the numbers come from."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80)] = "poses"
+    description: str = ""
+    pose: Annotated[list[PoseEntry], Field(min_length=2, max_length=MOST)]
+    dyad: CarrierDyad | None = None
+    train: TrainData = TrainData()
+    curve: CurveData | None = None
+    points: PointsData | None = None
+    origins: Origins = Field(alias="origin", default_factory=lambda: {"default": "assumed (the file does not say)"})
+
+    @property
+    def poses(self) -> Array:
+        """Poses (n, 3): x, y [m], angle [rad]."""
+        rows = [(p.x_mm * 1e-3, p.y_mm * 1e-3, np.radians(p.phi_deg)) for p in self.pose]
+        return np.array(rows, dtype=float)
+
+    @property
+    def carrier_dyad(self) -> Dyad | None:
+        """The dyad that the file names for the carrier [m]."""
+        if self.dyad is None:
+            return None
+        point, centre = np.array(self.dyad.moving_point_mm), np.array(self.dyad.centre_mm)
+        return Dyad(point * 1e-3, centre * 1e-3, self.dyad.radius_mm * 1e-3)
+
+
+def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -> PoseFile:
+    """A file of poses, or a built-in one by its name; `changes` set numbers, as `pose[0].phi_deg`.
+
+    Raises InputError for anything that cannot be used.
+    """
+    table = parse_toml(examples.text(source, "mapping"), str(source))
+    found = PoseFile.read(table, str(source))
+    found = found.with_numbers(changes) if changes else found
+    _check_spread(found)
+    return found
+
+
+def _check_spread(found: PoseFile) -> None:
+    places = found.poses[:, :2]
+    size = float(np.abs(places - places.mean(axis=0)).max())
+    if 0 < size < SMALLEST * 1e-3:
+        raise found.input_error(
+            "pose[0].x_mm", f"places of poses must differ by {SMALLEST:g} mm or more, or not at all"
+        )
+    if 0 < size < 1e-12 * float(np.abs(places).max()):
+        raise found.input_error(
+            "pose[0].x_mm", "the poses must lie nearer to the origin, or their differences are lost"
+        )

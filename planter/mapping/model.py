@@ -1,0 +1,125 @@
+"""The derived formulas of the mapping as functions of arrays, each a generated kernel behind its strict call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+
+from planter.kernels import Array, Kernel, generated
+
+_MODULE = "mapping_exact"
+
+
+@cache
+def _kernel(name: str, lanes: tuple[str, ...], slopes: tuple[str, ...] = ()) -> Kernel:
+    """A generated function, with its Jacobians in the inputs `slopes` as further outputs."""
+    function = getattr(generated.module(_MODULE), name)()
+    if slopes:
+        outputs = [f"{name}_out", *(f"jac:{name}_out:{given}" for given in slopes)]
+        function = function.factory(name, function.name_in(), outputs)
+    return Kernel(function, lanes=lanes)
+
+
+def _value(name: str, lanes: Sequence[str], **inputs: object) -> Array:
+    return _kernel(name, tuple(lanes))(**inputs)[f"{name}_out"]
+
+
+def assumptions() -> list[str]:
+    """What the derivation assumes."""
+    return list(generated.sidecar(_MODULE)["assumptions"])
+
+
+def image(poses: Array) -> Array:
+    """Mapping parameters Z (n, 4) of poses (n, 3): x, y [m], angle [rad]."""
+    return _value("image", ["pose"], pose=poses.T).T
+
+
+def rows(poses: Array) -> Array:
+    """Rows (n, 8) of the linear system (4) of sun2019 for poses (n, 3)."""
+    return _value("row", ["image"], image=image(poses).T).T
+
+
+def conics(basis: Array) -> tuple[Array, Array]:
+    """Symmetric matrices (3, 3) of the conditions (8), (9) of sun2019 on a basis (8, 3) of the null space."""
+    first, second, third = basis.T
+    found = _value("conics", (), v_alpha=first, v_beta=second, v_gamma=third)[:, 0]
+    return _symmetric(found[:6]), _symmetric(found[6:])
+
+
+def _symmetric(k: Array) -> Array:
+    """The matrix of k0 a^2 + k1 b^2 + k2 a b + k3 a c + k4 b c + k5 c^2."""
+    half = k / 2
+    return np.array([[k[0], half[2], half[3]], [half[2], k[1], half[4]], [half[3], half[4], k[5]]])
+
+
+def hinges_of(p: Array) -> Array:
+    """Moving hinge x, y and fixed hinge X, Y (4,) of a vector (8,) of the null space whose first entry is not zero."""
+    return _value("dyad", (), coefficients=p)[:, 0]
+
+
+def slider_of(p: Array) -> Array:
+    """Moving hinge x, y, normal and offset (5,) of its line in the fixed frame, for a vector with a0 = 0."""
+    return _value("slider", (), coefficients=p)[:, 0]
+
+
+def swinging_of(p: Array) -> Array:
+    """Fixed hinge X, Y, normal and offset (5,) of the body's line through it, for a vector with a0 = a1 = a2 = 0."""
+    return _value("swinging", (), coefficients=p)[:, 0]
+
+
+def placed(poses: Array, point: Array) -> Array:
+    """Places (n, 2) of a point of the body (2,) in poses (n, 3)."""
+    return _value("hinge", ["pose"], pose=poses.T, point=point).T
+
+
+def squares(poses: Array, dyad: Array) -> tuple[Array, Array]:
+    """Distance of the hinges squared less the radius squared (n,), and its derivatives (n, 5) in x, y, X, Y, radius."""
+    found = _kernel("distance", ("pose",), ("dyad",))(pose=poses.T, dyad=dyad)
+    return found["distance_out"][0], found["jac_distance_out_dyad"].reshape(len(poses), 5)
+
+
+def arm(theta: Array, phi: Array, dyad: Array) -> Array:
+    """Tip x, y and moving hinge X, Y (4, n) for angles of carrier and arm (n,) on a dyad (5,)."""
+    return _value("arm", ["theta", "phi"], theta=theta, phi=phi, crank=dyad)
+
+
+def arm_slopes(theta: Array, phi: Array, dyad: Array) -> tuple[Array, Array, Array]:
+    """As `arm`, and the derivatives (4, n) in the angle of the carrier and in that of the arm."""
+    found = _kernel("arm", ("theta", "phi"), ("theta", "phi"))(theta=theta, phi=phi, crank=dyad)
+    return found["arm_out"], found["jac_arm_out_theta"], found["jac_arm_out_phi"]
+
+
+def loop(theta: Array, crank: Array, follower: Array) -> Array:
+    """A, B, C (3, n) of the closed loop A cos(phi) + B sin(phi) + C = 0 of two dyads (5,) at crank angles (n,)."""
+    return _value("loop", ["theta"], theta=theta, crank=crank, follower=follower)
+
+
+def closed(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
+    """The closure and its derivatives in crank and arm angle (3, n)."""
+    return _value("closed", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
+
+
+def transmission(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
+    """Angle (n,) [rad] between coupler and follower, in [0, pi]."""
+    across, along = _value("transmission", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
+    return np.arctan2(np.abs(across), along)
+
+
+def gears(slope: Array, x_s: float, distance: float) -> dict[str, Array]:
+    """Ratios, pitch radii and rates of the polar angles (n,) by their names, for positive slopes (n,)."""
+    found = _value("gears", ["slope"], slope=-slope, x_s=x_s, a=distance)
+    names = (entry["name"] for entry in generated.sidecar(_MODULE)["vectors"]["gears_out"])
+    return dict(zip(names, found, strict=True))
+
+
+def curvature(slope: Array, dslope: Array, ddslope: Array, x_s: float, distance: float) -> Array:
+    """Curvatures (4, n) [1/m] of the pitch curves, positive where convex; slopes as in `gears`, and derivatives."""
+    lanes = ["slope", "dslope", "ddslope"]
+    return _value("curvature", lanes, slope=-slope, dslope=-dslope, ddslope=-ddslope, x_s=x_s, a=distance)
+
+
+def bend(crank: float, distance: float) -> float:
+    """Angle at the middle hinge [rad] of a carrier with the length `crank` between its end hinges."""
+    return float(_value("bend", (), L1=crank, a=distance)[0, 0])

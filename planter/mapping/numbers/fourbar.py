@@ -1,0 +1,71 @@
+"""The four-bar linkage of the two smallest dyads in the poses that it was made for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planter.audit.registry import MM, Inputs, Value, formula
+from planter.kernels import Array
+from planter.mapping.defects import reversals, standings
+from planter.mapping.dyads import solve
+from planter.mapping.linkage import FourBar
+from planter.mapping.numbers.dyads import chosen, poses
+
+
+@formula("poses in the assembly of one of them")
+def in_assembly(inputs: Inputs) -> Value:
+    """How many of some poses the linkage passes in the assembly of the first of them."""
+    linkage = _linkage(inputs)
+    if linkage is None:
+        return None
+    names: Sequence[str] = inputs[inputs["poses"]]
+    found = dict(zip(names, standings(linkage, poses(inputs)), strict=True))
+    wanted = [name for name in names if name in inputs["counted"]]
+    return float(sum(found[name].assembly == found[wanted[0]].assembly for name in wanted))
+
+
+@formula("driver is a crank")
+def is_crank(inputs: Inputs) -> Value:
+    """1 if the shorter dyad turns fully, else 0."""
+    linkage = _linkage(inputs)
+    return None if linkage is None else float(linkage.turns_round)
+
+
+@formula("largest reversal between neighbouring poses")
+def largest_reversal(inputs: Inputs) -> Value:
+    """Largest rotation by which the arm must turn back relative to the carrier between two poses [deg]; 0 if none.
+
+    A carrier that turns once passes the poses in the order of their crank angles.
+    """
+    linkage = _linkage(inputs)
+    if linkage is None:
+        return None
+    where = poses(inputs)
+    crank = np.array([standing.crank_angle for standing in standings(linkage, where)])
+    return float(np.degrees(max((r.angle for r in reversals(crank, where[:, 2])), default=0.0)))
+
+
+@formula("distance of a hinge outside the poses")
+def outside(inputs: Inputs) -> Value:
+    """Distance of a dyad's fixed hinge from the polygon through the poses' points [mm]; negative inside."""
+    dyad = chosen(inputs)
+    return None if dyad is None else _distance(poses(inputs)[:, :2], dyad.centre) / MM
+
+
+def _distance(corners: Array, point: Array) -> float:
+    """Signed distance of a point (2,) from a closed polygon (n, 2): even-odd rule."""
+    start, end = corners, np.roll(corners, -1, axis=0)
+    along = end - start
+    share = np.clip(((point - start) * along).sum(1) / (along**2).sum(1), 0, 1)
+    away = float(np.linalg.norm(start + share[:, None] * along - point, axis=1).min())
+    crossed = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = start[:, 0] + (point[1] - start[:, 1]) * along[:, 0] / along[:, 1]
+    return -away if (crossed & (point[0] < x)).sum() % 2 else away
+
+
+def _linkage(inputs: Inputs) -> FourBar | None:
+    found = solve(poses(inputs)).dyads
+    return FourBar(found[0], found[1]) if len(found) > 1 else None

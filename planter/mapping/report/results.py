@@ -1,0 +1,137 @@
+"""The files that a synthesis and a gear train leave in a folder: summary, tables, figures and page."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Iterator, Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter.mapping import model
+from planter.mapping.report import figures, page, train_figures
+from planter.mapping.train import GEARS
+from planter.mapping.training import polar_curves
+from planter.report import files, style
+from planter.version import __version__
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.kernels import Array
+    from planter.mapping.curve import AngleCurve
+    from planter.mapping.linkage import Path as CouplerPath
+    from planter.mapping.synthesis import Synthesis
+    from planter.mapping.training import Training
+
+_TABLE = 721
+"""Rows of a table over a turn."""
+
+
+def write_synthesis(out: Path, found: Synthesis) -> None:
+    """Writes summary.json, curves and coupler paths as CSV, figures and report.html.
+
+    Raises InputError for a folder that it cannot write.
+    """
+    folder = files.output_folder(out)
+    provenance = files.provenance(found.file)
+    _write_summary(folder, found.result, {"input": found.file.table(), "provenance": provenance})
+    heads = [f"poses: {found.file.name}", f"machine_sha256: {provenance['machine_sha256']}"]
+    for name, curve in (("nearest", found.nearest.curve if found.nearest else None), ("points", found.of_paths)):
+        if curve is not None:
+            _write_curve(folder / f"{name}_curve.csv", heads, curve)
+    drawn: dict[str, Figure] = {"dyads": figures.dyads(found)}
+    for linkage in found.linkages:
+        numbers = f"{linkage.numbers[0]}_{linkage.numbers[1]}"
+        drawn[f"linkage_{numbers}"] = figures.linkage(linkage, found.poses)
+        for circuit in range(1, len(linkage.bar.reaches) + 1):
+            columns = _coupler(linkage.bar.path(circuit))
+            files.write_cycle_csv(folder / f"coupler_{numbers}_circuit{circuit}.csv", heads, columns)
+    if found.carrier is not None:
+        drawn["angle_curve"] = figures.angle_curve(found)
+    files.write_text(folder / "report.html", page.synthesis_page(found, _saved(folder, drawn), provenance))
+
+
+def write_train(out: Path, found: Training, source: str) -> None:
+    """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html.
+
+    Raises InputError for a folder that it cannot write.
+    """
+    folder = files.output_folder(out)
+    provenance = _provenance(found, source)
+    _write_summary(folder, found.result, {"provenance": provenance})
+    heads = [f"curve: {source}", f"curve_sha256: {provenance['curve_sha256']}"]
+    files.write_cycle_csv(folder / "cycle.csv", heads, _cycle(found))
+    files.write_cycle_csv(folder / "pitch_curves.csv", heads, _pitch(found))
+    drawn = {"ratios": train_figures.ratios(found), "pitch_curves": train_figures.pitch_curves(found)}
+    if found.dyad is not None:
+        drawn["tip_path"] = train_figures.tip_path(found)
+    files.write_text(folder / "report.html", page.train_page(found, _saved(folder, drawn), provenance))
+
+
+def _write_summary(folder: Path, result: Mapping[str, Any], more: Mapping[str, Any]) -> None:
+    content = {**result, "assumptions": model.assumptions(), **more}
+    files.write_summary(folder / "summary.json", content)
+
+
+def _saved(folder: Path, drawn: Mapping[str, Figure]) -> dict[str, str]:
+    place = files.output_folder(folder / "figures")
+    saved = {name: style.save(figure, place, name)[0] for name, figure in drawn.items()}
+    return {name: vector.read_text(encoding="utf-8") for name, vector in saved.items()}
+
+
+def _write_curve(path: Path, heads: list[str], curve: AngleCurve) -> None:
+    """The points of a curve, as the train's command reads them."""
+    columns = {"carrier_deg": np.degrees(curve.carrier), "relative_deg": np.degrees(curve.relative)}
+    files.write_cycle_csv(path, heads, columns)
+
+
+def _coupler(path: CouplerPath) -> dict[str, Array]:
+    return {
+        "crank_deg": np.degrees(path.theta),
+        "assembly": path.assembly,
+        "phi_deg": np.degrees(path.phi),
+        "tip_x_mm": path.tip[0] * 1e3,
+        "tip_y_mm": path.tip[1] * 1e3,
+        "transmission_deg": np.degrees(path.transmission),
+    }
+
+
+def _cycle(found: Training) -> dict[str, Array]:
+    curve = found.train.curve
+    theta = np.linspace(curve.carrier[0], curve.carrier[-1], _TABLE)
+    gears = found.train.gears(theta)
+    columns = {"carrier_deg": np.degrees(theta), "relative_deg": np.degrees(curve.at(theta))}
+    columns |= {name: gears[name] for name in ("i", "i1", "i2")}
+    if found.dyad is not None:
+        tip = model.arm(theta, curve.at(theta) + theta, found.dyad.vector)
+        columns |= {"tip_x_mm": tip[0] * 1e3, "tip_y_mm": tip[1] * 1e3}
+    return columns
+
+
+def _pitch(found: Training) -> dict[str, Array]:
+    psi, radii = polar_curves(found.train)
+    columns: dict[str, Array] = {}
+    for k, gear in enumerate(GEARS):
+        name = gear.replace(" ", "_")
+        columns |= {f"{name}_polar_deg": np.degrees(psi[k]), f"{name}_radius_mm": radii[k] * 1e3}
+    return columns
+
+
+def _provenance(found: Training, source: str) -> dict[str, Any]:
+    return dict(_told(found, source))
+
+
+def _told(found: Training, source: str) -> Iterator[tuple[str, Any]]:
+    """What the run can be repeated from: versions, options, a hash of the points."""
+    curve = found.train.curve
+    yield "planter", __version__
+    yield from ((name, metadata.version(name)) for name in ("casadi", "numpy", "scipy"))
+    yield "python", platform.python_version()
+    yield "curve", source
+    yield "curve_sha256", hashlib.sha256(np.array([curve.carrier, curve.relative]).tobytes()).hexdigest()
+    yield "centre_distance_mm", found.train.distance * 1e3
+    yield "crank_mm", None if found.crank is None else found.crank * 1e3

@@ -1,0 +1,42 @@
+"""The command of the seedling pick-up."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+
+app = typer.Typer()
+
+
+@app.command()
+def pickup(
+    config: Annotated[
+        str,
+        typer.Argument(help="a pick-up's file, a CSV of points of its path, or the name of a built-in one"),
+    ],
+    at: Annotated[
+        list[float] | None,
+        typer.Option(metavar="DEG", help="also report at this carrier angle from the farthest tip", show_default=False),
+    ] = None,
+    optimise: Annotated[
+        bool, typer.Option("--optimise", help="move the value points until the requirements hold")
+    ] = False,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """From the path of a needle, or a law, to the gears of a seedling pick-up, and what they do."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.pickup import command, tables
+
+        found = command.run(config, at or (), optimise, overrides(set_), console.progress)
+        if out is not None:
+            from planter.pickup.report import results
+
+            results.write(out, found)
+        console.result(found.result, lambda: tables.show(console, found.result))

@@ -1,0 +1,246 @@
+"""The file of a seedling pick-up: TOML, and a CSV of points where a path drives it, each number with its origin.
+
+Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
+"""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field, PrivateAttr, field_validator, model_validator
+
+from planter.files import examples
+from planter.files.complaints import lacking, refused
+from planter.files.document import Origins, Sourced
+from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
+from planter.files.text import parse_toml
+from planter.kernels import Array
+from planter.pickup.points import parse_points, resolution
+
+LEAST_MM = 1e-4
+"""Least tolerance of the points' distances where a file names none."""
+DEFAULT = "yu2023"
+"""The built-in pick-up that lends everything else to a CSV of points given alone."""
+
+
+class Bars(Section):
+    """Carrier arm L1 and planet arm L2; where a path drives the pick-up they are found from it."""
+
+    L1_mm: Positive
+    L2_mm: Positive
+
+    @model_validator(mode="after")
+    def _tip_stays_outside(self) -> Self:
+        if self.L2_mm <= self.L1_mm:
+            raise refused("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
+        return self
+
+
+class Carrier(Section):
+    """Bend at the intermediate axis, centre distance of stage 2, speed."""
+
+    gamma_deg: Annotated[Real, Field(gt=90, lt=180)]
+    a2_mm: Positive
+    speed_deg_per_s: Positive
+
+
+class HelicalStage(Section):
+    """Standard helical pair; its helix angle follows from the centre distance."""
+
+    mn_mm: Positive
+    z1: Annotated[Whole, Field(ge=5, le=1000)]
+    z2: Annotated[Whole, Field(ge=5, le=1000)]
+    B_mm: Positive
+    alpha_n_deg: Annotated[Real, Field(ge=5, lt=45)]
+    ha: Positive
+
+    @model_validator(mode="after")
+    def _equal_gears(self) -> Self:
+        if self.z1 != self.z2:
+            raise refused("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
+        return self
+
+
+class NoncircularStage(Section):
+    """Teeth of the non-circular pair."""
+
+    m_mm: Positive
+    ha1: Positive
+    ha2: Positive
+    alpha0_deg: Annotated[Real, Field(ge=5, lt=45)]
+
+
+class LawData(Section):
+    """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell."""
+
+    phi5_far_deg: Real
+    phi1_far_deg: Annotated[Real, Field(ge=180, le=180)]
+    p: Real
+    dwell_t_deg: Pair
+
+    @field_validator("dwell_t_deg")
+    @classmethod
+    def _dwell_within_a_turn(cls, dwell: tuple[float, float]) -> tuple[float, float]:
+        if not 0 < dwell[0] < dwell[1] < 360:
+            raise refused("", list(dwell), "it must be [start, end] with 0 < start < end < 360")
+        return dwell
+
+    @model_validator(mode="after")
+    def _arm_gains_a_turn(self) -> Self:
+        start, end = (math.radians(angle) for angle in self.dwell_t_deg)
+        if start - end + 2 * math.pi + self.p * (math.sin(start) - math.sin(end)) <= 0:
+            raise refused("p", self.p, "it must let the arm's angle gain over the turn")
+        return self
+
+
+class PathData(Section):
+    """A CSV of points of the tip's path, and how far apart distances may be that count as one (the dwell).
+
+    Without a tolerance it is two of the last decimal place that the points are given to, and not below `LEAST_MM`.
+    """
+
+    csv: Annotated[str, Field(min_length=1)]
+    tolerance_mm: Positive | None = None
+
+
+class SplineData(Section):
+    """Value points that are taken from a law, equally spaced over the turn."""
+
+    value_points: Annotated[Whole, Field(ge=12, le=1000)] = 25
+
+
+class Tray(Section):
+    """Tray box and cell: a cell is a trapezium, its axis square to the tray."""
+
+    box_inclination_deg: Annotated[Real, Field(gt=0, lt=90)]
+    cell_depth_mm: Positive = 44.0
+    cell_top_mm: Positive = 30.0
+    cell_bottom_mm: Positive = 16.0
+    cell_pitch_mm: Positive = 32.0
+
+    @model_validator(mode="after")
+    def _cells_are_cells(self) -> Self:
+        if not self.cell_bottom_mm <= self.cell_top_mm < self.cell_pitch_mm:
+            allowed = f"it must be from cell_bottom_mm = {self.cell_bottom_mm:g} to below cell_pitch_mm"
+            raise refused("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
+        return self
+
+
+class Needle(Section):
+    """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to tip."""
+
+    length_mm: Positive = 80.0
+    width_mm: Positive = 10.0
+    mounting_deg: Annotated[Real, Field(ge=-180, le=180)] = 0.0
+
+
+class Targets(Section):
+    """What the path must do (the paper's Table 1, of which the text keeps the numbers), each with a tolerance."""
+
+    push_deg: Real = 90.0
+    push_tolerance_deg: Positive = 2.0
+    swing_deg: Real = 50.0
+    swing_tolerance_deg: Positive = 2.0
+    entry_depth_mm: Positive = 35.0
+    entry_depth_tolerance_mm: Positive = 2.0
+    straight_entry_mm: Positive = 65.0
+    straightness_mm: Positive = 1.0
+    clearance_mm: NotNegative = 0.0
+
+
+class Pickup(Sourced):
+    """A pick-up driven by a law or by a path. `points` are the path's (n, 2) in m, None with a law."""
+
+    bars: Bars | None = None
+    carrier: Carrier
+    helical_stage: HelicalStage
+    noncircular_stage: NoncircularStage
+    law: LawData | None = None
+    path: PathData | None = None
+    spline: SplineData = SplineData()
+    tray: Tray
+    needle: Needle = Needle()
+    targets: Targets = Targets()
+    origins: Origins = Field(alias="origin")
+
+    _points: Array | None = PrivateAttr(default=None)
+    _points_source: str = PrivateAttr(default="path")
+    _resolution: float = PrivateAttr(default=0.0)
+
+    @property
+    def points(self) -> Array | None:
+        return self._points
+
+    @property
+    def points_source(self) -> str:
+        """The file that the points were read from."""
+        return self._points_source
+
+    @property
+    def tolerance(self) -> float:
+        """How far apart distances from the sun's centre may be that count as one [m]."""
+        if self.path is not None and self.path.tolerance_mm is not None:
+            return self.path.tolerance_mm / 1000
+        return max(2 * self._resolution, LEAST_MM / 1000)
+
+    def table(self) -> dict[str, Any]:
+        """The nested table of the file; what is not in it is not there."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+    def with_points(self, points: Array, csv: str) -> "Pickup":
+        """The same pick-up driven by a path of points (n, 2) in m; its bars are found from them."""
+        gone = ("law", "bars")
+        table = {key: value for key, value in self.table().items() if key not in gone}
+        table["origin"] = {key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone}
+        table["origin"]["path"] = "assumed"
+        changed = self.read({**table, "path": {"csv": csv}}, csv)
+        changed._points, changed._points_source = points, csv
+        return changed
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        if self.law is None and self.path is None:
+            raise lacking("law", "there must be either [law] or [path]")
+        if self.law is not None and self.path is not None:
+            raise refused("path", self.path.csv, "there must be either [law] or [path], not both")
+        if self.law is not None and self.bars is None:
+            raise lacking("bars", "a law needs the lengths of the bars")
+        return self
+
+    @model_validator(mode="after")
+    def _helix_exists(self) -> Self:
+        stage, distance = self.helical_stage, self.carrier.a2_mm
+        least = stage.mn_mm * (stage.z1 + stage.z2) / 2
+        if distance < least:
+            raise refused("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {least:g}")
+        return self
+
+
+def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pickup:
+    """The pick-up in a file, or the built-in one of that name; a CSV of points takes the rest from `yu2023`.
+
+    Raises InputError, one sentence that names file, key, value and what is allowed.
+    """
+    label = str(source)
+    if _is_points(label):
+        points = parse_points(examples.text(source, "pickup", ".csv"), label)
+        found = load(DEFAULT).with_points(points, label)
+    else:
+        found = Pickup.read(parse_toml(examples.text(source, "pickup"), label), label)
+    changed = found.with_numbers(overrides) if overrides else found
+    if changed.path is not None:
+        csv = label if _is_points(label) else _beside(label, changed.path.csv)
+        changed._points_source = str(csv)
+        text = examples.text(csv, "pickup", ".csv")
+        changed._points, changed._resolution = parse_points(text, str(csv)), resolution(text)
+    return changed
+
+
+def _is_points(label: str) -> bool:
+    return label.endswith(".csv") or label in examples.names("pickup", ".csv")
+
+
+def _beside(config: str, csv: str) -> str | Path:
+    """A CSV is looked for beside the file that names it, unless it is a built-in one."""
+    return csv if csv in examples.names("pickup", ".csv") else Path(config).parent / csv

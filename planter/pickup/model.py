@@ -1,0 +1,191 @@
+"""The gear train of a pick-up: a law of the arm, the bars and the carrier, whatever the law was made from.
+
+t is the carrier angle from the farthest tip; the carrier turns counter-clockwise at constant speed. SI and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from planter.errors import GeometryError
+from planter.kernels import Array
+from planter.kernels.formulas import load
+from planter.pickup.file import Pickup
+from planter.pickup.inverse import Found, invert
+from planter.pickup.law import MODEL, TURN, CosineLaw, Dwell, Law, toothed_range
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+PANELS = 96
+"""Panels over the toothed range for integrals; each has eight nodes."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What of the mechanism does not turn: bars, carrier triangle, helical pair [m, rad, -]."""
+
+    L1: float
+    L2: float
+    gamma: float
+    a1: float
+    a2: float
+    beta1: float
+    helix: float
+    helical_contact_ratio: float
+
+    @property
+    def triangle(self) -> Array:
+        return np.array([self.L1, self.L2, self.gamma, self.a1, self.a2, self.beta1])
+
+
+@dataclass(frozen=True)
+class Train:
+    """A pick-up that runs: `law` drives the arm, `omega` [rad/s] the carrier; `found` is what a path gave, if one did.
+
+    `teeth` are module [m], both addendum coefficients and the angle of the line of action [rad].
+    """
+
+    law: Law
+    geometry: Geometry
+    phi5_far: float
+    omega: float
+    teeth: Array
+    found: Found | None = None
+
+    def locked(self, t: Array) -> Array:
+        """Whether the arm dwells at carrier angles (n,)."""
+        dwell = self.law.dwell
+        return np.zeros(np.shape(t), dtype=bool) if dwell is None else dwell.holds(np.asarray(t))
+
+    def slope(self, t: Array) -> Array:
+        """g = dphi1/dphi5 (n,), zero in the dwell."""
+        return np.where(self.locked(t), 0.0, self.law.slopes(t)[0])
+
+    def motion(self, t: Array) -> dict[str, Array]:
+        """Places of the axes and the tip [m], its velocity [m/s], its distance L3, the arm's direction Z1, by name."""
+        t = np.asarray(t, dtype=float)
+        angles = {"phi5": self.phi5_far + t, "phi1": self.law.arm(t), "g": self.slope(t)}
+        return load(MODEL)("motion", **angles, omega=self.omega, triangle=self.geometry.triangle)
+
+    def tip(self, t: Array) -> Array:
+        """Places of the tip (n, 2) [m]."""
+        found = self.motion(t)
+        return np.column_stack([found["x_S"], found["y_S"]])
+
+    def arm_heading(self, t: Array) -> Array:
+        """Direction of the arm O1 to tip, counted on: phi5 + pi - phi1 [rad]."""
+        return np.asarray(self.phi5_far + np.asarray(t) + np.pi - self.law.arm(t))
+
+    def pitch(self, t: Array) -> dict[str, Array]:
+        """Pitch radii, curvatures, places in the gears' own frames and rate of arc at angles on the teeth.
+
+        Both frames lie along the centre line where the tip is farthest. Angles in the dwell are taken to be the end
+        of the teeth that they are closer to.
+        """
+        t = np.asarray(t, dtype=float)
+        turned = self.law.arm(t) - np.pi
+        return load(MODEL)("pitch", slopes=self.law.slopes(t), phi5=t, phi2=turned, a1=self.geometry.a1)
+
+    def contact_ratio(self, t: Array, module: float | None = None, addendum: float | None = None) -> Array:
+        """Contact ratio of the non-circular pair at angles on the teeth; with another module [m] or addendum [-]."""
+        teeth = self.teeth.copy()
+        teeth[0] = teeth[0] if module is None else module
+        teeth[1:3] = teeth[1:3] if addendum is None else addendum
+        curves = self.pitch(t)
+        given = {name: curves[name] for name in ("kappa1", "kappa2")}
+        return load(MODEL)("contact", **given, teeth=teeth)["epsilon"]
+
+    @cached_property
+    def toothed(self) -> tuple[float, float]:
+        """First and last carrier angle of the teeth."""
+        return toothed_range(self.law.dwell)
+
+    def samples(self, count: int) -> Array:
+        """Angles evenly over the toothed range, both ends included."""
+        return np.linspace(*self.toothed, count)
+
+    @cached_property
+    def near(self) -> float:
+        """Carrier angle where the tip is nearest [rad]; the first of them, should the arm dwell there."""
+        return float(brentq(lambda t: float(self.law.arm(np.array([t]))[0]) - TURN, 0.0, TURN, xtol=1e-15, rtol=1e-14))
+
+    @cached_property
+    def slope_extremes(self) -> tuple[float, float]:
+        """Least and largest slope of the law on the teeth."""
+        return self._extreme(1), -self._extreme(-1)
+
+    def _extreme(self, sign: int) -> float:
+        """Least value of sign * slope on the teeth: the best of dense samples, refined."""
+
+        def value(t: float) -> float:
+            return sign * float(self.law.slopes(np.array([t]))[0, 0])
+
+        t = self.samples(1441)
+        values = sign * self.law.slopes(t)[0]
+        best = int(np.argmin(values))
+        low, high = t[max(best - 1, 0)], t[min(best + 1, len(t) - 1)]
+        inside = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-12})
+        return float(min(values[best], inside.fun))
+
+    @cached_property
+    def arc(self) -> float:
+        """Length of pitch curve on the sun's teeth [m]; the intermediate gear's is the same."""
+        return self.integral(lambda t: self.pitch(t)["arc"])
+
+    @property
+    def monotone(self) -> bool:
+        """Whether the arm's angle never falls."""
+        return self.slope_extremes[0] >= 0
+
+    def check_meshes(self, source: str) -> None:
+        """Raise GeometryError where the arm would turn back as fast as the carrier, and no pitch point exists."""
+        least = self.slope_extremes[0]
+        if least <= -1:
+            raise GeometryError(f"{source}: the slope of the arm's angle falls to {least:.4g}, it must be above -1")
+
+    def integral(self, function: Callable[[Array], Array]) -> float:
+        """Integral over the toothed range of a function of angles (n,), by Gauss panels between the law's joints."""
+        first, last = self.toothed
+        ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), self.law.joints()]))
+        half, middle = np.diff(ends) / 2, (ends[1:] + ends[:-1]) / 2
+        t = (middle[:, None] + half[:, None] * _NODES).ravel()
+        return float(np.sum(function(t) * (half[:, None] * _WEIGHTS).ravel()))
+
+
+def geometry_of(machine: Pickup, L1: float, L2: float) -> Geometry:
+    """Triangle and helical pair of a pick-up with given bars [m]. Raises GeometryError where the triangle is none."""
+    gamma, a2 = machine.si("carrier.gamma_deg"), machine.si("carrier.a2_mm")
+    if a2 * np.sin(gamma) >= L1 or a2 >= L1:
+        raise machine.input_error(
+            "carrier.a2_mm",
+            f"it must be less than L1 = {L1 * 1000:.6g} mm, or the carrier is no triangle",
+            GeometryError,
+        )
+    stage = {key: machine.si(f"helical_stage.{key}") for key in ("mn_mm", "z1", "z2", "B_mm", "alpha_n_deg", "ha")}
+    found = load(MODEL).at("carrier", carrier=np.array([L1, gamma, a2, *stage.values()]))
+    return Geometry(L1, L2, gamma, found["a1"], a2, found["beta1"], found["beta"], found["epsilon_h"])
+
+
+def build(machine: Pickup) -> Train:
+    """The train that a file asks for, by its law or by its path; with a path the file's bars play no part.
+
+    Raises InputError where a path or a law has no mechanism.
+    """
+    teeth = np.array([machine.si(f"noncircular_stage.{key}") for key in ("m_mm", "ha1", "ha2", "alpha0_deg")])
+    omega = machine.si("carrier.speed_deg_per_s")
+    if machine.points is not None:
+        found = invert(machine.points, machine.tolerance, machine.points_source)
+        geometry = geometry_of(machine, found.L1, found.L2)
+        train = Train(found.law, geometry, found.phi5_far, omega, teeth, found)
+        train.check_meshes(machine.points_source)
+        return train
+    geometry = geometry_of(machine, machine.si("bars.L1_mm"), machine.si("bars.L2_mm"))
+    dwell = Dwell(*(machine.si(f"dwell_t_deg[{i}]") for i in (0, 1)))
+    law = CosineLaw(machine.si("law.p"), dwell, machine.si("phi1_far_deg"))
+    train = Train(law, geometry, machine.si("phi5_far_deg"), omega, teeth)
+    train.check_meshes(f"{machine.source}: law")
+    return train

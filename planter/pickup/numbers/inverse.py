@@ -1,0 +1,145 @@
+"""The inverse chain of a two-bar arm: from the path of its tip back to bars and angles, and the carrier's triangle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from planter.audit.registry import MM, Inputs, formula
+from planter.kernels import Array
+from planter.kernels.formulas import load
+from planter.pickup.law import MODEL, TURN, CosineLaw, Dwell
+from planter.pickup.spline import PathSpline
+
+_SAMPLES = 3600
+_ANY_PAIR = (1.0, 1.0, 0.0, 0.0, 0.0)
+"""Teeth, face width, pressure angle and addendum of some pair whose module is its centre distance."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Bars (2,) [m], angles phi5 and phi1 (n,) [rad], and places of the tip (n, 2) [m]."""
+
+    bars: Array
+    phi5: Array
+    phi1: Array
+    tip: Array
+
+
+def drawn(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> Motion:
+    """What bars draw at some angles, on the carrier of the paper."""
+    still = {"g": np.zeros(len(phi5)), "omega": 0.0}
+    found = load(MODEL)("motion", phi5=phi5, phi1=phi1, triangle=_triangle(inputs, bars), **still)
+    return Motion(bars, phi5, phi1, np.column_stack([found["x_S"], found["y_S"]]))
+
+
+def of_law(inputs: Inputs, t: Array) -> Motion:
+    """The motion by the law at carrier angles from the far point (n,)."""
+    phi1, bars = _law(inputs).arm(t), np.array([inputs.si("L1_mm"), inputs.si("L2_mm")])
+    return drawn(inputs, bars, inputs.si("phi5_far_deg") + t, phi1)
+
+
+def inverted(inputs: Inputs, path: Array) -> Motion:
+    """The chain from places (n, 2) [m], the farthest first: bars by their extremes, angles by the triangle."""
+    distance = np.hypot(*path.T)
+    far, near = distance.max(), distance.min()
+    bars = _bars(float(far), float(near))
+    way = np.where(np.arange(len(path)) > np.argmin(distance), -1.0, 1.0)
+    squares = {"short": (far - distance) * (far + distance), "over": (distance - near) * (distance + near)}
+    found = load(MODEL)("inverse", x_S=path[:, 0], y_S=path[:, 1], way=way, bars=bars, **squares)
+    return drawn(inputs, bars, found["phi5"], found["phi1"])
+
+
+@formula("bar from its path")
+def bar(inputs: Inputs) -> float:
+    """A bar's length as half the sum or difference of the extreme distances of the path that the law makes [mm]."""
+    given = _given(inputs)
+    return float(inverted(inputs, given.tip).bars[inputs["bar"] - 1] / MM)
+
+
+@formula("bar from a spline through points of its path")
+def bar_from_points(inputs: Inputs) -> float:
+    """The same from a closed cubic spline through points of that path, equally spaced in t, by chord length [mm]."""
+    count = inputs["value_points"]
+    found = PathSpline(of_law(inputs, TURN * np.arange(count) / count).tip).extremes(0.0)
+    distances = [extreme.distance for extreme in found]
+    return float(_bars(max(distances), min(distances))[inputs["bar"] - 1] / MM)
+
+
+@formula("round trip of the law")
+def law_error(inputs: Inputs) -> float:
+    """Largest difference of phi1 between a law and what the chain finds from its path [rad]."""
+    given = _given(inputs)
+    return float(abs(inverted(inputs, given.tip).phi1 - given.phi1).max())
+
+
+@formula("round trip of the path")
+def path_error(inputs: Inputs) -> float:
+    """Largest distance of the path that the found bars and angles make from the one they were found from [mm]."""
+    given = _given(inputs)
+    return float(np.hypot(*(inverted(inputs, given.tip).tip - given.tip).T).max() / MM)
+
+
+@formula("printed rule for the direction of the tip")
+def direction_rule(inputs: Inputs) -> float:
+    """Largest error on the path of arctan(y/x), less pi in the third quadrant, as the direction of the tip [deg]."""
+    x, y = _given(inputs).tip.T
+    rule = np.arctan(y / x) - np.pi * ((x < 0) & (y < 0))
+    return float(np.degrees(abs(np.angle(np.exp(1j * (rule - np.arctan2(y, x)))))).max())
+
+
+@formula("first centre distance over the second")
+def centre_distance_margin(inputs: Inputs) -> float:
+    """a1 less a2 [mm]."""
+    a1 = _carrier(inputs, float(inputs.si("L1_mm")))["a1"]
+    return a1 / MM - float(inputs["centre_distance_mm"])
+
+
+@formula("direction of the planet's axis as printed")
+def axis_direction_printed(inputs: Inputs) -> float:
+    """Angle from the direction phi5 to O-O1 where M1-O1 points at beta1 + pi - gamma from it [deg]."""
+    return _axis_direction(inputs, -1)
+
+
+@formula("direction of the planet's axis")
+def axis_direction(inputs: Inputs) -> float:
+    """Angle from the direction phi5 to O-O1 where the triangle of the carrier closes: beta1 + pi + gamma [deg]."""
+    return _axis_direction(inputs, 1)
+
+
+def _axis_direction(inputs: Inputs, sense: int) -> float:
+    found = _carrier(inputs, float(inputs.si("L1_mm")))
+    middle = found["a1"] * np.exp(1j * found["beta1"])
+    turned = found["beta1"] + np.pi + sense * inputs.si("gamma_deg")
+    return float(np.degrees(np.angle(middle + inputs.si("centre_distance_mm") * np.exp(1j * turned))))
+
+
+def _carrier(inputs: Inputs, L1: float) -> dict[str, float]:
+    """The triangle of the carrier with a bar L1 [m]; its gears, of which some are assumed, have no part in it."""
+    gamma, a2 = inputs.si("gamma_deg"), inputs.si("centre_distance_mm")
+    return load(MODEL).at("carrier", carrier=[L1, gamma, a2, a2, *_ANY_PAIR])
+
+
+def _triangle(inputs: Inputs, bars: Array) -> Array:
+    found = _carrier(inputs, float(bars[0]))
+    return np.array([*bars, inputs.si("gamma_deg"), found["a1"], inputs.si("centre_distance_mm"), found["beta1"]])
+
+
+def _bars(far: float, near: float) -> Array:
+    """Bars (2,) from the extreme distances of the tip [m]."""
+    found = load(MODEL).at("bars", L3_max=far, L3_min=near)
+    return np.array([found["L1"], found["L2"]])
+
+
+def _law(inputs: Inputs) -> CosineLaw:
+    dwell = Dwell(*inputs.si("dwell_deg"))
+    return CosineLaw(inputs["law_p"], dwell)
+
+
+def _given(inputs: Inputs) -> Motion:
+    """A turn by the law, its near point among the samples."""
+    law = _law(inputs)
+    near = brentq(lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15)
+    return of_law(inputs, np.unique([*np.linspace(0, TURN, _SAMPLES, endpoint=False), near]))

@@ -1,0 +1,135 @@
+"""The files that `planter pickup` leaves in a folder: summary, CSV, figures and page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planter.files import units
+from planter.kernels.formulas import load
+from planter.pickup import result as results
+from planter.pickup.law import MODEL
+from planter.pickup.report import figures
+from planter.planting.report.page import label
+from planter.report import files, style
+from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.pickup.command import Outcome
+    from planter.pickup.file import Pickup
+
+STEPS = 720
+"""Rows of cycle.csv, path.csv and pitch.csv."""
+CAPTIONS = {
+    "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
+    "pick has the wanted depth; the level line follows from the inclination of the tray box.",
+    "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs take the place of teeth.",
+    "contact_ratio": "Contact ratio of the non-circular pair along the turn (the paper's Fig. 9). The paper's formulas "
+    "are lost; these are of the circular gears with the curvature radii at the contact.",
+    "tip_motion": "Displacement and speed of the tip (the paper's Fig. 13).",
+    "law": "Angle of the arm, slope of it over the carrier's angle, and total ratio; grey: dwell.",
+}
+
+
+def write(out: Path, found: Outcome) -> None:
+    """Writes summary.json, CSV files, figures and report.html. Raises InputError for a folder that it cannot write."""
+    folder = files.output_folder(out)
+    files.write_summary(folder / "summary.json", _summary(found))
+    comments = [f"pick-up: {found.machine.name}", f"driven by its {found.result['driven_by']}"]
+    turn = results.cycle(found.train, STEPS)
+    files.write_cycle_csv(folder / "cycle.csv", comments, turn)
+    if found.train.monotone:
+        files.write_cycle_csv(folder / "pitch.csv", comments, results.pitch(found.train, STEPS))
+    path = {"x_mm": turn["tip_x_mm"], "y_mm": turn["tip_y_mm"]}
+    files.write_cycle_csv(folder / "path.csv", comments, path)
+    if found.redesigned is not None:
+        x, y = found.redesigned.points.T * 1000
+        files.write_cycle_csv(folder / "value_points.csv", comments, {"x_mm": x, "y_mm": y})
+    place = files.output_folder(folder / "figures")
+    svgs = {name: style.save(figure, place, name)[0] for name, figure in _figures(found).items()}
+    drawn = {name: vector.read_text(encoding="utf-8") for name, vector in svgs.items()}
+    title = f"Seedling pick-up {found.machine.name}"
+    files.write_text(folder / "report.html", page(title, list(_sections(found, drawn)), found.machine.description))
+
+
+def _summary(found: Outcome) -> dict[str, Any]:
+    return {
+        **found.result,
+        "assumptions": load(MODEL).sidecar["assumptions"],
+        "input": found.machine.table(),
+        "provenance": files.provenance(found.machine),
+    }
+
+
+def _figures(found: Outcome) -> dict[str, Figure]:
+    moved, train = found.redesigned, found.train
+    before = None if moved is None else moved.points_before
+    gears = {
+        "pitch_curves": figures.pitch_curves,
+        "contact_ratio": figures.contact_ratio,
+    }
+    return {
+        "path": figures.path(found.machine, train, before),
+        **{name: draw(train) for name, draw in gears.items() if train.monotone},
+        "tip_motion": figures.motion(train),
+        "law": figures.law(train, None if moved is None else moved.start),
+    }
+
+
+def _sections(found: Outcome, drawn: Mapping[str, str]) -> Iterator[Section]:
+    result = found.result
+    if result["warnings"]:
+        yield Section("Warnings", [Items([one["message"] for one in result["warnings"]], "warning")])
+    yield Section("Mechanism", list(_mechanism(result)))
+    yield Section("Requirements", list(_requirements(result)))
+    yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in drawn.items()])
+    if result["at"]:
+        yield Section("At single angles", [_at(result["at"])])
+    sidecar = load(MODEL).sidecar
+    yield Section("Model", [Text(f"{sidecar['title']}. It assumes:"), Items(sidecar["assumptions"])])
+    yield Section("Inputs", list(_inputs(found.machine)))
+    kept = {name: str(value) for name, value in files.provenance(found.machine).items()}
+    yield Section("Provenance", [Keys(kept)])
+
+
+def _mechanism(result: Mapping[str, Any]) -> Iterator[Block]:
+    yield Keys({label(key): value for key, value in result.items() if not isinstance(value, dict | list)})
+    for key in ("dwell", "slope", "sun_radius_mm", "teeth", "locking_arcs", "push"):
+        if result[key]:
+            values = {label(name): value for name, value in result[key].items() if not isinstance(value, list)}
+            yield Table((label(key), "value"), list(values.items()))
+    yield Text(
+        "The paper's (14) lacks the factor 1/2: with the printed 44.6 mm the helix angle is the one above, inside the "
+        "printed range. The printed contact ratio of the helical pair is 1.9358.",
+        "note",
+    )
+
+
+def _requirements(result: Mapping[str, Any]) -> Iterator[Block]:
+    yield _demands(result["requirements"], "")
+    if "optimised" in result:
+        yield _demands(result["optimised"]["requirements_before"], "before the value points were moved")
+
+
+def _demands(rows: Sequence[Mapping[str, Any]], caption: str) -> Block:
+    cells = [(r["name"], r["value"], r["wanted"], r["unit"], r["margin"], r["holds"]) for r in rows]
+    return Table(("requirement", "value", "wanted", "unit", "margin", "holds"), cells, caption)
+
+
+def _at(rows: Sequence[Mapping[str, Any]]) -> Block:
+    head = ("quantity", *(f"{row['t_deg']:.6g} deg" for row in rows))
+    keys = [key for key in rows[0] if key not in ("t_deg", "tip_mm")]
+    return Table(head, [(label(key), *(row[key] for row in rows)) for key in keys])
+
+
+def _inputs(machine: Pickup) -> Iterator[Block]:
+    by_section: dict[str, list[tuple[Cell, ...]]] = {}
+    for path, value in machine.numbers().items():
+        section, _, key = path.partition(".")
+        by_section.setdefault(section, []).append((key, value, units.unit(path), machine.origin(path)))
+    yield Text("What is not marked as the paper's was chosen by whoever wrote the file.", "note")
+    for section, rows in by_section.items():
+        yield Folded(section.replace("_", " "), [Table(("key", "value", "unit", "origin"), rows)])

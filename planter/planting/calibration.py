@@ -1,0 +1,167 @@
+"""`planter calibrate`: undisclosed inputs fitted to a paper's reported force, and how little that settles."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from scipy.optimize import differential_evolution, least_squares
+
+from planter.errors import InputError
+from planter.files import paths, units
+from planter.kernels import Array
+from planter.planting import cycle
+from planter.planting.model import Device
+
+SEED = 0
+RANK = 1e-6
+"""Singular values below this share of the largest count as zero."""
+CLOSE = 1e-12
+"""Relative change at which the last, local search ends: a target that can be met is met to rounding of the model."""
+GENERATIONS, MEMBERS = 100, 5
+"""Generations of the global searches, and members of a population per input."""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What is fitted: paths in the machine file, with bounds (n,) in SI."""
+
+    paths: tuple[str, ...]
+    lower: Array
+    upper: Array
+
+    @classmethod
+    def load(cls) -> Inputs:
+        bounds = _data()["bounds"]
+        factors = np.array([units.factor(path) for path in bounds])
+        low, high = np.array(list(bounds.values()), dtype=float).T
+        return cls(tuple(bounds), low * factors, high * factors)
+
+    def places(self, device: Device) -> list[int]:
+        shown = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
+        return [shown.index(path) for path in self.paths]
+
+    def scaled(self, z: Array) -> Array:
+        """Values in SI of a point in the unit box, (n,)."""
+        return self.lower + z * (self.upper - self.lower)
+
+
+@dataclass(frozen=True)
+class Force:
+    """The support force of a device's own design as a function of the fitted inputs z in [0, 1]^n."""
+
+    device: Device
+    inputs: Inputs
+
+    @cached_property
+    def _places(self) -> list[int]:
+        return self.inputs.places(self.device)
+
+    def __call__(self, z: Array) -> Array:
+        given = self.device.constants.copy()
+        self.device.constants[self._places] = self.inputs.scaled(z)
+        try:
+            angles = cycle.angles(self.device.machine.objective.samples)
+            return self.device.support(self.device.prologue(self.device.design), angles)
+        finally:
+            self.device.constants = given
+
+    def start(self) -> Array:
+        """The machine's own values, taken into the bounds."""
+        own = self.device.constants[self._places]
+        return np.clip((own - self.inputs.lower) / (self.inputs.upper - self.inputs.lower), 0, 1)
+
+
+def calibrate(device: Device, other: Device, target: str) -> dict[str, Any]:
+    """Fit the undisclosed inputs of a machine to a target, within bounds from common sense; `other` is its other model.
+
+    The result says how well the target is reached, how many of the inputs it settles (`rank`), what the other model
+    gives for the same inputs, and the largest range that inertia can reach there at all. Raises InputError for a target
+    that there is not.
+    """
+    targets = _data()["target"]
+    if target not in targets:
+        close = paths.close(target, targets)
+        hint = f"did you mean {close[0]}? " if close else ""
+        raise InputError(f"--target = {target} is not allowed: {hint}it must be one of {', '.join(targets)}")
+    wanted = targets[target]
+    inputs = Inputs.load()
+    device.compile()
+    other.compile()
+    force = Force(device, inputs)
+    z = _fitted(force, wanted)
+    return {
+        "machine": device.machine.name,
+        "model": device.model,
+        "fitted": _table(inputs, z),
+        "target": wanted,
+        "reached": _reached(force(z), wanted),
+        "rank": _rank(force, z, wanted),
+        "other_model": {k: cycle.statistics(Force(other, inputs)(z))[k] for k in ("range_N", "variance_N2", "mean_N")},
+        "largest_inertia_range_N": _largest_range(device if device.model == "exact" else other, inputs),
+    }
+
+
+def _data() -> dict[str, Any]:
+    return tomllib.loads(files("planter.planting").joinpath("calibration.toml").read_text(encoding="utf-8"))
+
+
+def _reached(force: Array, wanted: dict[str, float]) -> dict[str, float]:
+    found = cycle.statistics(force)
+    return {key: found[key] for key in wanted}
+
+
+def _residuals(force: Force, z: Array, wanted: dict[str, float]) -> Array:
+    """Relative misses of the target, (k,)."""
+    reached = _reached(force(z), wanted)
+    return np.array([reached[key] / value - 1 for key, value in wanted.items()])
+
+
+def _fitted(force: Force, wanted: dict[str, float]) -> Array:
+    """A global search in the bounds, then bounded least squares from there."""
+    start = _searched(lambda z: float((_residuals(force, z, wanted) ** 2).sum()), len(force.start()), force.start())
+    inside = np.clip(start, 1e-6, 1 - 1e-6)
+    exact = {"ftol": CLOSE, "xtol": CLOSE, "gtol": CLOSE}
+    found: Array = least_squares(lambda z: _residuals(force, z, wanted), inside, bounds=(0, 1), **exact).x
+    return found
+
+
+def _searched(cost: Callable[[Array], float], size: int, start: Array | None = None) -> Array:
+    """The best point of the unit box that differential evolution finds."""
+    found = differential_evolution(
+        cost, [(0.0, 1.0)] * size, seed=SEED, maxiter=GENERATIONS, popsize=MEMBERS, polish=False, x0=start
+    )
+    best: Array = found.x
+    return best
+
+
+def _rank(force: Force, z: Array, wanted: dict[str, float]) -> int:
+    """How many combinations of the inputs the target settles."""
+    step = 1e-6
+    columns = []
+    for unit in np.eye(len(z)):
+        side = -1 if z @ unit > 0.5 else 1
+        moved = _residuals(force, z + side * step * unit, wanted)
+        columns.append(side * (moved - _residuals(force, z, wanted)) / step)
+    values = np.linalg.svd(np.array(columns), compute_uv=False)
+    return int((values > RANK * values[0]).sum())
+
+
+def _largest_range(device: Device, inputs: Inputs) -> float:
+    """The largest range of the support force [N] that any inputs within the bounds give in the exact model."""
+    force = Force(device, inputs)
+    return float(np.ptp(force(_searched(lambda z: -float(np.ptp(force(z))), len(inputs.paths)))))
+
+
+def _table(inputs: Inputs, z: Array) -> list[dict[str, Any]]:
+    values = zip(inputs.paths, inputs.scaled(z), inputs.lower, inputs.upper, strict=True)
+    return [
+        {"name": path, "value": value / units.factor(path), "unit": units.unit(path) or "1",
+         "lower": low / units.factor(path), "upper": high / units.factor(path), "origin": "calibrated"}
+        for path, value, low, high in ((p, float(v), float(a), float(b)) for p, v, a, b in values)
+    ]  # fmt: skip

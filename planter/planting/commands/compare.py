@@ -1,0 +1,44 @@
+"""`planter compare`: all pairs of gear families under the same requirements."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter.planting import file as machines
+from planter.planting.commands.options import MachineArgument, SpeedOption, changes
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SetOption
+
+app = typer.Typer()
+
+
+@app.command()
+def compare(
+    machine: MachineArgument,
+    starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="seed of everything random")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with what is in the folder of --out")] = False,
+    pair: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FAMILY+FAMILY", help="only this pair (repeatable)", show_default=False),
+    ] = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Optimise every pair of gear families in the same wide box under the machine's requirements, and rank them."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting.compare import run, tables
+        from planter.planting.compare.box import chosen
+
+        own = machines.load(machine, changes(set_, speed_rpm))
+        result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress)
+        if out is not None:
+            from planter.planting.report import compare as report
+
+            report.write(out, own, result)
+        console.result(result, lambda: tables.comparison(console, result))

@@ -1,0 +1,171 @@
+"""Commands of the planting device."""
+
+from __future__ import annotations
+
+import enum
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from planter.errors import Interrupted
+from planter.planting.commands.options import (
+    MachineArgument,
+    Model,
+    ModelOption,
+    SamplesOption,
+    SpeedOption,
+    device_of,
+)
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
+
+if TYPE_CHECKING:
+    pass
+
+
+class Method(enum.StrEnum):
+    hybrid = "hybrid"
+    ipopt = "ipopt"
+    ga = "ga"
+
+
+app = typer.Typer()
+
+
+@app.command()
+def simulate(
+    machine: MachineArgument,
+    model: ModelOption = Model.exact,
+    samples: SamplesOption = None,
+    at: Annotated[
+        list[float] | None, typer.Option(metavar="DEG", help="also report at this carrier angle", show_default=False)
+    ] = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Forces and motion of a machine's own design over a cycle."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting import simulation, tables
+
+        device = device_of(machine, model, set_, speed_rpm)
+        found = simulation.simulate(device, samples, at or ())
+        if out is not None:
+            from planter.planting.report import results as report
+
+            report.write_simulation(out, device, found)
+        console.result(found.result, lambda: tables.simulation(console, found.result))
+
+
+@app.command()
+def sensitivity(
+    machine: MachineArgument,
+    model: ModelOption = Model.exact,
+    samples: SamplesOption = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Gradient of the objective, and which design parameters the support force does not feel."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting import simulation, tables
+
+        device = device_of(machine, model, set_, speed_rpm)
+        result = simulation.sensitivity(device, samples)
+        if out is not None:
+            from planter.planting.report import results as report
+
+            report.write_result(out, device, result)
+        console.result(result, lambda: tables.sensitivity(console, result))
+
+
+@app.command()
+def optimise(
+    machine: MachineArgument,
+    model: ModelOption = Model.exact,
+    method: Annotated[
+        Method, typer.Option(help="genetic algorithm, IPOPT from several starts, or both")
+    ] = Method.hybrid,
+    samples: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|refined",
+            help="angles of the cycle, or true extremes and integrals [default: the machine file's]",
+            show_default=False,
+        ),
+    ] = None,
+    seed: SeedOption = 0,
+    starts: Annotated[int | None, typer.Option(min=1, help="starts of IPOPT", show_default=False)] = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Optimise the design within the machine file's bounds, and say how sure the optimum is."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting import optimisation, tables
+
+        device = device_of(machine, model, set_, speed_rpm)
+        try:
+            found = optimisation.optimise(
+                device, method.value, samples, seed, starts, lambda p: console.progress(str(p), p.done, p.total)
+            )
+        except Interrupted as stop:
+            if out is not None and stop.partial is not None:
+                from planter.planting.report import results as report
+
+                report.write_partial(out, device, stop.partial)
+            raise
+        if out is not None:
+            from planter.planting.report import results as report
+
+            report.write_optimisation(out, device, found)
+        console.result(found.result, lambda: tables.optimisation(console, found.result))
+
+
+@app.command()
+def calibrate(
+    machine: MachineArgument,
+    target: Annotated[str, typer.Option(help="what to fit to", show_default=False)],
+    model: ModelOption = Model.printed,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Fit what a paper does not disclose to the force that it reports, and say how little that settles."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting import calibration, tables
+        from planter.planting.report import results as report
+
+        device = device_of(machine, model, set_, speed_rpm)
+        other = device_of(machine, next(m for m in Model if m != model), set_, speed_rpm)
+        result = calibration.calibrate(device, other, target)
+        if out is not None:
+            report.write_result(out, device, result)
+        console.result(result, lambda: tables.calibration(console, result))
+
+
+@app.command()
+def validate(
+    machine: MachineArgument,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Check a machine file, its gears included, and do nothing else."""
+    console = Console(as_json)
+    with console.outcome():
+        device = device_of(machine, "exact", set_, speed_rpm)
+        from planter.planting import tables
+        from planter.planting.requirements import record
+
+        result: dict[str, Any] = {"machine": device.machine.name, "valid": True, "design": list(device.names)}
+        result |= record.of(device)
+        console.result(result, lambda: tables.validation(console, machine, result))

@@ -1,0 +1,72 @@
+"""Commands that write a machine as source text, to compile elsewhere: below `planter export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planter.planting.commands.options import MachineArgument, Model, ModelOption, SpeedOption, device_of
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, SetOption
+
+export = typer.Typer(
+    help="A machine as source text to compile elsewhere.", invoke_without_command=True, rich_markup_mode=None
+)
+app = typer.Typer()
+app.add_typer(export, name="export")
+
+FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)]
+
+
+@export.callback()
+def common(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@export.command()
+def c(
+    machine: MachineArgument,
+    out: FolderOption,
+    model: ModelOption = Model.exact,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Support force over a turn, objective and gradient in C99 that needs nothing else."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting.export import c99 as texts
+
+        device = device_of(machine, model, set_, speed_rpm)
+        _written(console, out, texts.files(device))
+
+
+@export.command()
+def cuda(
+    machine: MachineArgument,
+    out: FolderOption,
+    model: ModelOption = Model.exact,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """The objective of many designs in CUDA C++: a thread for each design and angle."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting.export import cuda as texts
+
+        device = device_of(machine, model, set_, speed_rpm)
+        _written(console, out, texts.files(device))
+
+
+def _written(console: Console, folder: Path, texts: dict[str, str]) -> None:
+    from planter.report.files import output_folder, write_bytes
+
+    target = output_folder(folder)
+    for name, text in texts.items():
+        write_bytes(target / name, text.encode())
+    paths = [str(target / name) for name in texts]
+    console.result({"files": paths}, lambda: print("\n".join(paths)))

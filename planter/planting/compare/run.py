@@ -1,0 +1,162 @@
+"""The comparison: all pairs on all cores, each saved as soon as it is done, ranked in the end."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from planter.errors import ComputationError, InputError
+from planter.planting.compare import box
+from planter.planting.compare.proposal import proposal
+from planter.planting.file import Machine
+from planter.report import files
+from planter.version import __version__
+
+Told = Callable[[str, int, int], None]
+Task = tuple[str, str] | None
+"""A pair of families; None for the machine's own box."""
+
+
+def compare(
+    own: Machine,
+    starts: int = 2,
+    seed: int = 0,
+    out: Path | None = None,
+    resume: bool = False,
+    pairs: Sequence[box.Pair] | None = None,
+    told: Told | None = None,
+    cores: int | None = None,
+) -> dict[str, Any]:
+    """Devices of all pairs, feasible ones first, best first; and the machine's own narrow box beside them.
+
+    With `out` each finished device is a file in `out/devices`; with `resume` those that a run of the same machine,
+    starts, seed and version left there are not done again. Raises InputError for `resume` without `out`,
+    ComputationError where a pair cannot be optimised.
+    """
+    if resume and out is None:
+        raise InputError("--resume is not allowed without --out: it must be told which folder to go on in")
+    begun, machine = time.perf_counter(), box.required(own)
+    chosen = list(box.pairs() if pairs is None else pairs)
+    store = Store(None if out is None else files.output_folder(out / "devices"), own, starts, seed)
+    tasks: list[Task] = [None, *chosen]
+    done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
+    todo = [task for task in tasks if done[task] is None]
+    kept = len(tasks) - len(todo)
+    if told is not None and kept:
+        told(f"compare: {kept} of {len(tasks)} were done before", kept, len(tasks))
+
+    def finished(task: Task, found: dict[str, Any]) -> None:
+        if "error" in found:
+            raise ComputationError(f"{_name(task)}: {found['error']['message']}")
+        store.save(task, found)
+        done[task] = found
+        if told is not None:
+            count = sum(entry is not None for entry in done.values())
+            told(f"compare: {count} of {len(tasks)}, {_name(task)} {_said(found)}", count, len(tasks))
+
+    source = {"machine": machine.table(), "source": machine.source, "starts": starts, "seed": seed}
+    narrow = {**source, "machine": own.table(), "source": own.source}
+    _run([(task, {**(source if task else narrow), "pair": task}) for task in todo], finished, cores)
+    devices = [entry for task in chosen if (entry := done[task]) is not None]
+    ranked = sorted(devices, key=_rank)
+    result = {"machine": own.name, "starts": starts, "seed": seed, "devices": ranked, "narrow": done[None]}
+    return result | {"proposal": proposal(machine, ranked), "seconds": time.perf_counter() - begun}
+
+
+class Store:
+    """Finished devices in a folder, each with a hash of what it was asked for; nothing without a folder."""
+
+    def __init__(self, folder: Path | None, own: Machine, starts: int, seed: int) -> None:
+        self.folder = folder
+        asked = json.dumps([own.table(), box.required(own).table(), starts, seed, __version__], sort_keys=True)
+        self.asked = hashlib.sha256(asked.encode("utf-8")).hexdigest()
+
+    def save(self, task: Task, found: dict[str, Any]) -> None:
+        if self.folder is not None:
+            files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self.asked, "found": found})
+
+    def load(self, task: Task) -> dict[str, Any] | None:
+        """What was found of a task by the same question; None where there is none, or not whole."""
+        if self.folder is None:
+            return None
+        try:
+            kept = json.loads((self.folder / f"{_name(task)}.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        found: dict[str, Any] | None = kept.get("found") if isinstance(kept, dict) else None
+        return found if found is not None and kept.get("asked") == self.asked else None
+
+
+def _name(task: Task) -> str:
+    return "narrow" if task is None else "+".join(task)
+
+
+def _said(found: dict[str, Any]) -> str:
+    if found["feasible"]:
+        return f"objective {found['objective']:.6g}"
+    return "does not keep " + ", ".join(found["binding"])
+
+
+def _rank(entry: dict[str, Any]) -> tuple[bool, int, float]:
+    """Feasible ones by objective, then the others by how many requirements they break, and by how much of the first."""
+    violations = entry["violations"]
+    return not entry["feasible"], len(violations), violations[0]["amount"] if violations else entry["objective"]
+
+
+def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None], cores: int | None) -> None:
+    """Every task in one of as many processes as there are cores; results are handed over here, one after another."""
+    waiting: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
+    for task in tasks:
+        waiting.put(task)
+    results: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
+    workers = [_started() for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))]
+    try:
+        for worker in workers:
+            threading.Thread(target=_feed, args=(worker, waiting, results), daemon=True).start()
+        for _ in tasks:
+            finished(*results.get())
+    finally:
+        for worker in workers:
+            worker.kill()
+            worker.wait()
+
+
+def _started() -> subprocess.Popen[str]:
+    paths = [path or os.getcwd() for path in sys.path]
+    limits = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    return subprocess.Popen(
+        [sys.executable, "-m", "planter.planting.compare.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL, text=True, start_new_session=True,
+        env={**os.environ, **limits, "PYTHONPATH": os.pathsep.join(paths)},
+    )  # fmt: skip
+
+
+def _feed(worker: subprocess.Popen[str], waiting: Any, results: Any) -> None:
+    """Hand a worker one task after another until there are none, and its results on."""
+    assert worker.stdin is not None
+    assert worker.stdout is not None
+    while True:
+        try:
+            task, asked = waiting.get_nowait()
+        except queue.Empty:
+            return
+        line = ""
+        try:
+            worker.stdin.write(json.dumps(asked) + "\n")
+            worker.stdin.flush()
+            line = worker.stdout.readline()
+        except (OSError, ValueError):
+            pass
+        lost = {"error": {"name": "ComputationError", "message": "the process that optimised it has ended"}}
+        results.put((task, json.loads(line) if line.endswith("\n") else lost))
+        if not line:
+            return

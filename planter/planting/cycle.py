@@ -1,0 +1,128 @@
+"""The planting device over a cycle: samples, extremes, integrals, warnings. One text for both models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.files import units
+from planter.kernels import Array
+from planter.planting.model import Device, Prologue
+
+Columns = dict[str, Array]
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Quantities at carrier angles `phi` [rad], each (n,), under the keys they are shown with, in shown units.
+
+    `sides` are those of side 1 and of side 2, half a turn behind; `totals` those of what both share.
+    """
+
+    phi: Array
+    sides: tuple[Columns, Columns]
+    totals: Columns
+
+    @property
+    def support(self) -> Array:
+        """Vertical support force [N], (n,)."""
+        return self.totals["support_N"]
+
+    def columns(self) -> Columns:
+        """Everything as one table: the angle, side 1, side 2 with `_2` in the names, totals."""
+        second = {_second(key): values for key, values in self.sides[1].items()}
+        return {"phi_deg": np.degrees(self.phi), **self.sides[0], **second, **self.totals}
+
+
+def _second(key: str) -> str:
+    unit = key.rpartition("_")[2] if units.unit(key) else ""
+    return f"{key.removesuffix('_' + unit)}_2_{unit}" if unit else f"{key}_2"
+
+
+def cycle(device: Device, at: Prologue, phi: Array) -> Cycle:
+    """All forces and motions at carrier angles (n,) [rad]."""
+    found = device.cycle(at, phi)
+    vectors = device.sidecar["vectors"]
+    one, two = (_shown(vectors["side"], found[name]) for name in ("side1", "side2"))
+    return Cycle(np.asarray(phi, dtype=float), (one, two), _shown(vectors["totals"], found["totals"]))
+
+
+def _shown(entries: Sequence[Mapping[str, str]], rows: Array) -> Columns:
+    keys = [entry.get("shown") or units.key(entry["name"], entry["unit"]) for entry in entries]
+    return {key: row / units.factor(key) for key, row in zip(keys, rows, strict=True)}
+
+
+def angles(samples: int) -> Array:
+    """Carrier angles of a cycle's samples [rad]: 2 pi i / N."""
+    return 2 * np.pi * np.arange(samples) / samples
+
+
+def shown_design(device: Device, x: Array) -> dict[str, float]:
+    """A design (p,) in SI as it is shown."""
+    return {name: float(value) for name, value in zip(device.names, x / device.scale, strict=True)}
+
+
+def statistics(force: Array) -> dict[str, float]:
+    """Extremes, range, mean and population variance of samples of a force [N]."""
+    high, low = float(force.max()), float(force.min())
+    return {"max_N": high, "min_N": low, "range_N": high - low, "mean_N": float(force.mean()),
+            "variance_N2": float(force.var())}  # fmt: skip
+
+
+def centre_distances(device: Device, at: Prologue) -> Array:
+    """Centre distances of both stages [m], (2,)."""
+    second = 1 + device.stages[0].terms
+    return at.h[[0, second]]
+
+
+def weight(device: Device) -> float:
+    """Weight of everything that moves, and the sun [N]: two sides, each with two nozzle halves."""
+    mass, g = device.machine.mass, device.machine.operation.gravity_m_s2
+    side = mass.middle_kg + mass.planet_kg + 2 * (mass.half_C1_kg + mass.half_C2_kg)
+    return g * (mass.sun_kg + mass.carrier_kg + 2 * side)
+
+
+@dataclass(frozen=True)
+class Warned:
+    """Something that a user should know of a result, with the carrier angle where it begins or is worst [rad]."""
+
+    name: str
+    phi: float
+    message: str
+
+    def table(self) -> dict[str, Any]:
+        return {"name": self.name, "phi_deg": float(np.degrees(self.phi)), "message": self.message}
+
+
+ONE_SIDED = {
+    "F_E_N": ("roller_contact", "the cam would have to pull the roller"),
+    "F_NP_N": ("tooth_contact_P", "the teeth of sun and gear 5 would have to pull"),
+    "F_NQ_N": ("tooth_contact_Q", "the teeth of gear 6 and planet would have to pull"),
+}
+"""Contacts that can only push, by the key of their force."""
+
+
+def warnings(device: Device, x: Array, turn: Cycle) -> list[Warned]:
+    """Lost contacts over the cycle and values outside the machine's bounds."""
+    found = [_lost(turn, key, name, text) for key, (name, text) in ONE_SIDED.items() if turn.sides[0][key].min() < 0]
+    low, high = device.lower / device.scale, device.upper / device.scale
+    for name, value, a, b in zip(device.names, x / device.scale, low, high, strict=True):
+        if not a <= value <= b:
+            found.append(
+                Warned("design_out_of_bounds", 0.0, f"{name} = {value:.6g} lies outside its bounds [{a:g}, {b:g}]")
+            )
+    return found
+
+
+def _lost(turn: Cycle, key: str, name: str, text: str) -> Warned:
+    force = turn.sides[0][key]
+    pulled = force < 0
+    worst = int(np.argmin(force))
+    share = 100 * pulled.mean()
+    message = (
+        f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"
+    )
+    return Warned(name, float(turn.phi[worst]), message)

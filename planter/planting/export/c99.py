@@ -1,0 +1,161 @@
+"""A device as C that stands alone: a header with units and equations, the kernels, and a small program.
+
+The templates stand beside this file: `machine.h`, `machine.c`, `main.c`.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from importlib import resources
+from string import Template
+from typing import Any
+
+import casadi as ca
+
+from planter.kernels import Array
+from planter.kernels import loops as lanes
+from planter.kernels.loops import functions
+from planter.optimise.objective import Objective
+from planter.planting.model import Device
+from planter.version import __version__
+
+WIDTH = 116
+
+
+def name(device: Device) -> str:
+    """The machine's name as a C identifier, with the model where that is not the exact one.
+
+    >>> _identifier("My machine 2!"), _identifier("2nd")
+    ('my_machine_2', 'm_2nd')
+    """
+    own = _identifier(device.machine.name)
+    return own if device.model == "exact" else f"{own}_{device.model}"
+
+
+def _identifier(text: str) -> str:
+    plain = re.sub(r"\W+", "_", text.lower(), flags=re.ASCII).strip("_")
+    return plain if re.match(r"[a-z]", plain) else f"m_{plain}"
+
+
+def files(device: Device) -> dict[str, str]:
+    """The texts by file name: `NAME.h`, `NAME.c`, `NAME_main.c`."""
+    own = name(device)
+    values = _values(device, own)
+    targets = {f"{own}.h": "machine.h", f"{own}.c": "machine.c", f"{own}_main.c": "main.c"}
+    return {target: Template(template(source)).substitute(values) for target, source in targets.items()}
+
+
+def template(file: str) -> str:
+    """The text of a file beside this one."""
+    return resources.files(__package__).joinpath(file).read_text(encoding="utf-8")
+
+
+def _values(device: Device, own: str) -> dict[str, Any]:
+    """What the templates ask for."""
+    objective, offsets = Objective.of(device.machine), device.force.shares.offsets
+    samples = device.machine.objective.samples
+    angles = angles_of(device, samples)
+    count = angles * len(offsets)
+    both: list[ca.Function] = [device.hoisting_kernel.function, device.prologue_kernel.function]
+    work = {key: max(int(getattr(f, f"sz_{key}")()) for f in both) + 1 for key in ("arg", "res", "iw", "w")}
+    spread = "variance" if objective.kind == "paper" else "standard deviation"
+    return {
+        **description(device), "name": own, "NAME": own.upper(),
+        "equations": _equations(device.sidecar),
+        "half": ", half a turn: the other half is the same" * (angles < samples),
+        "objective": f"{objective.weight_range!r} range + {objective.weight_variance!r} {spread}, wang2017 (31)",
+        "parameters": len(device.design), "constants": len(device.constants), "samples": samples, "angles": angles,
+        "lanes": count, "slopes": (1 + len(device.design)) * count, "shares": len(offsets),
+        "hoisted": both[1].nnz_out(0), "tangent": both[1].nnz_out(1), **work,
+        "prologue": casadi_text(f"{own}_prologue", both), "kernels": _kernels(device, own),
+        "renamed": _renamed(own, template("turn.c")), "turn": template("turn.c"),
+        "own": _numbers(device.design), "lower": _numbers(device.lower), "upper": _numbers(device.upper),
+        "data": _numbers(device.constants), "offsets": _numbers(offsets),
+        "weight_range": repr(objective.weight_range), "weight_variance": repr(objective.weight_variance),
+        "newton": int(objective.kind == "newton"), "names": ", ".join(f'"{n}"' for n in device.names),
+    }  # fmt: skip
+
+
+def angles_of(device: Device, samples: int) -> int:
+    """Samples that differ: where all shares of the force are equal, a part of the turn stands for all of it."""
+    shares = len(device.force.shares.offsets)
+    return samples // shares if samples % shares == 0 else samples
+
+
+def description(device: Device) -> dict[str, str]:
+    """What this is, as lines of a comment: `headline`, `version`, and each number of `design` and `machine`."""
+    return {
+        "headline": _plain(_headline(device)), "version": __version__,
+        "design": _listing("Design x:", _named(device.names, _design_entries(device), "x")),
+        "machine": _listing("Machine:", _named(None, device.sidecar["vectors"]["machine"], "machine")),
+    }  # fmt: skip
+
+
+def _headline(device: Device) -> str:
+    families = " and ".join(stage.sidecar["title"] for stage in device.stages)
+    return f"{device.machine.name}: {device.sidecar['title']}; {families}"
+
+
+def casadi_text(file: str, both: Iterable[ca.Function]) -> str:
+    """CasADi's C of functions; its helpers carry the file's name, so that they meet no others."""
+    generator = ca.CodeGenerator(f"{file}.c")
+    for function in both:
+        generator.add(function)
+    return str(generator.dump())
+
+
+def _kernels(device: Device, own: str) -> str:
+    """Force and slopes as lane kernels of this file alone."""
+    works = [kernel.work for kernel in (device.force.value_kernel, device.force.slopes_kernel)]
+    graphs = [lanes.Graph.of(work.function, work.varying) for work in works]
+    loops = [f"static {lanes.function(graph, summed=False)}" for graph in graphs]
+    return "\n".join([functions.text(own), *loops])
+
+
+def _renamed(own: str, turn: str) -> str:
+    """The turn's functions under the machine's name."""
+    found = re.findall(r"^(?:int|long) (turn_\w+)\(", turn, flags=re.MULTILINE)
+    return "".join(f"#define {function} {own}_{function}\n" for function in found)
+
+
+def _numbers(values: Array | Sequence[float]) -> str:
+    return ", ".join(repr(float(value)) for value in values)
+
+
+def _design_entries(device: Device) -> list[Mapping[str, str]]:
+    """Name, unit, meaning and source of each design parameter."""
+    vectors = device.sidecar["vectors"]
+    entries: list[Mapping[str, str]] = list(vectors["mounting"])
+    for number, stage in enumerate(device.stages, 1):
+        entries += [*stage.sidecar["parameters"][:-1], vectors[f"parameters{number}"]["known"]["-1"]]
+    return entries
+
+
+def _named(names: Sequence[str] | None, entries: Sequence[Mapping[str, str]], vector: str) -> Iterable[str]:
+    for index, entry in enumerate(entries):
+        shown = names[index] if names else entry["shown"]
+        yield f"{vector}[{index}] {shown}: {entry['name']} [{entry['unit']}] {entry['meaning']} ({entry['source']})"
+
+
+def _equations(sidecar: Mapping[str, Any]) -> str:
+    """Where the model comes from, what it assumes, and the equations that each line of the kernels is part of."""
+    parts = [f"Source: {sidecar['source']}.", f"Assumes: {'; '.join(sidecar['assumptions'])}."]
+    return "\n".join([*map(_wrapped, parts), _listing("Equations:", sidecar["equations"])])
+
+
+def _listing(title: str, lines: Iterable[str]) -> str:
+    return "\n".join([f" * {title}", *(_wrapped(line, "    ") for line in lines)])
+
+
+def _wrapped(text: str, indent: str = "") -> str:
+    return textwrap.fill(
+        _plain(text), WIDTH, initial_indent=f" * {indent}", subsequent_indent=f" *   {indent}",
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def _plain(text: str) -> str:
+    """Text that ends no comment and starts none."""
+    return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())

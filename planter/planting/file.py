@@ -1,0 +1,124 @@
+"""Machine files: TOML in, a validated `Machine` out, every number with its unit and its origin."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from planter.errors import InputError
+from planter.files import examples
+from planter.files.complaints import lacking, not_allowed, refused
+from planter.files.document import Origins, Sourced
+from planter.files.fields import Pair, Real
+from planter.files.text import parse_toml
+from planter.planting.requirements.section import Requirements
+from planter.planting.sections import (
+    Cam,
+    Centroid,
+    Contact,
+    GeneticAlgorithm,
+    Inertia,
+    Mass,
+    Nozzle,
+    Objective,
+    Operation,
+    Spring,
+    Stage,
+    least_inertia,
+)
+
+
+class Machine(Sourced):
+    """A planting device: two gear stages on a carrier, a cam-driven nozzle on each of two sides.
+
+    Sections hold the values as the file shows them; `si` gives the value inside. The names in `design` and
+    `bounds` are open here: which ones a device needs follows from its gear families.
+    """
+
+    operation: Operation
+    contact: Contact
+    mass: Mass
+    inertia: Inertia
+    centroid: Centroid
+    nozzle: Nozzle
+    cam: Cam
+    spring: Spring
+    stage1: Stage
+    stage2: Stage
+    design: Annotated[dict[str, Real], Field(min_length=1)]
+    bounds: dict[str, Pair]
+    objective: Objective
+    genetic_algorithm: GeneticAlgorithm
+    requirements: Requirements | None = None
+    origins: Origins = Field(alias="origin")
+
+    def check_names(self, names: tuple[str, ...]) -> None:
+        """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""
+        allowed = f"the design of this device is {', '.join(names)}"
+        for name in names:
+            if name not in self.design:
+                raise InputError(f"{self.source}: design.{name} is missing: {allowed}")
+        for name, value in self.design.items():
+            if name not in names:
+                raise InputError(not_allowed(self.source, f"design.{name}", value, allowed))
+
+    @field_validator("design", "bounds")
+    @classmethod
+    def _names_are_plain(cls, named: dict[str, Any]) -> dict[str, Any]:
+        for name in named:
+            if not (name.isascii() and name.isidentifier()):
+                raise refused("", name, "a name must be made of letters, digits and underscores")
+        return named
+
+    @field_validator("bounds")
+    @classmethod
+    def _bounds_are_upright(cls, bounds: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+        for name, (lower, upper) in bounds.items():
+            if not lower < upper:
+                raise refused(name, [lower, upper], "it must be [lower, upper] with lower less than upper")
+        return bounds
+
+    @model_validator(mode="after")
+    def _bounds_belong_to_the_design(self) -> Self:
+        for name in self.design:
+            if name not in self.bounds:
+                raise lacking(f"bounds.{name}", "every name in [design] must have its [lower, upper]")
+        for name, pair in self.bounds.items():
+            if name not in self.design:
+                allowed = f"it must be a name in [design]: {', '.join(self.design)}"
+                raise refused(f"bounds.{name}", pair, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _requirements_have_a_speed(self) -> Self:
+        speed = self.operation.forward_speed_m_s
+        if self.requirements is not None and speed == 0:
+            raise refused("operation.forward_speed_m_s", speed, "[requirements] need a machine that travels")
+        return self
+
+    @model_validator(mode="after")
+    def _inertia_fits_mass_and_centroid(self) -> Self:
+        inertia, mass, centroid = self.inertia, self.mass, self.centroid
+        least = {
+            "J56_about_A1_kg_m2": least_inertia(mass.middle_kg, (centroid.middle_radius_mm,)),
+            "J7_about_B1_kg_m2": least_inertia(mass.planet_kg, centroid.planet_xy_mm),
+        }
+        for key, bound in least.items():
+            if getattr(inertia, key) < bound:
+                allowed = f"it must be at least mass times squared centroid distance, {bound:.6g}"
+                raise refused(f"inertia.{key}", getattr(inertia, key), allowed)
+        return self
+
+
+def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Machine:
+    """The machine in a file, or the built-in one of that name, with some numbers set by `overrides`.
+
+    A name in `overrides` is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one
+    path only; `R3_mm` means the design value, not its bounds. Values are in the unit that the name ends in.
+
+    Raises InputError, one sentence that names file, key, value and what is allowed.
+    """
+    label = str(source)
+    machine = Machine.read(parse_toml(examples.text(source, "planting"), label), label)
+    return machine.with_numbers(overrides) if overrides else machine

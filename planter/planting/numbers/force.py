@@ -1,0 +1,124 @@
+"""The support force of a built-in planting device in both of its models: over a turn, at its optimum, where it is felt.
+
+Every result carries the inputs that its paper does not disclose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from planter import optimise
+from planter.audit.registry import Inputs, formula
+from planter.files.units import factor
+from planter.kernels import Array
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem
+from planter.optimise.response import Planting
+from planter.optimise.result import Result
+from planter.planting import cycle
+from planter.planting.file import Machine, load
+from planter.planting.model import MODELS, Device, Model
+
+_IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
+"""What of a machine does not bear on the force of its own design, or is no input of it."""
+
+
+@dataclass(frozen=True)
+class Both:
+    """A machine in both of its models."""
+
+    machine: Machine
+
+    @cached_property
+    def devices(self) -> dict[Model, Device]:
+        return {model: Device(self.machine, model) for model in MODELS}
+
+    @cached_property
+    def angles(self) -> Array:
+        """Carrier angles of the machine's own samples [rad], (n,)."""
+        return cycle.angles(self.machine.objective.samples)
+
+    @cached_property
+    def turns(self) -> dict[Model, cycle.Cycle]:
+        """A turn of the machine's own design in each model."""
+        return {model: cycle.cycle(d, d.prologue(d.design), self.angles) for model, d in self.devices.items()}
+
+    @cached_property
+    def optima(self) -> dict[Model, Result]:
+        """The optimum of each model, by IPOPT from the machine's own design."""
+        return {model: optimise.run(device, "ipopt", None, 0, 1) for model, device in self.devices.items()}
+
+    def headlines(self, model: Model) -> dict[str, float]:
+        """Extremes, range, mean, variance and objective of the machine's own design."""
+        found = cycle.statistics(self.turns[model].support)
+        objective = Objective.of(self.machine).value(found["range_N"], found["variance_N2"])
+        return {**found, "objective": objective}
+
+    def score(self, model: Model, x: Array) -> float:
+        """Objective of a design x (p,) in a model."""
+        device = self.devices[model]
+        problem = Problem(Planting(device), Objective.of(self.machine), self.machine.objective.samples)
+        look = problem.turn.look(x)
+        return problem.objective.value(look.high - look.low, look.variance)
+
+    def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
+        """Support force [N] of the machine's own design with other values of some of its inputs, in shown units."""
+        device = Device(self.machine, model)
+        shown = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
+        for path, value in values.items():
+            device.constants[shown.index(path)] = value * factor(path)
+        return cycle.cycle(device, device.prologue(device.design), self.angles).support
+
+    @property
+    def assumptions(self) -> list[str]:
+        """Numbers of the machine that its paper does not give, and that bear on the force."""
+        return [
+            f"{path} = {value:g}"
+            for path, value in self.machine.numbers().items()
+            if not path.startswith(_IDLE) and not self.machine.origin(path).startswith("paper")
+        ]
+
+
+@cache
+def both(name: str) -> Both:
+    """A built-in machine in both of its models."""
+    return Both(load(name))
+
+
+def felt(name: str, model: Model, paths: Sequence[str], share: float) -> float:
+    """Largest change of the support force [N] when some inputs of a machine grow by a share, all at once."""
+    machine = both(name)
+    numbers = machine.machine.numbers()
+    changed = machine.support_with(model, {path: numbers[path] * (1 + share) for path in paths})
+    return float(abs(changed - machine.turns[model].support).max())
+
+
+@formula("support force")
+def support_force(inputs: Inputs) -> float:
+    """Extreme or variance of the support force in the printed model of a built-in machine at its own samples."""
+    return _assuming(inputs).headlines("printed")[inputs["part"]]
+
+
+@formula("optimum")
+def optimum(inputs: Inputs) -> float:
+    """A design parameter at the optimum of the printed model, in the unit that it is shown in."""
+    machine = _assuming(inputs)
+    device = machine.devices["printed"]
+    shown = cycle.shown_design(device, machine.optima["printed"].design)
+    return shown[inputs["parameter"]]
+
+
+def _assuming(inputs: Inputs) -> Both:
+    machine = both(inputs["machine"])
+    for text in machine.assumptions:
+        inputs.assume(text)
+    return machine
+
+
+def work(turn: cycle.Cycle) -> float:
+    """Work of the motor over a turn [J], from equally spaced samples."""
+    return float(turn.totals["M_L_Nm"].mean() * 2 * np.pi)

@@ -1,0 +1,85 @@
+"""`planter optimise`: an optimum with its certificate, and both designs scored in both models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from planter import optimise as search
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.optimise.hybrid import Method
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem, Sampling
+from planter.optimise.progress import Progress
+from planter.optimise.response import Planting
+from planter.optimise.result import Result
+from planter.planting import cycle
+from planter.planting.model import MODELS, Device
+from planter.planting.simulation import checked_samples
+
+
+@dataclass(frozen=True)
+class Optimisation:
+    """What was found, the models' devices by name, and the result as the interface gives it."""
+
+    found: Result
+    devices: dict[str, Device]
+    result: dict[str, Any]
+
+
+def optimise(
+    device: Device,
+    method: Method = "hybrid",
+    samples: str | None = None,
+    seed: int = 0,
+    starts: int | None = None,
+    told: Callable[[Progress], None] | None = None,
+) -> Optimisation:
+    """The best design of a device within its bounds.
+
+    Raises InputError for `samples` that is neither a number of angles nor "refined"; Interrupted with what was found so
+    far when the user stops it.
+    """
+    sampling = sampling_of(device, samples)
+    device.compile()
+    found = search.run(device, method, sampling, seed, starts, told)
+    devices: dict[str, Device] = {
+        model: device if model == device.model else Device(device.machine, model) for model in MODELS
+    }
+    start = _problem(device, sampling).reference
+    result = {
+        "machine": device.machine.name,
+        "model": device.model,
+        **found.table(device.scale),
+        "samples": sampling,
+        "seed": seed,
+        "start_design": cycle.shown_design(device, device.design),
+        "start_range_N": start.range_N,
+        "start_variance_N2": start.variance_N2,
+        "cross": {model: _scores(_problem(other, sampling), found.design) for model, other in devices.items()},
+    }
+    return Optimisation(found, devices, result)
+
+
+def sampling_of(device: Device, text: str | None) -> Sampling:
+    """Samples of a turn, as a number or "refined"; the machine file's where none are given."""
+    if text == "refined":
+        return "refined"
+    try:
+        return checked_samples(device.machine.objective.samples if text is None else int(text))
+    except ValueError:
+        allowed = "it must be a number of angles or refined"
+        raise InputError(f"--samples = {text} is not allowed: {allowed}") from None
+
+
+def _problem(device: Device, sampling: Sampling) -> Problem:
+    return Problem(Planting(device), Objective.of(device.machine), sampling)
+
+
+def _scores(problem: Problem, x: Array) -> dict[str, float]:
+    """Objective of the machine file's own design and of the optimum x (p,) in one model."""
+    look = problem.turn.look(x)
+    optimum = problem.objective.value(look.high - look.low, look.variance)
+    return {"start": problem.reference.objective, "optimum": optimum}

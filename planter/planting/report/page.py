@@ -1,0 +1,220 @@
+"""The page of a planting device: what was asked, what came out, and what it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from planter.files import units
+from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+
+if TYPE_CHECKING:
+    from planter.files.document import Sourced
+    from planter.planting.file import Machine
+
+Summary = Mapping[str, Any]
+Sidecar = Mapping[str, Any]
+
+CAPTIONS = {
+    "support_force": "Vertical force of the frame on sun and carrier over a turn. Ticks below: angles where a gear's "
+    "pitch curve, the cam or the bearing tooth flank changes from one formula to the next.",
+    "tip_path": "Path of the nozzle's tip, side 1, with the nozzle at twelve carrier angles. Its outline is a sketch: "
+    "the machine file holds its length only. It opens out of the plane of the drawing.",
+    "pitch_curves": "Pitch curves in mesh. P and Q are the pitch points, where the teeth are taken to touch.",
+    "rotation": "Rotation of middle body and planet relative to the carrier, ratios of both stages, and the absolute "
+    "rate of the planet.",
+    "joint_forces": "Polar load diagrams: the force vector of each joint over a turn. A dot stands every 30 deg of "
+    "carrier angle, the cross is zero force.",
+    "convergence": "Best objective so far against evaluations.",
+    "pareto": "Range against variance of the support force.",
+}
+"""What a figure shows, by the name under which it is handed in; other names stand for themselves."""
+
+_ELSEWHERE = (
+    "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
+)  # fmt: skip
+_CROSS = ("design", "machine file", "optimum")
+
+
+def device_page(
+    machine: Machine,
+    model: Sidecar,
+    summary: Summary,
+    figures: Mapping[str, str],
+    provenance: Summary | None = None,
+) -> str:
+    """The page for a run: `summary` is its JSON object, `model` the sidecar, `figures` SVG texts by name.
+
+    What the summary does not hold is left out, so that simulations and optimisations share the page.
+    """
+    title = f"{_kind(summary)} of the planting device {machine.name}"
+    return page(title, list(sections(machine, model, summary, figures, provenance)), machine.description)
+
+
+def _kind(summary: Summary) -> str:
+    if "gradient" in summary:
+        return "Sensitivity"
+    return "Optimisation" if "certificate" in summary else "Simulation"
+
+
+def sections(
+    machine: Machine, model: Sidecar, summary: Summary, figures: Mapping[str, str], provenance: Summary | None
+) -> Iterator[Section]:
+    """The sections of `device_page`, for a page that has more to say."""
+    if summary.get("warnings"):
+        yield Section("Warnings", [warnings(summary["warnings"])])
+    yield Section("Results", list(results(summary)))
+    if "certificate" in summary:
+        yield Section("Certificate", list(certificate(summary["certificate"])))
+    if summary.get("requirements"):
+        yield Section("Requirements", [requirements(summary["requirements"])])
+    if "gradient" in summary:
+        yield Section("Gradient", [gradient(summary["gradient"])])
+    if "insensitive" in summary:
+        yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
+    yield Section("Design", [design(machine, summary)])
+    if figures:
+        drawn = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
+        yield Section("Figures", drawn)
+    if summary.get("at"):
+        yield Section("At single angles", [at_angles(summary["at"])])
+    yield Section(
+        "Model",
+        [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
+    )
+    yield Section("Inputs", list(inputs(machine, _meanings(model))))
+    if provenance is not None:
+        yield Section("Provenance", [Keys({name: _flat(value) for name, value in provenance.items()})])
+
+
+def requirements(found: Sequence[Summary]) -> Block:
+    """Each requirement with its value, limits, margins and origin."""
+    keys = ("meaning", "value", "lower", "upper", "unit", "margin", "wanted_margin", "phi_deg", "verdict", "origin")
+    head = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "verdict", "origin")
+    return Table(head, [tuple(entry[key] for key in keys) for entry in found])
+
+
+def warnings(found: Sequence[Summary]) -> Block:
+    """The warnings of a result, each with its carrier angle."""
+    return Items([f"At {w['phi_deg']:.4g} deg: {w['message']} ({w['name']})" for w in found], "warning")
+
+
+def results(summary: Summary) -> Iterator[Block]:
+    """Every single number of a summary, then its groups: the keys say the units."""
+    single = {label(key): value for key, value in summary.items() if not isinstance(value, dict | list)}
+    if single:
+        yield Keys(single)
+    for key, value in summary.items():
+        if isinstance(value, Mapping) and key not in _ELSEWHERE:
+            rows = [(_name(k), _flat(v), units.unit(k) or units.unit(key)) for k, v in value.items()]
+            yield Table(("quantity", "value", "unit"), rows, _name(key))
+    if "cross" in summary:
+        rows = [(f"{model} model", both["start"], both["optimum"]) for model, both in summary["cross"].items()]
+        yield Table(_CROSS, rows, "Objective of both designs in both models")
+
+
+def certificate(found: Summary) -> Iterator[Block]:
+    """How well an optimum is proved: what the numbers are, and what they mean."""
+    yield Keys({label(key): value for key, value in found.items() if not isinstance(value, list)})
+    yield Text(
+        "The KKT residual is zero at an exact local optimum. Starts that agree ended at the optimum's objective; the "
+        "spread is the largest less the least objective that any start ended at. None of this proves that there is no "
+        "better design elsewhere.",
+        "note",
+    )
+    bounds = found.get("active_bounds", [])
+    if bounds:
+        rows = [(bound["name"], bound["side"], bound["multiplier"]) for bound in bounds]
+        yield Table(("parameter", "bound", "multiplier"), rows, "Bounds that hold the optimum")
+    others = {key: value for key, value in found.items() if isinstance(value, list) and key != "active_bounds"}
+    for key, value in others.items():
+        yield Items([f"{_spaced(key)}: {_flat(item)}" for item in value])
+
+
+def gradient(found: Mapping[str, float]) -> Block:
+    """Change of the objective with each design parameter, per shown unit of it."""
+    rows = [(_name(name), value, f"1/{units.unit(name)}" if units.unit(name) else "") for name, value in found.items()]
+    return Table(("parameter", "derivative of the objective", "per"), rows)
+
+
+def insensitive(directions: Sequence[Sequence[Mapping[str, float]]]) -> Iterator[Block]:
+    """Directions in the design along which the support force does not change, in parts of the box width."""
+    if not directions:
+        yield Text("Every parameter matters.")
+        return
+    yield Text("Moved together as below, in parts of their box widths, these parameters leave the force as it is.")
+    for number, direction in enumerate(directions, 1):
+        parts = {name: weight for entry in direction for name, weight in entry.items()}
+        yield Table(("parameter", "weight"), list(parts.items()), f"direction {number}" if len(directions) > 1 else "")
+
+
+def design(machine: Machine, summary: Summary) -> Block:
+    """The design with its bounds; beside the machine file's own where the two differ."""
+    own = machine.design
+    found = {name: summary.get("design", own).get(name) for name in own}
+    values = [own, found] if found != own else [own]
+    head = ("machine file", "optimum") if found != own else ("value",)
+    rows = [
+        (_name(k), *(v[k] for v in values), units.unit(k), *machine.bounds[k], machine.origin(f"design.{k}"))
+        for k in own
+    ]
+    return Table(("parameter", *head, "unit", "lower", "upper", "origin"), rows)
+
+
+def at_angles(rows: Sequence[Summary]) -> Block:
+    """Quantities down, angles across."""
+    head = ("quantity", "unit", *(f"{row['phi_deg']:.6g} deg" for row in rows))
+    keys = [key for key in rows[0] if key != "phi_deg"]
+    return Table(head, [(_name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
+
+
+def inputs(machine: Sourced, meanings: Mapping[str, str]) -> Iterator[Block]:
+    """Every number of the machine file but the design, with its unit, its meaning and where it comes from."""
+    by_section: dict[str, list[tuple[Cell, ...]]] = {}
+    for path, value in machine.numbers().items():
+        section, _, key = path.partition(".")
+        if section not in ("design", "bounds"):
+            row = (key, value, units.unit(path), meanings.get(path, ""), machine.origin(path))
+            by_section.setdefault(section, []).append(row)
+    yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
+    for section, rows in by_section.items():
+        yield Folded(_spaced(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])
+
+
+def _meanings(model: Sidecar) -> dict[str, str]:
+    """Meaning of the machine's numbers by their full path."""
+    return {entry["shown"]: entry["meaning"] for entry in model["vectors"]["machine"] if "shown" in entry}
+
+
+def label(key: str) -> str:
+    """A key as a person reads it.
+
+    >>> label("variance_N2"), label("start_objective"), label("seconds")
+    ('variance / N2', 'start objective', 'seconds')
+    """
+    unit = units.unit(key)
+    return f"{_name(key)} / {unit}" if unit else _spaced(key)
+
+
+def _name(key: str) -> str:
+    """A key without its unit; symbols such as F_A1x keep their underscore."""
+    unit = units.unit(key)
+    if not unit:
+        return _spaced(key)
+    stem = key
+    while units.unit(key[len(stem) :]) != unit:
+        stem = stem.rpartition("_")[0]
+    return _spaced(stem)
+
+
+def _spaced(key: str) -> str:
+    return key if any(c.isupper() for c in key) else key.replace("_", " ")
+
+
+def _flat(value: Any) -> Cell:
+    if isinstance(value, list | tuple):
+        return ", ".join(str(_flat(item)) for item in value) or None
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_flat(item)}" for key, item in value.items())
+    cell: Cell = value
+    return cell

@@ -1,0 +1,148 @@
+"""The files that a command leaves in a folder: summary, cycle, figures and page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter import optimise
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem
+from planter.optimise.response import Planting
+from planter.planting import cycle
+from planter.planting.model import MODELS, Device
+from planter.planting.report import figures
+from planter.planting.report.gearing import gearing, ratios
+from planter.planting.report.page import device_page
+from planter.report import files
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.kernels import Array
+    from planter.planting.optimisation import Optimisation
+    from planter.planting.simulation import Simulation
+
+DENSE = np.linspace(0, 2 * np.pi, 721)
+"""Carrier angles of a figure's curves [rad]."""
+FRONT_POINTS = 5
+"""Weightings of range and variance on the way along a Pareto front."""
+CLOUD = 300
+"""Designs drawn at random from the box, for the figure of the front."""
+
+
+def write_simulation(out: Path, device: Device, found: Simulation) -> None:
+    """Writes summary.json, cycle.csv, figures and report.html. Raises InputError for a folder that it cannot."""
+    folder = files.output_folder(out)
+    _write_numbers(folder, device, found.result, found.cycle, device.design)
+    both: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
+    _write_page(folder, device, found.result, _forces(both, device.design) | _motion(device, device.design))
+
+
+def write_result(out: Path, device: Device, result: Mapping[str, Any]) -> None:
+    """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
+    folder = files.output_folder(out)
+    files.write_summary(folder / "summary.json", _summary(device, result))
+    _write_page(folder, device, result, {})
+
+
+def write_optimisation(out: Path, device: Device, found: Optimisation) -> None:
+    """Writes summary.json, the optimum's cycle.csv, figures and report.html.
+
+    Raises InputError for a folder that it cannot write.
+    """
+    folder = files.output_folder(out)
+    x, seed, sampling = found.found.design, found.found.seed, found.found.sampling
+    samples = device.machine.objective.samples if sampling == "refined" else sampling
+    turn = cycle.cycle(device, device.prologue(x), cycle.angles(samples))
+    _write_numbers(folder, device, found.result, turn, x, seed)
+    drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x)
+    _write_page(folder, device, found.result, drawn, seed)
+
+
+def write_partial(out: Path, device: Device, partial: Mapping[str, Any]) -> None:
+    """Writes what an interrupted optimisation had found to summary.json."""
+    folder = files.output_folder(out)
+    files.write_summary(folder / "summary.json", _summary(device, {**partial, "interrupted": True}))
+
+
+def _write_numbers(
+    folder: Path, device: Device, result: Mapping[str, Any], turn: cycle.Cycle, x: Array, seed: int | None = None
+) -> None:
+    files.write_summary(folder / "summary.json", _summary(device, result, seed))
+    comments = files.comments(device.machine, device.model, cycle.shown_design(device, x), seed)
+    files.write_cycle_csv(folder / "cycle.csv", comments, turn.columns())
+
+
+def _summary(device: Device, result: Mapping[str, Any], seed: int | None = None) -> dict[str, Any]:
+    """The result, what it assumes, and what it can be had again from."""
+    return {
+        **result,
+        "assumptions": device.sidecar["assumptions"],
+        "input": device.machine.table(),
+        "provenance": files.provenance(device.machine, seed),
+    }
+
+
+def _write_page(
+    folder: Path, device: Device, result: Mapping[str, Any], drawn: Mapping[str, Figure], seed: int | None = None
+) -> None:
+    place = files.output_folder(folder / "figures") if drawn else folder
+    saved = {name: figures.save(figure, place, name)[0] for name, figure in drawn.items()}
+    inlined = {name: vector.read_text(encoding="utf-8") for name, vector in saved.items()}
+    page = device_page(device.machine, device.sidecar, result, inlined, files.provenance(device.machine, seed))
+    files.write_text(folder / "report.html", page)
+
+
+def _columns(device: Device, x: Array) -> dict[str, Array]:
+    return cycle.cycle(device, device.prologue(x), DENSE).columns()
+
+
+def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None) -> dict[str, Figure]:
+    turns = {model: _columns(device, x) for model, device in devices.items()}
+    before = {model: _columns(device, start) for model, device in devices.items()} if start is not None else {}
+    curves, old = ({m: (t["phi_deg"], t["support_N"]) for m, t in of.items()} for of in (turns, before))
+    exact = devices["exact"]
+    support = figures.support_force(curves, cycle.weight(exact), _joints(exact, x), old)
+    return {"support_force": support, "joint_forces": figures.joint_forces(turns)}
+
+
+def _joints(device: Device, x: Array) -> dict[str, list[float]]:
+    """Carrier angles [deg] of the joints of both sides, in the order of the model's events."""
+    found: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
+    for place in optimise.joints_of(device, x):
+        found[place.name].append(float(np.degrees(place.angle)))
+    return {name: places for name, places in found.items() if places}
+
+
+def _motion(device: Device, x: Array) -> dict[str, Figure]:
+    turn = _columns(device, x)
+    return {
+        "tip_path": figures.tip_path(turn, device.machine.nozzle.tip_distance_mm),
+        "pitch_curves": figures.pitch_curves(gearing(device, x)),
+        "rotation": figures.rotation(turn, ratios(device, x, turn["phi_deg"])),
+    }
+
+
+def _search(device: Device, found: Optimisation) -> dict[str, Figure]:
+    objective = Objective.of(device.machine)
+    marks = {
+        "machine file": (found.result["start_range_N"], found.result["start_variance_N2"]),
+        "optimum": (found.result["range_N"], found.result["variance_N2"]),
+    }
+    front = [one.evaluation for one in optimise.front(device, found.found.sampling, FRONT_POINTS)]
+    scored = [(one.range_N, one.variance_N2) for one in (*front, *_cloud(device, found))]
+    weights = (objective.weight_range, objective.weight_variance) if objective.kind == "paper" else None
+    return {
+        "pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, weights),
+        "convergence": figures.convergence(found.found.history),
+    }
+
+
+def _cloud(device: Device, found: Optimisation) -> list[Any]:
+    """Evaluations of designs anywhere in the box."""
+    problem = Problem(Planting(device), Objective.of(device.machine), found.found.sampling)
+    return [problem.evaluate(u) for u in np.random.default_rng(found.found.seed).random((CLOUD, device.size))]

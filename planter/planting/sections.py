@@ -1,0 +1,178 @@
+"""The sections of a planting device's machine file, each with what its values must obey.
+
+Values stay as the file shows them, in mm, deg, r/min, kg, N: a key ends in its unit. Points are given with
+the nozzle closed: x', y', z' in the planet frame at B1, xi, eta, zeta in the half frame at the hinge.
+"""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from planter.files.complaints import refused
+from planter.files.fields import (
+    NotNegative,
+    Pair,
+    Positive,
+    PositiveTriple,
+    Probability,
+    Real,
+    Section,
+    Share,
+    Triple,
+    Whole,
+)
+
+_ROUNDING = 1e-12
+
+
+class Operation(Section):
+    """How the device is run; the machine travels at `forward_speed_m_s`, of either sign."""
+
+    speed_rpm: Positive
+    gravity_m_s2: NotNegative
+    forward_speed_m_s: Real
+
+
+class Contact(Section):
+    """Pressure angle of the teeth; friction angles mu1 at the cam and mu2 at the teeth."""
+
+    pressure_angle_deg: Annotated[Positive, Field(lt=45)]
+    cam_friction_angle_deg: Annotated[NotNegative, Field(lt=45)]
+    tooth_friction_angle_deg: NotNegative
+
+    @model_validator(mode="after")
+    def _teeth_push(self) -> Self:
+        if self.tooth_friction_angle_deg >= self.pressure_angle_deg:
+            raise refused(
+                "tooth_friction_angle_deg",
+                self.tooth_friction_angle_deg,
+                f"it must be less than pressure_angle_deg = {self.pressure_angle_deg:g}",
+            )
+        return self
+
+
+class Mass(Section):
+    """Masses; each of the two sides has one middle body, one planet body and two nozzle halves C1 + C2."""
+
+    sun_kg: Positive
+    middle_kg: Positive
+    planet_kg: Positive
+    carrier_kg: Positive
+    half_C1_kg: Positive
+    half_C2_kg: Positive
+
+
+class Inertia(Section):
+    """Moments of inertia: middle body about A1, planet body about B1, centroidal for a half's two parts."""
+
+    J56_about_A1_kg_m2: Positive
+    J7_about_B1_kg_m2: Positive
+    C1_centroidal_xx_yy_zz_kg_m2: PositiveTriple
+    C2_centroidal_xx_yy_zz_kg_m2: PositiveTriple
+
+    @model_validator(mode="after")
+    def _bodies_exist(self) -> Self:
+        for key in ("C1_centroidal_xx_yy_zz_kg_m2", "C2_centroidal_xx_yy_zz_kg_m2"):
+            tensor: tuple[float, float, float] = getattr(self, key)
+            if 2 * max(tensor) > sum(tensor) * (1 + _ROUNDING):
+                raise refused(key, tensor, "it must be a body's: none of the three may exceed the sum of the other two")
+        return self
+
+
+class Centroid(Section):
+    """Centroids: sun and middle body polar (direction at phi = 0, global), planet body in x', y'."""
+
+    sun_radius_mm: NotNegative
+    sun_angle_deg: Real
+    middle_radius_mm: NotNegative
+    middle_angle_deg: Real
+    planet_xy_mm: Pair
+
+
+class Nozzle(Section):
+    """Inner nozzle half: hinge in x', y', z'; from there two centroids and the spring hook; tip along x'."""
+
+    hinge_A_mm: Triple
+    C1_mm: Triple
+    C2_mm: Triple
+    hook_F_mm: Triple
+    tip_distance_mm: Positive
+
+
+class Cam(Section):
+    """End-face cam and rocker: the nozzle opens over the rise and closes over the fall of cam angle delta."""
+
+    rocker_length_mm: Positive
+    psi0_deg: Annotated[Real, Field(gt=-90, lt=90)]
+    base_radius_mm: Positive
+    opening_deg: Annotated[Positive, Field(lt=90)]
+    rise_delta_deg: Pair
+    fall_delta_deg: Pair
+    flank: Literal["4-5-6-7 polynomial"]
+
+    @model_validator(mode="after")
+    def _flanks_fit_a_turn(self) -> Self:
+        for key in ("rise_delta_deg", "fall_delta_deg"):
+            start, end = getattr(self, key)
+            if not 0 <= start < end <= 360:
+                raise refused(key, [start, end], "it must be [start, end] with 0 <= start < end <= 360")
+        if self.fall_delta_deg[0] < self.rise_delta_deg[1]:
+            allowed = f"it must start where the rise has ended, at {self.rise_delta_deg[1]:g} or later"
+            raise refused("fall_delta_deg", self.fall_delta_deg, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _rocker_faces_the_cam(self) -> Self:
+        if self.psi0_deg + self.opening_deg >= 90:
+            allowed = f"it must be less than 90 - opening_deg = {90 - self.opening_deg:g}"
+            raise refused("psi0_deg", self.psi0_deg, allowed)
+        return self
+
+
+class Spring(Section):
+    """Return spring between the hooks of a side's two halves, along z'."""
+
+    preload_N: NotNegative
+    rate_N_m: NotNegative
+
+
+class Stage(Section):
+    """A pair of gears: the family of its inner pitch curve (on the sun in stage 1, on gear 6 in stage 2)."""
+
+    family: Annotated[str, Field(min_length=1)]
+
+
+class Objective(Section):
+    """What is made small: weight_range * range + weight_variance * spread of the support force.
+
+    The spread is the population variance (N2) for kind "paper", equation (31) of Wang et al. (2017), and the
+    standard deviation (N) for kind "newton". `samples` angles over a turn.
+    """
+
+    weight_range: NotNegative
+    weight_variance: NotNegative
+    samples: Annotated[Whole, Field(ge=8, le=100_000)]
+    kind: Literal["paper", "newton"]
+
+    @model_validator(mode="after")
+    def _something_counts(self) -> Self:
+        if self.weight_range == self.weight_variance == 0:
+            raise refused("weight_range", self.weight_range, "it must be above 0 where weight_variance is 0")
+        return self
+
+
+class GeneticAlgorithm(Section):
+    """Settings of the genetic algorithm."""
+
+    individuals: Annotated[Whole, Field(ge=4, le=10_000)]
+    generations: Annotated[Whole, Field(ge=1, le=100_000)]
+    bits_per_variable: Annotated[Whole, Field(ge=2, le=52)]
+    selection_ratio: Share
+    crossover_probability: Probability
+    mutation_probability: Probability
+
+
+def least_inertia(mass_kg: float, offset_mm: tuple[float, ...]) -> float:
+    """Least moment of inertia [kg m2] of a body about an axis that its centroid is off by `offset_mm`."""
+    return mass_kg * math.hypot(*offset_mm) ** 2 * 1e-6

@@ -1,0 +1,126 @@
+"""Results as tables that a person likes to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from planter.files import units
+from planter.terminal.console import Console
+
+Result = Mapping[str, Any]
+
+
+def design(console: Console, values: Mapping[str, float], title: str = "Design") -> None:
+    console.table(title, ("parameter", "value", "unit"), ((n, v, units.unit(n)) for n, v in values.items()))
+
+
+def simulation(console: Console, result: Result) -> None:
+    """Support force, work, warnings, single angles."""
+    print(f"{result['machine']}, {result['model']} model, {result['samples']} samples\n")
+    design(console, result["design"])
+    sampled, refined = result["support_force"], result["refined"]
+    rows = [
+        ("largest", sampled["max_N"], refined["max_N"], "N"),
+        ("least", sampled["min_N"], refined["min_N"], "N"),
+        ("range", sampled["range_N"], refined["range_N"], "N"),
+        ("mean", sampled["mean_N"], None, "N"),
+        ("variance", sampled["variance_N2"], refined["variance_N2"], "N2"),
+        ("objective (31)", result["objective"], refined["objective"], ""),
+        ("weight", result["weight_N"], None, "N"),
+    ]
+    console.table("Vertical support force", ("", "sampled", "refined", "unit"), rows)
+    work = (("input", result["work"]["input_J"]), ("friction", result["work"]["friction_J"]))
+    console.table("Work over a turn", ("", "J"), work)
+    if result["at"]:
+        _at(console, result["at"])
+    requirements(console, result)
+    warnings(console, result["warnings"])
+
+
+def validation(console: Console, source: str, result: Result) -> None:
+    """That a file is valid, and what its design makes of its requirements."""
+    print(f"{source}: valid, design parameters {', '.join(result['design'])}")
+    requirements(console, result)
+
+
+def requirements(console: Console, result: Result) -> None:
+    """Requirements with limits and margins, where the machine has any."""
+    rows = [
+        (r["name"], r["value"], r["lower"], r["upper"], r["unit"], r["margin"], r["wanted_margin"], r["phi_deg"],
+         r["verdict"]) for r in result.get("requirements", [])
+    ]  # fmt: skip
+    if rows:
+        header = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "")
+        console.table("Requirements", header, rows)
+
+
+def _at(console: Console, found: list[Mapping[str, float]]) -> None:
+    header = ("quantity", *(f"at {row['phi_deg']:g} deg" for row in found), "unit")
+    keys = [key for key in found[0] if key != "phi_deg"]
+    console.table("At single angles", header, ((k, *(row[k] for row in found), units.unit(k)) for k in keys))
+
+
+def warnings(console: Console, found: list[Mapping[str, Any]]) -> None:
+    if found:
+        rows = ((w["name"], w["phi_deg"], w["message"]) for w in found)
+        console.table("Warnings", ("name", "phi / deg", "what"), rows)
+
+
+def sensitivity(console: Console, result: Result) -> None:
+    """Gradient and the directions that the support force does not feel."""
+    rows = ((n, v, f"1/{units.unit(n)}" if units.unit(n) else "") for n, v in result["gradient"].items())
+    console.table(f"Gradient of the objective, {result['objective']:.6g}", ("parameter", "slope", "unit"), rows)
+    print(f"{result['effective_parameters']} of {len(result['gradient'])} parameters matter to the support force.")
+    for direction in result["insensitive"]:
+        text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
+        print(f"without effect: {text}")
+
+
+def optimisation(console: Console, result: Result) -> None:
+    """Optimum, certificate, both designs in both models."""
+    print(f"{result['machine']}, {result['model']} model, method {result['method']}\n")
+    bounds = {b["name"]: b["side"] for b in result["certificate"]["active_bounds"]}
+    free = {name for direction in result["insensitive"] if len(direction) == 1 for part in direction for name in part}
+    rows = []
+    for name, start in result["start_design"].items():
+        note = "without effect" if name in free else f"at its {bounds[name]} bound" if name in bounds else ""
+        rows.append((name, start, result["design"][name], units.unit(name), note))
+    console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
+    values = [
+        ("objective (31)", result["start_objective"], result["objective"], ""),
+        ("range", result["start_range_N"], result["range_N"], "N"),
+        ("variance", result["start_variance_N2"], result["variance_N2"], "N2"),
+    ]
+    console.table("Support force", ("", "start", "optimum", "unit"), values)
+    requirements(console, result)
+    scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
+    console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
+    certificate(console, result)
+
+
+def certificate(console: Console, result: Result) -> None:
+    found, counts = result["certificate"], result["evaluations"]
+    rows = [
+        ("KKT residual", found["kkt_residual"]),
+        ("starts", found["starts"]),
+        ("starts that reached the optimum", found["agreeing_starts"]),
+        ("spread of the starts' objectives", found["spread"]),
+        ("evaluations: objective", counts["objective"]),
+        ("evaluations: gradient", counts["gradient"]),
+        ("evaluations: Hessian", counts["hessian"]),
+        ("seconds", result["seconds"]),
+    ]
+    console.table("How sure", ("", "value"), rows)
+
+
+def calibration(console: Console, result: Result) -> None:
+    """Fitted inputs, how well the target is reached, what the other model says."""
+    rows = ((f["name"], f["value"], f["unit"], f["lower"], f["upper"]) for f in result["fitted"])
+    console.table("Fitted (calibrated, not the paper's)", ("input", "value", "unit", "lower", "upper"), rows)
+    reached = ((name, result["target"][name], result["reached"][name]) for name in result["target"])
+    console.table("Support force", ("", "target", "reached"), reached)
+    print(f"The target settles {result['rank']} combinations of {len(result['fitted'])} inputs.")
+    other = ", ".join(f"{name} {value:.6g}" for name, value in result["other_model"].items())
+    print(f"The other model with the same inputs: {other}.")
+    print(f"Largest range that inertia reaches within the bounds: {result['largest_inertia_range_N']:.6g} N.")

@@ -1,0 +1,225 @@
+"""The objective over a turn, from design vector to value and gradient in one compiled call.
+
+from planter import machine
+from planter.device import Device
+from planter.turns import Turns
+
+turns = Turns(Device(machine.load("wang2017")))
+value, gradient = turns.gradient(turns.device.design)
+"""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from planter.errors import ComputationError, PlanterError
+from planter.kernels import Array, CallError, backends, loops, toolchain
+from planter.kernels.toolchain import NoCompiler
+from planter.optimise.conditions import Look
+from planter.optimise.objective import Objective
+from planter.optimise.samples import angles
+from planter.planting.model import Device
+
+FIELDS = ("objective", "range_N", "variance_N2", "mean_N")
+"""What is found of a turn, in the order of the compiled record."""
+
+
+class _Turn(ctypes.Structure):
+    """`turn` in lanes/turn.c."""
+
+    _fields_ = (
+        *((name, ctypes.c_long) for name in ("parameters", "angles", "shares")),
+        ("weight_range", ctypes.c_double),
+        ("weight_variance", ctypes.c_double),
+        ("newton", ctypes.c_long),
+        *((name, ctypes.c_void_p) for name in
+          ("phi", "c", "h", "dh", "force", "g", "weights", "arg", "res", "iw", "w")),
+    )  # fmt: skip
+
+
+class Turns:
+    """Objective (31) of a device over N samples of a turn, and its exact gradient; designs x are (p,) in SI.
+
+    Compiles what it needs at the first use and keeps it in the user's cache; without a compiler it works all the same,
+    slower. An object belongs to one thread; `copy` makes one for another.
+    Raises ComputationError where a result is not finite, CallError for a design of another shape or not finite.
+    """
+
+    def __init__(self, device: Device, samples: int | None = None) -> None:
+        self.device = device
+        self.samples = samples or device.machine.objective.samples
+        self.objective = Objective.of(device.machine)
+        self.shares = device.force.shares
+        self._native = _native(self)
+
+    @property
+    def way(self) -> str:
+        """How a turn is evaluated: `lanes`, or the fastest of the other ways that there is."""
+        return "lanes" if self._native else self.device.force.slopes_kernel.way
+
+    def copy(self) -> Turns:
+        """The same for another thread."""
+        return Turns(self.device, self.samples)
+
+    @cached_property
+    def angles(self) -> Array:
+        """The samples [rad] that differ: a half turn of them where both halves are the same."""
+        return angles(self.samples, 2 * np.pi / len(self.shares.offsets))
+
+    def value(self, x: Array) -> float:
+        """The objective of a design."""
+        self._check(x, self.device.design.shape)
+        if self._native:
+            return self._native.value(x)
+        return float(self._row(x)[0])
+
+    def gradient(self, x: Array) -> tuple[float, Array]:
+        """The objective of a design and its gradient (p,): that of the samples where the extremes stand."""
+        self._check(x, self.device.design.shape)
+        if self._native:
+            return self._native.gradient(x)
+        force, slopes = self.device.force.slopes(self.device.prologue(x), self.angles)
+        span, variance = float(np.ptp(force)), float(force.var())
+        weights = self._weights(force, variance)
+        return self.objective.value(span, variance), weights @ slopes[:, 1:]
+
+    def many(self, designs: Array) -> Array:
+        """Rows of `FIELDS`, (m, 4), for designs (m, p)."""
+        self._check(designs, (len(designs), *self.device.design.shape))
+        if self._native:
+            return self._native.many(np.ascontiguousarray(designs, dtype=float))
+        return np.array([self._row(x) for x in designs])
+
+    def _row(self, x: Array) -> tuple[float, ...]:
+        """`FIELDS` of a design, by the kernels one after another."""
+        look = Look.at(self.device.force.value(self.device.prologue(x), self.angles))
+        span = look.high - look.low
+        return self.objective.value(span, look.variance), span, look.variance, look.mean
+
+    def hessian(self, x: Array) -> Array:
+        """Hessian (p, p) of the objective, the extremes staying at their samples."""
+        self._check(x, self.device.design.shape)
+        if self._native and not self.device.compiled:
+            self.device.compile()
+        at = self.device.prologue(x)
+        force, slopes = self.device.force.slopes(at, self.angles)
+        gradients, variance, n = slopes[:, 1:], float(force.var()), len(force)
+        _, first, second = self.objective.spread(variance)
+        bent = self.device.force.hessian(at, self.angles, self._weights(force, variance))[1:, 1:]
+        centred = gradients - gradients.mean(axis=0)
+        along = 2 / n * (force - force.mean()) @ gradients
+        found: Array = bent + 2 / n * first * (centred.T @ centred) + second * np.outer(along, along)
+        return found
+
+    @staticmethod
+    def _check(given: Array, shape: tuple[int, ...]) -> None:
+        if np.shape(given) != shape:
+            raise CallError(f"expected the shape {shape}, and was given {np.shape(given)}")
+
+    def _weights(self, force: Array, variance: float) -> Array:
+        """The objective's slope in the force of each sample."""
+        weights = 2 / len(force) * self.objective.spread(variance)[1] * (force - force.mean())
+        weights[force.argmax()] += self.objective.weight_range
+        weights[force.argmin()] -= self.objective.weight_range
+        return weights
+
+
+def _native(turns: Turns) -> Native | None:
+    """The compiled turn, where lanes are allowed and everything can be compiled; else the fastest other way is set."""
+    force = turns.device.force
+    if backends.allowed()[0] == "lanes":
+        try:
+            return Native(turns, library(turns.device))
+        except loops.NotPrintable:
+            pass
+        except NoCompiler as reason:
+            toolchain.warn(str(reason))
+    for kernel in (force.value_kernel, force.slopes_kernel):
+        kernel.compile()
+    return None
+
+
+def library(device: Device) -> Path:
+    """The compiled turn of a device: prologue in CasADi's C, lanes of the force, and what joins them."""
+    force = device.force
+    needed = (
+        backends.casadi_library(device.hoisting_kernel.work),
+        backends.casadi_library(device.prologue_kernel.work),
+        backends.lane_library(force.value_kernel.work),
+        backends.lane_library(force.slopes_kernel.work),
+    )
+    source = resources.files("planter.planting.export").joinpath("turn.c").read_text(encoding="utf-8")
+    return toolchain.library("turn", source, toolchain.loop_flags(toolchain.OPTIMISED), needed)
+
+
+class Native:
+    """The compiled turn with its own memory."""
+
+    def __init__(self, turns: Turns, path: Path) -> None:
+        raw = toolchain.load(path)
+        self._memory = _memory(turns)
+        self._turn = _record(turns, self._memory)
+        self._design = np.zeros(len(turns.device.design))
+        self._found, self._gradient = np.zeros(len(FIELDS)), np.zeros(len(self._design))
+        arrays = (self._design, self._found, self._gradient)
+        self._pointers = (ctypes.byref(self._turn), *(ctypes.c_void_p(a.ctypes.data) for a in arrays))
+        self._value, self._slopes, self._many = raw.turn_value, raw.turn_gradient, raw.turn_values
+        self._many.restype = ctypes.c_long
+        self._many.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
+
+    def value(self, x: Array) -> float:
+        self._design[:] = x
+        if self._value(*self._pointers[:3]):
+            raise self._failure(x)
+        return float(self._found[0])
+
+    def gradient(self, x: Array) -> tuple[float, Array]:
+        self._design[:] = x
+        if self._slopes(*self._pointers):
+            raise self._failure(x)
+        return float(self._found[0]), self._gradient.copy()
+
+    def many(self, designs: Array) -> Array:
+        """Rows of `FIELDS`, (m, 4), for contiguous designs (m, p)."""
+        found = np.empty((len(designs), len(FIELDS)))
+        failed = self._many(ctypes.addressof(self._turn), len(designs), designs.ctypes.data, found.ctypes.data)
+        if failed:
+            raise self._failure(designs[failed - 1])
+        return found
+
+    @staticmethod
+    def _failure(x: Array) -> PlanterError:
+        if np.isfinite(x).all():
+            return ComputationError(f"the force, or a slope of it, is not finite at the design {list(x)}")
+        return CallError(f"a design must be finite, and was given as {list(x)}")
+
+
+def _memory(turns: Turns) -> dict[str, Array]:
+    """Arrays that the compiled turn reads and writes."""
+    function: ca.Function = turns.device.prologue_kernel.function
+    other: ca.Function = turns.device.hoisting_kernel.function
+    count = len(turns.angles) * len(turns.shares.offsets)
+    sizes = {
+        "h": function.nnz_out(0), "dh": function.nnz_out(1), "force": count, "weights": count,
+        "g": (1 + len(turns.device.design)) * count,
+        **{name: max(getattr(f, f"sz_{name}")() for f in (function, other)) for name in ("arg", "res", "iw", "w")},
+    }  # fmt: skip
+    work = {name: np.zeros(size + 1) for name, size in sizes.items()}
+    phi = np.add.outer(turns.shares.offsets, turns.angles).ravel()
+    return {"phi": phi, "c": np.array(turns.device.constants), **work}
+
+
+def _record(turns: Turns, memory: dict[str, Array]) -> _Turn:
+    objective: Any = turns.objective
+    return _Turn(
+        parameters=len(turns.device.design), angles=len(turns.angles), shares=len(turns.shares.offsets),
+        weight_range=objective.weight_range, weight_variance=objective.weight_variance,
+        newton=int(objective.kind == "newton"), **{name: array.ctypes.data for name, array in memory.items()},
+    )  # fmt: skip

@@ -1,0 +1,41 @@
+"""What the commands of all rooms share: options, and how their parts are put together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planter.errors import InputError
+
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
+OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="change a value for this call", show_default=False),
+]
+SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
+
+
+def overrides(settings: Sequence[str] | None) -> dict[str, float]:
+    """Values to change, from `--set name=value`."""
+    found: dict[str, float] = {}
+    for setting in settings or ():
+        name, equals, text = setting.partition("=")
+        try:
+            found[name.strip()] = float(text)
+        except ValueError:
+            allowed = "it must be NAME=VALUE with a number" if equals else "it must be NAME=VALUE"
+            raise InputError(f"--set {setting} is not allowed: {allowed}") from None
+    return found
+
+
+def joined(*parts: typer.Typer) -> typer.Typer:
+    """One application with the commands and groups of several."""
+    whole = typer.Typer()
+    for part in parts:
+        whole.registered_commands += part.registered_commands
+        whole.registered_groups += part.registered_groups
+    return whole

@@ -1,0 +1,165 @@
+"""An unchanged equation is not judged twice: keys of findings, and what is judged again when something changes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Future
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from derive import pipeline
+from derive.__main__ import GENERATED
+from derive.audit import key, page, record
+from derive.papers import shi2021, wang2017, yu2023
+from derive.systems.planting import laws
+
+ROOT = Path(__file__).parents[3]
+PRINT_KEYS = """
+from derive import pipeline
+from derive.audit import key
+own = pipeline.subject({index})
+print(*(key.of_equation(own, n) for n in own.paper.equations), pipeline._laws_key())
+"""
+
+
+class Here:
+    """Runs in this process what would run in others, and counts it."""
+
+    def __init__(self) -> None:
+        self.judged: list[Any] = []
+
+    def __enter__(self) -> Here:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    def map(self, function: Any, cases: list[Any], keys: list[str]) -> Iterator[Any]:
+        for case, its_key in zip(cases, keys, strict=True):
+            self.judged.append(case)
+            yield function(case, its_key)
+
+    def submit(self, function: Any, its_key: str) -> Future[Any]:
+        self.judged.append("laws")
+        found: Future[Any] = Future()
+        found.set_result([{"paper": "made up", "law": "made up", "key": its_key}])
+        return found
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
+    """Every judgement, made for nothing: a record that says only what it was made from."""
+    here = Here()
+    monkeypatch.setattr(pipeline, "ProcessPoolExecutor", lambda: here)
+    monkeypatch.setattr(
+        pipeline.record, "equation", lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key}
+    )
+    return here
+
+
+def audited(known: tuple[list[record.Record], list[record.Record]]) -> tuple[list[record.Record], list[record.Record]]:
+    return pipeline.judged(record.keyed(known[0]), known[1])
+
+
+def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:
+    first = audited(([], []))
+    total = sum(len(paper.PAPER.equations) for paper, _ in pipeline.TRIALS)
+    assert len(counted.judged) == total + 1
+    counted.judged.clear()
+    assert audited(first) == first
+    assert counted.judged == []
+
+
+def test_a_changed_transcription_alone_is_judged_again(counted: Here, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = audited(([], []))
+    counted.judged.clear()
+    printed = shi2021.PAPER.equations["2a"]
+    monkeypatch.setitem(shi2021.PAPER.equations, "2a", replace(printed, residual=2 * printed.residual))
+    second = audited(first)
+    assert counted.judged == [(1, "2a")]
+    assert [r for r in second[0] if r not in first[0]] == [next(r for r in second[0] if r["equation"] == "2a")]
+
+
+def test_a_changed_equation_of_the_chain_has_the_laws_tried_again(
+    counted: Here, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = audited(([], []))
+    counted.judged.clear()
+    printed = wang2017.PAPER.equations["19"]
+    monkeypatch.setitem(wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual))
+    audited(first)
+    assert counted.judged == ["laws", (0, "19")]
+
+
+def test_with_another_engine_all_is_judged_again(counted: Here, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = audited(([], []))
+    counted.judged.clear()
+    monkeypatch.setattr(key, "engine", lambda *modules: "another")
+    audited(first)
+    assert len(counted.judged) == len(first[0]) + 1
+
+
+def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = pipeline.subject(2)
+    number, claim = "Y1", str(yu2023.PAPER.equations["Y1"].claims)
+    before = key.of_equation(own, number)
+    derived = {**own.claims, claim: replace(own.claims[claim], residual=2 * own.claims[claim].residual)}
+    symbol = sorted(yu2023.PAPER.equations[number].residual.free_symbols, key=str)[0]
+    others = [
+        replace(own, derive_claims=lambda: derived),
+        replace(own, readings={}),
+        replace(own, admissible=lambda rng: {**own.admissible(rng), symbol: sp.Rational(1, 3)}),
+        replace(own, reference=lambda n: [{**values, symbol: sp.Rational(1, 3)} for values in own.reference(n)]),
+    ]
+    assert key.of_equation(replace(own), number) == before
+    assert before not in {key.of_equation(other, number) for other in others}
+
+
+def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
+    names = {path.relative_to(ROOT / "derive").as_posix() for path in key.sources(["derive.audit.record"])}
+    assert {"audit/record.py", "audit/judge.py", "audit/edits.py", "audit/terms.py", "audit/subject.py"} <= names
+    assert {"evaluate.py", "dimensions.py", "equations.py", "quantity.py", "branches.py"} <= names
+    assert not [n for n in names if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/page.py"]
+    of_laws = {p.name for p in key.sources(["derive.audit.trial", laws.__name__])}
+    assert {"laws.py", "chain.py", "derivation.py", "bodies.py", "meshing.py"} <= of_laws
+
+
+@pytest.mark.parametrize("seed", ["1", "20171"])
+def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
+    own = pipeline.subject(1)
+    here = [*(key.of_equation(own, n) for n in own.paper.equations), pipeline._laws_key()]
+    there = subprocess.run(
+        [sys.executable, "-c", PRINT_KEYS.format(index=1)],
+        cwd=ROOT, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert there.stdout.split() == here
+
+
+def test_the_committed_records_are_those_of_this_code() -> None:
+    committed = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))
+    known = record.keyed(committed["equations"])
+    stale = [
+        (own.paper.name, n)
+        for own in map(pipeline.subject, range(len(pipeline.TRIALS)))
+        for n in own.paper.equations
+        if not record.reusable(known.get((own.paper.name, n)), key.of_equation(own, n))
+    ]
+    assert stale == []
+    assert {law["key"] for law in committed["laws"]} == {pipeline._laws_key()}
+
+
+def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
+    content = json.loads(committed)
+    assert record.as_json(content["equations"], content["laws"]) == committed
+    references = {paper.PAPER.name: paper.PAPER.reference for paper, _ in pipeline.TRIALS}
+    written = page.as_page(content["equations"], references, content["laws"])
+    assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

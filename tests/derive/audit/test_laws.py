@@ -1,0 +1,190 @@
+"""Laws of a chain as a whole: the derivation keeps them, the print breaks some, and a planted error is found."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from itertools import combinations
+
+import mpmath
+import numpy as np
+import pytest
+
+from derive.audit import trial as trials
+from derive.audit.laws import Law
+from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, findings
+from derive.evaluate import Point
+from derive.model import Let
+from derive.papers import wang2017
+from derive.systems.planting import laws
+from derive.systems.planting import quantities as q
+from planter.planting.file import Machine
+from planter.planting.model import Device
+from tests.support import machines, model
+
+MEAN = "mean vertical support force is the weight"
+WORK = "work of the motor is work of friction"
+VERTICAL = "vertical support force is weight and rate of momentum"
+
+
+@pytest.fixture(scope="module")
+def printed() -> Trial:
+    return Trial(wang2017.SIDE, wang2017.FRAME, laws.machine())
+
+
+@pytest.fixture(scope="module")
+def repaired(printed: Trial) -> Trial:
+    """The chain with every equation exchanged for its derivation where it does not hold."""
+    return with_repairs(printed, printed.suspects)
+
+
+def with_repairs(trial: Trial, numbers: list[str]) -> Trial:
+    side, frame = trial.side, trial.frame
+    for number in numbers:
+        derived = replace(trial.machine.claims[str(side.equations[number].claims)], number=number)
+        side, frame = side.replace(number, derived), frame.replace(number, derived)
+    return Trial(side, frame, trial.machine)
+
+
+def law(trial: Trial, name: str) -> Law:
+    return next(found for found in trial.machine.laws if found.name == name)
+
+
+def test_the_derivation_keeps_every_law_to_rounding(printed: Trial) -> None:
+    for found in printed.machine.laws:
+        limit = 1e-10 if found.over == "largest" else TOLERANCE
+        assert printed.violations(found, [printed.numbers])[0] < limit, found.name
+
+
+def test_repairing_what_does_not_hold_restores_every_law(repaired: Trial) -> None:
+    assert repaired.suspects == []
+    assert {record["violation"] for record in findings("repaired", repaired)} == {0.0}
+
+
+def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed: Trial) -> None:
+    records = findings("print", printed)
+    broken = [r for r in records if r["violation"]]
+    assert broken
+    for record in broken:
+        found, causes = law(printed, record["law"]), record["caused_by"]
+        assert not printed.broken(found, causes)
+        for spared in causes:
+            assert printed.broken(found, (n for n in causes if n != spared)), (record["law"], spared)
+    assert all(r["caused_by"] == [] for r in records if not r["violation"])
+
+
+def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
+    """Counted again with sets of repairs run one by one, over all suspects, those too that a law does not ask for."""
+    found = law(printed, MEAN)
+    (causes,) = printed.causes(found).sets
+    for size in (1, 2):
+        assert all(printed.broken(found, chosen) for chosen in combinations(printed.suspects, size))
+    rng = random.Random(0)
+    for chosen in rng.sample(list(combinations(printed.suspects, len(causes))), 200):
+        assert printed.broken(found, chosen) is (chosen != causes), chosen
+
+
+def test_repairs_run_together_give_what_they_give_alone(printed: Trial) -> None:
+    rng = random.Random(1)
+    chosen = [rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)]
+    for found in printed.machine.laws:
+        together = printed.violations(found, chosen)
+        alone = [printed.violations(found, [one])[0] for one in chosen]
+        assert together == pytest.approx(alone, rel=1e-9, abs=1e-10), found.name
+
+
+def test_what_a_law_does_not_ask_for_makes_no_difference(printed: Trial) -> None:
+    for found in printed.machine.laws:
+        concerned = printed.concerned(found)
+        others = [n for n in printed.suspects if n not in concerned]
+        before, after = printed.violations(found, [concerned, [*concerned, *others]])
+        assert before == pytest.approx(after, rel=1e-12, abs=1e-12), found.name
+    assert any(len(printed.concerned(found)) < len(printed.suspects) for found in printed.machine.laws)
+
+
+def test_elimination_finds_sets_that_restore_but_are_not_the_smallest(
+    printed: Trial, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = law(printed, WORK)
+    smallest = printed.causes(found)
+    monkeypatch.setattr(trials, "MOST_SETS", 10)
+    quick = printed.causes(found)
+    assert (smallest.exhaustive, quick.exhaustive) == (True, False)
+    assert all(not printed.broken(found, chosen) for chosen in (*smallest.sets, *quick.sets))
+    assert len(smallest.sets[0]) < len(quick.sets[0])
+    assert trials._finding("print", printed, found)["search"] == "elimination"
+
+
+def printed_cycle() -> tuple[float, float, float]:
+    """Mean vertical support force, motor work and friction work of a turn, from the printed model's kernels."""
+    machine: Machine = machines.machine("wang2017")
+    phi = 2 * np.pi * (np.arange(20000) + 0.5) / 20000
+    found = model.cycle(Device(machine, "printed"), phi)
+    loss = found.side1["F_E_loss"] + found.side2["F_E_loss"]
+    turn = 2 * np.pi
+    return (
+        float(found.totals["F_support"].mean()),
+        float(turn * found.totals["M_L"].mean()),
+        float(turn * loss.mean() / machine.si("speed_rpm")),
+    )
+
+
+def test_sizes_are_those_of_the_printed_model(printed: Trial) -> None:
+    mean, work, loss = printed_cycle()
+    weight = 97.8548
+    assert mean == pytest.approx(77.2209, abs=1e-4)
+    assert (work, loss) == pytest.approx((1.47105, 1.81609), abs=1e-5)
+    assert printed.size(law(printed, MEAN)) == pytest.approx(weight - mean, abs=1e-4)
+    assert printed.size(law(printed, WORK)) == pytest.approx(loss - work, abs=1e-6)
+
+
+def test_the_largest_value_is_found_between_the_angles(printed: Trial) -> None:
+    found = model.cycle(Device(machines.machine("wang2017"), "printed"), np.linspace(0, np.pi, 20001)).totals
+    exact = model.cycle(Device(machines.machine("wang2017")), np.linspace(0, np.pi, 20001)).totals
+    largest = np.abs(found["F_support"] - exact["F_support"]).max()
+    assert printed.size(law(printed, VERTICAL)) == pytest.approx(largest, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [("13", VERTICAL), ("10", VERTICAL), ("12", "horizontal support force is rate of momentum"), ("14", WORK)],
+)
+def test_a_planted_error_is_laid_to_its_equation(repaired: Trial, number: str, name: str) -> None:
+    equation = repaired.side.equations[number]
+    error = q.m2 * q.g * q.r3 / (1 if number == "14" else q.a1)
+    wrong = replace(equation, residual=equation.residual + error)
+    tampered = Trial(repaired.side.replace(number, wrong), repaired.frame.replace(number, wrong), repaired.machine)
+    assert tampered.suspects == [number]
+    assert tampered.causes(law(tampered, name)) == Causes([(number,)])
+
+
+def test_a_pulling_tooth_is_laid_to_its_normal_force(repaired: Trial) -> None:
+    equation = repaired.side.equations["NP"]
+    wrong = replace(equation, residual=equation.residual + 2 * (q.F_NP - equation.residual))
+    tampered = Trial(repaired.side.replace("NP", wrong), repaired.frame, repaired.machine)
+    assert tampered.causes(law(tampered, "teeth at P only push")) == Causes([("NP",)])
+
+
+def test_every_search_of_the_record_was_exhaustive(printed: Trial) -> None:
+    assert {record["search"] for record in findings("print", printed)} == {"exhaustive"}
+
+
+def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:
+    claim = str(printed.side.equations["13"].claims)
+    derived = printed.machine.claims[claim]
+    broken = replace(derived, residual=derived.residual + q.m2 * q.g)
+    machine = replace(printed.machine, claims={**printed.machine.claims, claim: broken})
+    with pytest.raises(LawError, match="with all repaired"):
+        Trial(printed.side, printed.frame, machine).causes(law(printed, VERTICAL))
+
+
+def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
+    motion, slow = laws.Motion(), printed.machine.cycles["slow"]
+    known = {s: values[0] for s, values in slow.sides[0].items()}
+    point = Point({s: mpmath.mpf(float(v)) for s, v in known.items()})
+    for step in (step for step in motion.steps if isinstance(step, Let)):
+        assert float(point(step.expr)) == pytest.approx(known[step.symbol], rel=1e-9, abs=1e-20), step.symbol
+
+
+def test_the_weights_integrate_over_a_turn(printed: Trial) -> None:
+    assert printed.machine.cycles["reference"].weights.sum() == pytest.approx(2 * np.pi, abs=1e-14)

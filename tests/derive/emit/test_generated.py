@@ -1,0 +1,97 @@
+"""`generated/`: reproducible to the byte, compared both ways, no larger than its baseline."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from derive.__main__ import GENERATED, differences, write
+from derive.pipeline import VERDICTS, code
+
+ROOT = Path(__file__).parents[3]
+BASELINE = json.loads((Path(__file__).parent / "operations.json").read_text())
+PRINT_HASH = """
+import hashlib
+from derive.pipeline import VERDICTS, code
+print(hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest())
+"""
+
+
+@pytest.fixture(scope="module")
+def content() -> dict[str, str]:
+    return code()
+
+
+def test_generated_is_up_to_date(content: dict[str, str]) -> None:
+    assert [d for d in differences(GENERATED, content) if d.removeprefix("stray: ") not in VERDICTS] == []
+
+
+def test_what_is_written_compares_equal(content: dict[str, str], tmp_path: Path) -> None:
+    write(tmp_path, content)
+    assert differences(tmp_path, content) == []
+
+
+def test_changed_missing_and_stray_files_are_found(content: dict[str, str], tmp_path: Path) -> None:
+    write(tmp_path, content)
+    name = "planting_exact.py"
+    (tmp_path / name).write_text(content[name].replace("m_C1", "m_C2", 1))
+    (tmp_path / "curve_ellipse.json").unlink()
+    (tmp_path / "notes.txt").write_text("stray")
+    assert differences(tmp_path, content) == ["stray: notes.txt", "missing: curve_ellipse.json", f"changed: {name}"]
+
+
+def test_writing_removes_strays(content: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "old_model.py").write_text("left over")
+    write(tmp_path, content)
+    assert not (tmp_path / "old_model.py").exists()
+
+
+@pytest.mark.parametrize("seed", ["1", "20171"])
+def test_text_does_not_depend_on_the_hash_seed(seed: str, content: dict[str, str]) -> None:
+    here = hashlib.sha256(repr(sorted(content.items())).encode()).hexdigest()
+    there = subprocess.run(
+        [sys.executable, "-c", PRINT_HASH],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONHASHSEED": seed},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert there.stdout.strip() == here
+
+
+def grown(content: dict[str, str]) -> list[str]:
+    """Functions with more operations than the baseline."""
+    found = []
+    for name, baseline in BASELINE.items():
+        functions = json.loads(content[f"{name}.json"])["functions"]
+        found += [f"{name}.{f}" for f, limit in baseline.items() if functions[f]["operations"] > limit]
+    return found
+
+
+def test_no_kernel_has_grown(content: dict[str, str]) -> None:
+    assert {name.removesuffix(".json") for name in content if name.endswith(".json")} == BASELINE.keys()
+    assert grown(content) == []
+
+
+def test_a_grown_kernel_is_noticed(content: dict[str, str]) -> None:
+    sidecar = json.loads(content["planting_exact.json"])
+    sidecar["functions"]["lane"]["operations"] += 1
+    assert grown({**content, "planting_exact.json": json.dumps(sidecar)}) == ["planting_exact.lane"]
+
+
+@pytest.mark.parametrize("name", ["planting_exact.py", "planting_printed.py", "curve_ellipse.py"])
+def test_modules_say_what_they_are(name: str, content: dict[str, str]) -> None:
+    head = content[name].split('"""')[1]
+    assert "do not edit" in head
+    assert "[m]" in head
+    compile(content[name], name, "exec")
+
+
+def test_printed_steps_carry_their_equation_numbers(content: dict[str, str]) -> None:
+    text = content["planting_printed.py"]
+    assert all(f"# wang2017 ({n})\n" in text for n in (1, 2, 5, 8, 9, 14, 15, 17, 18, 20, 21, 23, 24, 25, 28))

@@ -1,0 +1,121 @@
+"""Pitch-curve families: one small class each, checked by closed forms and by the laws of rolling."""
+
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from derive.emit import curve as emit_curve
+from derive.gearing import families, meshing
+from derive.gearing.meshing import FAMILIES, PitchCurve
+from generated.array import curve_eccentric_circle, curve_ellipse
+
+MODULES = {"eccentric_circle": curve_eccentric_circle, "ellipse": curve_ellipse}
+PARAMETERS = {"eccentric_circle": [0.030916, 0.005583, 1.542], "ellipse": [0.030694, 0.031, 1.26]}
+WIDE = {"eccentric_circle": [0.03, 0.015, 1.3], "ellipse": [0.03, 0.6, 0.8]}
+TERMS = 48
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
+def test_joints_sit_at_extrema(family: PitchCurve) -> None:
+    slope = family.radius().diff(meshing.u)
+    assert sp.simplify(slope.subs(meshing.u, 0)) == 0
+    assert sp.simplify(slope.subs(meshing.u, sp.pi)) == 0
+
+
+def test_the_five_families_of_the_paper_are_there_each_in_its_file() -> None:
+    assert {"eccentric_circle", "ellipse", "fourier", "limacon", "sine"} <= FAMILIES.keys()
+    files = {path.stem for folder in families.__path__ for path in Path(folder).glob("*.py")} - {"__init__"}
+    assert {type(family).__module__.rpartition(".")[2] for family in FAMILIES.values()} == files == FAMILIES.keys()
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
+def test_names_of_parameters_do_not_meet_those_of_the_generated_code(family: PitchCurve) -> None:
+    for function in emit_curve.functions_of(family):
+        defined = [s.name for step in function.steps for s in step.defines]
+        given = [q.name for q in (*family.parameters, meshing.m, meshing.a)]
+        assert len({*defined, *given}) == len(defined) + len(given)
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
+def test_radius_is_even(family: PitchCurve) -> None:
+    radius = family.radius()
+    assert sp.simplify(radius - radius.subs(meshing.u, -meshing.u)) == 0
+
+
+def test_ellipse_rotation_is_the_integral_of_its_ratio() -> None:
+    """d/du of the closed form gives the ratio of two equal ellipses (Litvin et al. 2009, chapter 4)."""
+    ellipse = FAMILIES["ellipse"]
+    ratio = ellipse.ratio().subs(meshing.a, ellipse.centre_distance())
+    assert sp.simplify(ellipse.turned().diff(meshing.u) - ratio) == 0
+
+
+def test_ellipse_ratio_extremes_are_those_of_equal_ellipses() -> None:
+    """Ratio between (1 - k)/(1 + k) and (1 + k)/(1 - k)."""
+    _, _, _, ratio, _, _ = contact("ellipse", np.array([0.0, math.pi / 1.26]))
+    k = 0.031
+    assert ratio == pytest.approx([(1 + k) / (1 - k), (1 - k) / (1 + k)], rel=1e-14)
+
+
+@pytest.mark.parametrize("eccentricity", [0.1, 0.5, 0.9])
+def test_eccentric_circle_is_a_circle(eccentricity: float) -> None:
+    """Its points are at the distance R from a centre that is e away."""
+    radius = sp.lambdify((meshing.u, *FAMILIES["eccentric_circle"].parameters), FAMILIES["eccentric_circle"].radius())
+    t = np.linspace(0, 2 * np.pi, 50)
+    r = radius(t, 1.0, eccentricity)
+    assert np.hypot(r * np.cos(t) - eccentricity, r * np.sin(t)) == pytest.approx(1.0, rel=1e-14)
+
+
+def hoisted(name: str, parameters: list[float]) -> list[float]:
+    return MODULES[name].prologue(np, parameters, TERMS if name == "eccentric_circle" else 0)
+
+
+def contact(name: str, t: np.ndarray, parameters: list[float] | None = None) -> tuple[np.ndarray, ...]:
+    given = parameters or PARAMETERS[name]
+    return MODULES[name].contact(np, t, given, hoisted(name, given))
+
+
+@pytest.mark.parametrize("values", [PARAMETERS, WIDE], ids=["paper", "wide"])
+@pytest.mark.parametrize("name", MODULES)
+def test_closure_and_conjugacy(name: str, values: dict[str, list[float]]) -> None:
+    """One turn for one turn, and the rotation is the integral of the ratio, by quadrature that knows the joint."""
+    parameters = values[name]
+    joint = math.pi / parameters[2]
+
+    def ratio(t: mpmath.mpf) -> float:
+        return float(contact(name, np.array([float(t)]), parameters)[3][0])
+
+    turn = mpmath.quad(ratio, [0, joint, 2 * math.pi])
+    assert float(turn) == pytest.approx(2 * math.pi, abs=1e-12)
+    assert contact(name, np.array([2 * math.pi]), parameters)[5][0] == pytest.approx(2 * math.pi, abs=1e-12)
+    for end in (0.3, joint, 4.0):
+        expected = float(mpmath.quad(ratio, [0, min(end, joint), end]))
+        assert contact(name, np.array([end]), parameters)[5][0] == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_derivatives_on_both_sides_of_the_joint(name: str) -> None:
+    h = 1e-6
+    joint = math.pi / PARAMETERS[name][2]
+    for t in (joint - 2 * h, joint + 2 * h, 1.0, 5.0, 2 * h, -2 * h):
+        r, dr, ddr, ratio, dratio, turned = contact(name, np.array([t - h, t, t + h]))
+        for value, slope in ((r, dr), (dr, ddr), (ratio, dratio), (turned, ratio)):
+            assert (value[2] - value[0]) / (2 * h) == pytest.approx(slope[1], abs=2e-9 * max(1, np.abs(slope).max()))
+
+
+def test_a_wrong_centre_distance_does_not_close() -> None:
+    parameters, wrong = PARAMETERS["eccentric_circle"], hoisted("eccentric_circle", PARAMETERS["eccentric_circle"])
+    t = (np.arange(4000) + 0.5) * 2 * np.pi / 4000
+    right_mean = contact("eccentric_circle", t)[3].mean()
+    wrong[0] *= 1 + 1e-6
+    wrong_mean = curve_eccentric_circle.contact(np, t, parameters, wrong)[3].mean()
+    assert abs(right_mean - 1) < 1e-7 < abs(wrong_mean - 1)
+
+
+def test_terms_needed_by_the_series() -> None:
+    """At e/R = 0.5 the cosine coefficients pass 1e-12 after about 26 terms."""
+    series = np.abs(curve_eccentric_circle.prologue(np, [1.0, 0.5, 1.0], 60)[1:])
+    assert 24 <= int(np.argmax(series < 1e-12)) <= 28

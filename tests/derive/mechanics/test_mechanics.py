@@ -1,0 +1,204 @@
+"""The mechanics layer against textbook results, and the planting device rebuilt with parts moved, turned and added."""
+
+from pathlib import Path
+
+import pytest
+import sympy as sp
+from sympy import S, cos, sin
+
+from derive.chain import ordered
+from derive.mechanics.bodies import Body, Mechanism, Part, Pin
+from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit, zero
+from derive.model import Let
+from derive.quantity import Quantity
+from derive.systems.planting import derivation
+from derive.systems.planting import quantities as q
+
+
+def quantity(name: str, unit: str = "1") -> Quantity:
+    return Quantity(name, unit, "test", "test")
+
+
+angle, rate, acceleration = quantity("angle", "rad"), quantity("rate", "rad/s"), quantity("acceleration", "rad/s2")
+turn = quantity("turn", "rad")
+spin = quantity("spin", "rad/s")
+mass, length, g = quantity("mass", "kg"), quantity("length", "m"), quantity("g", "m/s2")
+Ix, Iy, Iz = (quantity(f"I{a}", "kg m2") for a in "xyz")
+WORLD = Frame("world")
+O = Point("O")  # noqa: E741
+DOWN = Vec(WORLD, (S.Zero, -g, S.Zero))
+
+
+def moving() -> Motion:
+    return Motion(rates={angle: rate, rate: acceleration, turn: spin})
+
+
+def test_vectors_of_different_frames_do_not_mix() -> None:
+    turned = Frame("turned", WORLD, Z, angle)
+    with pytest.raises(FrameError, match="frame world meets one in frame turned"):
+        unit(WORLD, X) + unit(turned, X)
+    assert (unit(WORLD, X) + unit(turned, X).resolved(WORLD))[0] == 1 + cos(angle)
+
+
+@pytest.mark.parametrize("axis", [X, Y, Z])
+def test_rotation_is_orthogonal_and_keeps_its_axis(axis: tuple[int, int, int]) -> None:
+    matrix = rotation(axis, angle)
+    assert sp.simplify(matrix * matrix.T) == sp.eye(3)
+    assert matrix * sp.Matrix(axis) == sp.Matrix(axis)
+
+
+def test_rotation_about_y_carries_x_to_minus_z() -> None:
+    assert rotation(Y, sp.pi / 2) * sp.Matrix([1, 0, 0]) == sp.Matrix([0, 0, -1])
+
+
+def test_resolving_there_and_back_changes_nothing() -> None:
+    first = Frame("first", WORLD, Z, angle)
+    second = Frame("second", first, Y, turn)
+    vector = Vec(second, (Ix, Iy, Iz))
+    back = vector.resolved(WORLD).resolved(second)
+    assert [sp.simplify(a - b) for a, b in zip(back.components, vector.components, strict=True)] == [0, 0, 0]
+
+
+def test_acceleration_by_transport_equals_differentiated_coordinates() -> None:
+    """A point in a frame that swings on a turning frame: both ways of differentiating must agree."""
+    motion = moving()
+    inner = Frame("inner", Frame("outer", WORLD, Z, turn), Y, angle)
+    point = Point("P", O, Vec(inner, (length, S.Zero, S.Zero)))
+    by_transport = motion.acceleration(point, inner).resolved(WORLD)
+    place = displacement(O, point, WORLD)
+    direct = [motion.rate(motion.rate(c)) for c in place.components]
+    assert [sp.simplify(a - b) for a, b in zip(by_transport.components, direct, strict=True)] == [0, 0, 0]
+
+
+def test_pendulum() -> None:
+    """(I + m l^2) a = -m g l sin(angle) (any mechanics text)."""
+    frame = Frame("rod", WORLD, Z, angle)
+    centroid = Point("C", O, Vec(frame, (S.Zero, -length, S.Zero)))
+    mech = Mechanism(moving(), DOWN)
+    wall = mech.add(Body("wall", WORLD))
+    rod = mech.add(Body("rod", frame, (Part(mass, centroid, (Ix, Iy, Iz)),), Pin(O, WORLD)))
+    mech.joint("F_O", rod, wall, O, WORLD, free=Z)
+    residual = next(e.residual for e in mech.equations() if e.number == "rod: moment along z of world about O")
+    assert sp.simplify(residual + mass * g * length * sin(angle) + (Iz + mass * length**2) * acceleration) == 0
+
+
+def gyroscopic_residuals(inertia: tuple) -> list:
+    """Moments about its own axes of a body that swings about its y while the whole turns about z."""
+    frame = Frame("rotor", Frame("table", WORLD, Z, turn), Y, angle)
+    mech = Mechanism(moving(), zero(WORLD))
+    mech.add(Body("rotor", frame, (Part(mass, O, inertia),), Pin(O, frame)))
+    return [e.residual for e in mech.equations()][3:]
+
+
+def test_gyroscopic_terms_are_eulers() -> None:
+    """I dw/dt + w x I w with w = (-spin sin, rate, spin cos) (Goldstein, Classical Mechanics, 5.39)."""
+    w = sp.Matrix([-spin * sin(angle), rate, spin * cos(angle)])
+    dw = sp.Matrix([-spin * rate * cos(angle), acceleration, -spin * rate * sin(angle)])
+    inertia = sp.diag(Ix, Iy, Iz)
+    euler = inertia * dw + w.cross(inertia * w)
+    assert [sp.simplify(a + b) for a, b in zip(gyroscopic_residuals((Ix, Iy, Iz)), euler, strict=True)] == [0, 0, 0]
+
+
+def test_a_ball_has_no_gyroscopic_moment_about_its_hinge() -> None:
+    assert sp.simplify(gyroscopic_residuals((Ix, Ix, Ix))[1] + Ix * acceleration) == 0
+    assert sp.simplify(gyroscopic_residuals((Ix, Iy, Iz))[1] + Iy * acceleration) != 0
+
+
+def test_every_action_appears_on_two_bodies_with_opposite_sign() -> None:
+    mechanism = derivation.build_side().mechanism
+    assert len(mechanism.actions) == 10
+    for action in mechanism.actions:
+        signs = sorted(action.sign(body) for body in mechanism.bodies)
+        assert signs == [-1, *[0] * (len(mechanism.bodies) - 2), 1], action.name
+
+
+def test_ideal_coupling_does_no_work() -> None:
+    """Moments on two hinges that swing oppositely: their powers cancel."""
+    mechanism = derivation.build_side().mechanism
+    on_inner, on_outer = (
+        next(a.moment[1] for a in mechanism.actions if a.name == "M_K" and a.on.name == body)
+        for body in ("inner half", "outer half")
+    )
+    assert on_inner * q.theta1_dot + on_outer * (-q.theta1_dot) == 0
+    assert on_inner != 0
+
+
+def solved(side: derivation.Side, extra: tuple[Quantity, ...] = ()) -> dict[str, sp.Expr]:
+    mechanism = side.mechanism
+    lets = ordered(mechanism.equations(), mechanism.unknowns, (*q.REPORTED_EXACT, *extra)).lets()
+    return {let.symbol.name: let.expr for let in lets}
+
+
+POINT = {s: sp.Rational(2 * i + 3, 7 * i + 11) for i, s in enumerate(sorted(
+    {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE), key=str))}  # fmt: skip
+
+
+def values(side: derivation.Side) -> dict[str, float]:
+    """Numbers for every solved unknown at one arbitrary point, kinematics included."""
+    known = dict(POINT)
+    for step in side.kinematics.steps:
+        if isinstance(step, Let):
+            known[step.symbol] = step.expr.xreplace(known).evalf(30)
+    for name, expr in solved(side).items():
+        symbol = next(u for u in side.mechanism.unknowns if u.name == name)
+        known[symbol] = expr.xreplace(known).evalf(30)
+    return {str(s): float(v) for s, v in known.items()}
+
+
+def changed(side: derivation.Side) -> set[str]:
+    before, after = values(derivation.build_side()), values(side)
+    shared = before.keys() & after.keys()
+    return {name for name in shared if abs(before[name] - after[name]) > 1e-12 * max(1, abs(before[name]))}
+
+
+def test_moving_the_hinge_changes_every_force_that_depends_on_it() -> None:
+    shift = Vec(derivation.PLANET, (S.Zero, sp.Rational(1, 50), S.Zero))
+    moved = Point("A", derivation.A, shift)
+    found = changed(derivation.build_side(hinge=moved))
+    assert {"F_Ax", "F_Ay", "F_Aox", "F_Aoy", "F_E", "M_Q", "F_NQ", "F_B1x", "F_B1y", "M_P", "F_A1x", "F_A1y"} <= found
+    assert not found & {"phi72_ddot", "ax_A1", "ax_B1", "theta1", "S", "xi1"}
+
+
+def test_turning_the_hinge_axis_changes_every_force_that_depends_on_it() -> None:
+    found = changed(derivation.build_side(hinge_axis=X))
+    assert {"F_Ax", "F_Ay", "F_E", "M_Q", "F_B1x", "M_P", "F_A1x"} <= found
+    assert not found & {"phi72_ddot", "ax_A", "ay_A", "r5"}
+
+
+def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
+    side = derivation.build_side()
+    mech, planet = side.mechanism, derivation.PLANET
+    lift = quantity("lift", "rad")
+    flap_frame = Frame("flap", planet, Y, lift)
+    hinge = Point("G", derivation.B1, Vec(planet, (length, S.Zero, S.Zero)))
+    centroid = Point("CG", hinge, Vec(flap_frame, (length, length, length)))
+    flap = mech.add(Body("flap", flap_frame, (Part(mass, centroid, (Ix, Iy, Iz)),), Pin(hinge, planet)))
+    mech.joint("F_G", flap, side.planet, hinge, planet, free=Y)
+    mech.follower("F_H", flap, side.carrier, centroid, derivation.B1, across=unit(planet, Y), friction=q.mu1)
+
+    force = next(u for u in mech.unknowns if u.name == "F_H")
+    without, with_flap = solved(derivation.build_side()), solved(side, (force,))
+    assert {mass, length} <= with_flap["F_H"].free_symbols
+    planet_force = {str(s) for s in with_flap["F_B1x"].free_symbols} - {str(s) for s in without["F_B1x"].free_symbols}
+    assert planet_force == {"F_Gx", "F_Gy"}
+    assert with_flap["F_E"] == without["F_E"]
+
+
+def test_a_follower_that_does_not_slide_is_refused() -> None:
+    side = derivation.build_side()
+    across = unit(derivation.PLANET, Y)
+    with pytest.raises(ValueError, match="does not slide"):
+        side.mechanism.follower("F_H", side.planet, side.carrier, derivation.TIP, derivation.B1, across, q.mu1)
+
+
+def test_the_mirror_plane_cancels() -> None:
+    """The paper does not say where the outer half sits; no step of the exact model depends on it."""
+    system = derivation.exact()
+    assert all(q.z_mirror not in step.needs for step in (*system.lane, *system.frame))
+
+
+def test_no_force_balance_is_typed_into_the_system() -> None:
+    """Every reaction is a quantity that the mechanics layer made, none is written in the system's text."""
+    text = Path(derivation.__file__).read_text(encoding="utf-8")
+    body = text.split("def build_side", 1)[1].split("def joints", 1)[0]
+    assert not [name for name in ("q.F_", "q.M_", "ddot", "ax_", "ay_") if name in body]

@@ -1,0 +1,184 @@
+"""What is emitted of the clutch: the derivation's and the paper's own equations, stage by stage, in every target."""
+
+from __future__ import annotations
+
+import importlib
+import random
+from types import SimpleNamespace
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from derive.chain import ChainError
+from derive.dimensions import dimension, of_unit
+from derive.emit import functions
+from derive.emit.schedule import expression
+from derive.equations import Equation
+from derive.model import Formulas, Let, Stage
+from derive.papers import shi2021
+from derive.quantity import Quantity, Vector
+from derive.systems.clutch import claims, geometry, rotor
+from derive.systems.clutch import model as clutch_model
+from derive.systems.clutch import quantities as q
+from planter.kernels.formulas import load
+from tests.support import xp_complex, xp_mpmath
+
+MODELS = {
+    model.name: model
+    for model in (
+        clutch_model.exact(),
+        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION),
+        rotor.exact(),
+    )
+}
+STAGES = [(name, stage.name) for name, model in MODELS.items() for stage in model.stages]
+XP = SimpleNamespace(**{**vars(xp_complex), "arccos": np.arccos, "arcsin": np.arcsin})
+START: dict[str, Any] = {
+    "a": 0.017, "theta": 1.3, "flats": 0.02, "r": 0.0048, "b1": 0.0107, "b2": 0.011, "phi": 0.3, "mu": 0.15, "F1": 60.0,
+    "F2": 40.0, "c": 0.0042, "R2": 0.013, "d": 0.01, "alpha": 0.3, "k": 0.35, "gamma": 1.45, "r_A": 0.014, "m": 0.002,
+    "wall": 0.001, "shift": 0.002, "span": 0.06, "theta_Amax": 0.29, "l_AB": 0.015, "l_BC": 0.0471, "l_AC": 0.04,
+    "rotation": 1.5, "spread": 1.05, "polar_A": 0.0, "polar_B": 1.26, "polar_C": 3.77, "circumradius": 0.0158,
+    "width": 0.03, "apothem": 0.015, "vertices": 5.0, "sides": 6.0, "psi": 0.41, "order": 3.0,
+}  # fmt: skip
+"""A value for every input."""
+
+
+def stage_of(name: str, stage: str) -> Stage:
+    return next(s for s in MODELS[name].stages if s.name == stage)
+
+
+def inputs(stage: Stage, values: dict[str, Any]) -> dict[str, Any]:
+    return {g.name: [values[s.name] for s in g] if isinstance(g, Vector) else values[g.name] for g in stage.inputs}
+
+
+def array(name: str, stage: str, xp: Any, given: dict[str, Any]) -> tuple[Any, ...]:
+    return getattr(importlib.import_module(f"generated.array.{name}"), stage)(xp, **given)
+
+
+@pytest.mark.parametrize(("name", "stage"), STAGES)
+def test_casadi_and_arrays_agree(name: str, stage: str) -> None:
+    given = inputs(stage_of(name, stage), START)
+    found = load(name).at(stage, **given)
+    assert list(found) == [s.name for s in stage_of(name, stage).outputs]
+    assert list(found.values()) == pytest.approx(
+        [float(v) for v in array(name, stage, np, given)], rel=1e-12, abs=1e-15
+    )
+
+
+@pytest.mark.parametrize(("name", "stage"), STAGES)
+def test_casadi_differentiates_as_complex_steps_do(name: str, stage: str) -> None:
+    import casadi as ca
+
+    from planter.kernels import Kernel
+
+    given, function = inputs(stage_of(name, stage), START), load(name).function(stage)
+    flat = [(key, i) for key, value in given.items() for i in range(len(value) if isinstance(value, list) else 1)]
+    symbols = [ca.SX.sym(key, len(value) if isinstance(value, list) else 1) for key, value in given.items()]
+    slopes = ca.densify(ca.jacobian(function(*symbols), ca.vertcat(*symbols)))
+    found = Kernel(ca.Function("slopes", symbols, [slopes], list(given), ["slopes"]))(**given)["slopes"]
+    for column, (key, i) in enumerate(flat):
+        stepped = {
+            k: [np.complex128(x) for x in v] if isinstance(v, list) else np.complex128(v) for k, v in given.items()
+        }
+        if isinstance(stepped[key], list):
+            stepped[key][i] += xp_complex.STEP * 1j
+        else:
+            stepped[key] += xp_complex.STEP * 1j
+        step = [np.imag(v) / xp_complex.STEP for v in array(name, stage, XP, stepped)]
+        assert found[:, column] == pytest.approx(np.array(step, dtype=float), rel=1e-9, abs=1e-12), key
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("stage", ["polygon", "path", "travel", "gears", "limit", "taper", "face", "angle"])
+def test_exact_stages_are_the_derived_claims_to_forty_digits(stage: str, seed: int) -> None:
+    """The claims speak of several pentagons; here the sleeve's alone: its width is that of its side."""
+    with mpmath.workdps(60):
+        point = claims.admissible(random.Random(seed))
+        values = {s.name: v for s, v in point.items()} | {"flats": mpmath.sqrt(3) * point[q.a1]}
+        if stage == "angle":
+            values["c"] = point[q.c_min]
+        given = inputs(stage_of("clutch_exact", stage), values)
+        found = array("clutch_exact", stage, SimpleNamespace(**vars(xp_mpmath)), given)
+        for symbol, value in zip(stage_of("clutch_exact", stage).outputs, found, strict=True):
+            assert abs(value - point[symbol]) <= mpmath.mpf(10) ** -40 * max(abs(point[symbol]), 1), symbol
+
+
+@pytest.mark.parametrize("stage", ["polygon", "path", "travel", "taper", "gears", "limit"])
+def test_printed_stages_satisfy_the_printed_equations_and_no_others(stage: str) -> None:
+    given = START | {"alpha": 0.5}
+    known = given | load("clutch_printed").at(stage, **inputs(stage_of("clutch_printed", stage), given))
+    sources = {step.source for step in stage_of("clutch_printed", stage).steps}
+    equations = [e for e in shi2021.PAPER.equations.values() if e.source in sources and e.legibility == "printed"]
+    assert len(equations) == len(sources - {"shi2021 (a)"})
+    for equation in equations:
+        symbols = sorted(equation.residual.free_symbols, key=str)
+        residual = sp.lambdify(symbols, equation.residual, "numpy")(*(known[s.name] for s in symbols))
+        assert abs(residual) < 1e-14, equation.number
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_symbol_is_described_and_every_step_has_its_dimension(name: str) -> None:
+    for stage in MODELS[name].stages:
+        for step in stage.steps:
+            assert isinstance(step.symbol, Quantity)
+            assert all(isinstance(s, Quantity) for s in step.needs), (stage.name, step.symbol)
+            assert dimension(expression(step)) in (None, of_unit(step.symbol.unit)), (stage.name, step.symbol)
+
+
+def test_a_misprint_changes_the_printed_model_alone() -> None:
+    equations = dict(shi2021.PAPER.equations)
+    printed = equations["4b"]
+    once = q.c_min - (q.b - sp.sqrt(3) * q.a / 2) / sp.tan(q.phi)
+    equations["4b"] = Equation("4b", once, printed.source, printed.claims, defines=q.c_min)
+    mended = clutch_model.printed(equations, shi2021.COMPLETION)
+    before, after = (next(s for s in m.stages if s.name == "travel") for m in (MODELS["clutch_printed"], mended))
+    ratio = before.steps[1].expr / after.steps[1].expr
+    assert sp.simplify(ratio) == 2
+    assert stage_of("clutch_exact", "travel") == next(s for s in clutch_model.exact().stages if s.name == "travel")
+
+
+def test_an_equation_that_is_missing_gives_nothing() -> None:
+    equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
+    path = next(s for s in clutch_model.printed(equations, shi2021.COMPLETION).stages if s.name == "path")
+    assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
+
+
+def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
+    equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "4b"}
+    with pytest.raises(ValueError, match="margin_travel needs c_min, which nothing gives"):
+        clutch_model.printed(equations, shi2021.COMPLETION)
+
+
+def test_a_stage_that_needs_what_nothing_gives_is_refused() -> None:
+    with pytest.raises(ValueError, match="stage bad: b needs a, which nothing gives"):
+        Stage("bad", (q.theta,), (Let(q.b, 2 * q.a, "here"),), Vector("bad", (q.b,)))
+
+
+def test_an_order_that_cannot_be_solved_is_refused() -> None:
+    with pytest.raises(ChainError, match="not linear in phi"):
+        clutch_model.Source(claims.claims()).lets([("least travel of the sleeve", q.phi)])
+
+
+def test_functions_keep_the_steps_that_their_outputs_need() -> None:
+    spare = Let(q.f, q.a * 3, "spare")
+    stage = Stage("one", (q.a,), (spare, Let(q.b, 2 * q.a, "kept")), Vector("one", (q.b,)))
+    (emitted,) = functions.of_formulas(Formulas("x", "x", "x", (), (stage,)))
+    assert [s.source for s in emitted.steps] == ["kept"]
+
+
+def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
+    claim = claims.claims()["overlap with the third pair of sides"]
+    overlap = sp.lambdify(q.theta, (q.e_3 - claim.residual).subs(q.R, 1), "numpy")
+    sampled = np.abs([float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]).max()
+    assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] == pytest.approx(sampled, rel=1e-6)
+    assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] >= sampled - 1e-15
+
+
+def test_the_fillet_of_the_general_rotor_is_the_claim() -> None:
+    """Two derivations: where the fillet begins, and the reach of path and fillet in every direction."""
+    angles = geometry.with_angles(geometry.least_fillet())
+    shape = [1.0, 0.5, 5.0, 6.0]
+    assert load("clutch_rotor").at("ellipse", shape=shape)["fillet"] == pytest.approx(float(angles), rel=1e-13)

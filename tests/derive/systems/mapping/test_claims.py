@@ -1,0 +1,312 @@
+"""Kinematic mapping: the derivation against independent geometry, and the patent's formulas against the derivation."""
+
+import ast
+import cmath
+import random
+from collections.abc import Mapping
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+import scipy
+import sympy as sp
+
+from derive.dimensions import DimensionError, dimension
+from derive.equations import Equation
+from derive.papers import sun2019
+from derive.quantity import Quantity
+from derive.systems.mapping import claims, dyads, train
+from derive.systems.mapping import quantities as q
+
+CLAIMS = claims.claims()
+PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
+JUDGED = {n: e for n, e in PRINTED.items() if not str(e.claims).startswith("definition:")}
+POINTS = [claims.admissible(random.Random(seed)) for seed in range(3)]
+Point = Mapping[Quantity, mp.mpf]
+
+# The poses of the patent with the first angle as its mapping parameters have it: its text omits the minus sign.
+POSES = [(235, 120, -10), (252, 112, 0), (237, 121, 12), (80, -270, -85), (58, -258, -75)]
+PRINTED_Z = [
+    (-70.0125, 111.8235, -0.0872, 0.9962), (-56, 126, 0, 1), (-47.782, 124.1748, 0.1045, 0.9945),
+    (72.5088, 120.6958, -0.6756, 0.7373), (84.6885, 101.5375, -0.6088, 0.7934),
+]  # fmt: skip
+
+
+def value(expr: sp.Expr, point: Point) -> mp.mpf:
+    symbols = sorted(expr.free_symbols, key=str)
+    with mp.workdps(60):
+        return mp.mpf(sp.lambdify(symbols, expr, "mpmath")(*(point[s] for s in symbols)))
+
+
+def derived(text: str, symbol: Quantity, point: Point) -> float:
+    """What a derived definition makes of a symbol."""
+    (expr,) = sp.solve(CLAIMS[text].residual, symbol)
+    return float(value(expr, point))
+
+
+def holds(expr: sp.Expr) -> bool:
+    return all(abs(value(expr, point)) < mp.mpf(10) ** -50 for point in POINTS)
+
+
+def consistent(equation: Equation) -> bool:
+    try:
+        dimension(equation.residual)
+    except DimensionError:
+        return False
+    return True
+
+
+def numbers_that_differ(equations: Mapping[str, Equation]) -> set[str]:
+    return {number for number, e in equations.items() if not holds(e.residual - CLAIMS[str(e.claims)].residual)}
+
+
+def circle_poses(seed: int, count: int) -> tuple[dict[Quantity, float], list[dict[Quantity, float]]]:
+    """A random dyad and poses that hold its moving hinge on the circle, by complex numbers."""
+    rng = np.random.default_rng(seed)
+    hinge, centre = complex(*rng.normal(size=2)), complex(*rng.normal(size=2))
+    radius = rng.uniform(0.5, 2)
+    dyad = {q.x: hinge.real, q.y: hinge.imag, q.X_c: centre.real, q.Y_c: centre.imag, q.L1: radius, q.a0: 1.0}
+    found = []
+    for theta, phi in rng.uniform(-3, 3, (count, 2)):
+        on_circle = centre + cmath.rect(radius, theta)
+        tip = on_circle - hinge * cmath.exp(1j * phi)
+        found.append({q.d1: tip.real, q.d2: tip.imag, q.phi: phi, q.theta: theta, q.X: on_circle.real,
+                      q.Y: on_circle.imag})  # fmt: skip
+    return dyad, found
+
+
+def test_every_symbol_is_described() -> None:
+    symbols = set().union(*(e.residual.free_symbols for e in (*CLAIMS.values(), *PRINTED.values())))
+    assert [s for s in symbols if not isinstance(s, Quantity)] == []
+    assert all(s.unit and s.meaning and s.source for s in symbols)
+    assert symbols <= POINTS[0].keys()
+
+
+def test_no_name_is_used_twice() -> None:
+    quantities = [v for v in vars(q).values() if isinstance(v, Quantity)]
+    assert len({s.name for s in quantities}) == len(quantities)
+
+
+@pytest.mark.parametrize("equations", [CLAIMS, PRINTED], ids=["derived", "printed"])
+def test_dimensions(equations: Mapping[str, Equation]) -> None:
+    assert [number for number, e in equations.items() if not consistent(e)] == []
+
+
+def test_mixed_dimensions_are_noticed() -> None:
+    assert not consistent(Equation("tampered", PRINTED["6"].residual.subs(q.p7, q.p5), "here", "here"))
+
+
+def test_what_a_definition_defines_has_its_dimension() -> None:
+    for equation in CLAIMS.values():
+        if equation.defines is not None:
+            assert dimension(equation.defines) == dimension(equation.residual), equation.number
+
+
+def test_every_judged_equation_has_a_derived_counterpart() -> None:
+    lost = [e for e in sun2019.PAPER.equations.values() if e.legibility == "lost"]
+    assert [e.number for e in (*JUDGED.values(), *lost) if str(e.claims) not in CLAIMS] == []
+    assert all(e.residual == 0 for e in lost)
+
+
+def test_the_derivation_knows_no_paper() -> None:
+    for module in (claims, dyads, train, q):
+        tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+        names = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+        assert not any("papers" in name for name in names)
+
+
+def test_printed_equations_that_differ_from_the_derived() -> None:
+    assert numbers_that_differ(JUDGED) == {"d1", "d2", "real solutions"}
+
+
+@pytest.mark.parametrize(
+    ("number", "old", "new"),
+    [
+        ("3", q.a3, -q.a3),
+        ("p6", q.a1, -q.a1),
+        ("p7", q.x, q.y),
+        ("p8", q.a0, 4 * q.a0),
+        ("5", q.p5, q.p4 * q.p8 / q.p7),
+        ("6", q.p7, q.p7 / 2),
+        ("A_j2", q.Z_j2, -q.Z_j2),
+        ("A_j6", q.Z_j3, q.Z_j4),
+        ("7c", q.v_beta[2], q.v_beta[1]),
+        ("8", q.K13, q.K14),
+        ("9", q.beta, -q.beta),
+        ("first and last y", q.y_first, -q.y_first),
+        ("i by slope", q.slope, -q.slope),
+        ("r4", q.r3, q.r1),
+        ("turn 4", q.turn4, 2 * q.turn4),
+    ],
+)
+def test_a_tampered_print_is_found(number: str, old: Quantity, new: sp.Expr) -> None:
+    original = JUDGED[number]
+    tampered = Equation(number, original.residual.subs(old, new), original.source, original.claims)
+    assert numbers_that_differ({number: tampered}) == {number}
+
+
+def test_a_rewritten_print_is_not() -> None:
+    for rewrite in (sp.expand, sp.factor):
+        rewritten = {n: Equation(n, rewrite(e.residual), e.source, e.claims) for n, e in JUDGED.items()}
+        assert numbers_that_differ(rewritten) == numbers_that_differ(JUDGED)
+
+
+def test_hinge_by_pose_and_by_mapping_is_that_of_complex_numbers() -> None:
+    dyad, poses = circle_poses(seed=1, count=4)
+    for pose in poses:
+        point = claims.completed({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
+        for name, symbol in (("X", q.X), ("Y", q.Y)):
+            assert float(point[symbol]) == pytest.approx(pose[symbol], abs=1e-14)
+            text = f"moving hinge in the fixed frame by the mapping parameters, {name}"
+            assert derived(text, symbol, point) == pytest.approx(pose[symbol], abs=1e-14)
+
+
+@pytest.mark.parametrize("scale", [1.0, -3.5])
+def test_mapping_parameters_are_homogeneous(scale: float) -> None:
+    dyad, (pose, *_) = circle_poses(seed=2, count=1)
+    point = claims.completed({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
+    scaled = {**point, **{z: scale * point[z] for z in q.MAPPED}}
+    assert derived("coordinate d1 of a pose by the mapping parameters", q.d1, scaled) == pytest.approx(pose[q.d1])
+    assert derived("coordinate d2 of a pose by the mapping parameters", q.d2, scaled) == pytest.approx(pose[q.d2])
+
+
+def parameters(pose: tuple[float, float, float]) -> list[float]:
+    d1, d2, phi = pose
+    point = claims.completed({q.d1: mp.mpf(d1), q.d2: mp.mpf(d2), q.phi: mp.radians(phi)})
+    return [float(point[z]) for z in q.MAPPED]
+
+
+def test_mapping_parameters_are_those_of_the_patent() -> None:
+    for pose, printed in zip(POSES, PRINTED_Z, strict=True):
+        assert parameters(pose) == pytest.approx(printed, abs=6e-5)
+
+
+def test_the_first_pose_as_printed_does_not_give_them() -> None:
+    assert parameters((235, 120, 10)) != pytest.approx(PRINTED_Z[0], abs=1)
+
+
+def rows(poses: list[dict[Quantity, float]]) -> np.ndarray:
+    found = [claims.row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses]
+    return np.array([[float(p[entry]) for entry in q.ENTRIES] for p in found])
+
+
+def test_coefficients_of_a_dyad_lie_in_the_null_space_of_its_poses() -> None:
+    dyad, poses = circle_poses(seed=3, count=5)
+    point = claims.completed(dict(dyad))
+    p = np.array([float(point[c]) for c in q.COEFFICIENTS])
+    matrix = rows(poses)
+    assert np.abs(matrix @ p).max() < 1e-13
+    assert np.abs(matrix @ (p * [1, 1, 1, 1, 1, -1, 1, 1])).max() > 1e-3
+    assert np.linalg.matrix_rank(matrix) == 8 - dyads.zero_eigenvalues()
+    eigenvalues = np.linalg.eigvalsh(matrix.T @ matrix)
+    assert np.sum(eigenvalues < 1e-12 * eigenvalues.max()) == dyads.zero_eigenvalues()
+
+
+def test_centre_and_radius_are_those_of_the_circle_through_three_points() -> None:
+    """By the determinant of Coxeter's circle through three points."""
+    dyad, poses = circle_poses(seed=4, count=3)
+    z = [complex(p[q.X], p[q.Y]) for p in poses]
+    w = (z[2] - z[0]) / (z[1] - z[0])
+    centre = z[0] + (z[1] - z[0]) * (w - abs(w) ** 2) / (2j * w.imag)
+    named = claims.completed(dict(dyad))
+    again = claims.completed({s: named[s] for s in (q.a0, q.a1, q.a2, q.a3)})
+    assert complex(float(again[q.X_c]), float(again[q.Y_c])) == pytest.approx(centre)
+    assert float(again[q.L1]) == pytest.approx(abs(z[0] - centre))
+
+
+def test_conics_are_the_conditions_on_every_vector_of_the_null_space() -> None:
+    point = claims.completed({s: POINTS[0][s] for vector in q.BASIS for s in vector})
+    basis = np.array([[float(point[s]) for s in vector] for vector in q.BASIS])
+    rng = np.random.default_rng(5)
+    for multiples in rng.normal(size=(4, 3)):
+        p = multiples @ basis
+        at = {**point, **dict(zip(q.PARAMETERS, multiples, strict=True))}
+        assert float(value(dyads.conic(q.K1), at)) == pytest.approx(p[0] * p[5] + p[1] * p[4] - p[2] * p[3])
+        assert float(value(dyads.conic(q.K2), at)) == pytest.approx(2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4])
+
+
+@pytest.mark.parametrize(("first_angle", "pairs"), [(-10, 1), (10, 0)])
+def test_real_solutions_of_the_poses(first_angle: float, pairs: int) -> None:
+    """Two belong to the first angle with the minus sign; without it, as the pose is printed, there are four."""
+    poses = [(235, 120, first_angle), *POSES[1:]]
+    machine = {"pose": [dict(zip(("x_mm", "y_mm", "phi_deg"), pose, strict=True)) for pose in poses]}
+    with mp.workdps(claims.DIGITS):
+        assert claims.complex_pairs(claims.pose_rows(machine)) == pairs
+    assert 4 - 2 * pairs == real_dyads(poses)
+
+
+def real_dyads(poses: list[tuple[float, float, float]], starts: int = 300) -> int:
+    """Dyads whose hinge keeps one distance in all poses: distinct roots of Newton's method from random starts."""
+    tips = np.array([complex(a, b) for a, b, _ in poses]) / 100
+    turns = np.exp(1j * np.radians([c for *_, c in poses]))
+
+    def differences(unknowns: np.ndarray) -> np.ndarray:
+        hinge, centre = complex(*unknowns[:2]), complex(*unknowns[2:])
+        return np.diff(np.abs(tips + turns * hinge - centre) ** 2)
+
+    found: list[np.ndarray] = []
+    for start in np.random.default_rng(6).normal(scale=4, size=(starts, 4)):
+        root = scipy.optimize.root(differences, start, tol=1e-13)
+        near = [r for r in found if np.allclose(r, root.x, atol=1e-6)]
+        if np.abs(differences(root.x)).max() < 1e-9 and np.abs(root.x).max() < 1e3 and not near:
+            found.append(root.x)
+    return len(found)
+
+
+def of_train(**given: float) -> Point:
+    names = {"w1": q.w1, "w2": q.w2, "a": q.a, "mean_root": q.mean_root}
+    return claims.completed({names[name]: mp.mpf(number) for name, number in given.items()})
+
+
+def test_pitch_curves_roll_and_fill_the_centre_distance() -> None:
+    for speed in (-3.0, -0.2, 0.4):
+        gears = of_train(w1=1.5, w2=speed, a=0.07, mean_root=0.9)
+        for driver, follower in (((q.r1, q.dpsi1), (q.r2, q.dpsi2)), ((q.r3, q.dpsi3), (q.r4, q.dpsi4))):
+            arcs = [gears[radius] * gears[rate] for radius, rate in (driver, follower)]
+            assert float(arcs[0]) == pytest.approx(float(arcs[1]))
+            assert float(gears[driver[0]] + gears[follower[0]]) == pytest.approx(0.07)
+
+
+def test_ratio_is_that_of_willis() -> None:
+    """Willis: rates relative to the carrier stand as in the train with the carrier at rest."""
+    gears = of_train(w1=2.0, w2=-1.0, a=0.07, mean_root=0.9)
+    assert float(gears[q.i]) == pytest.approx((0 - 2) / (-1 - 2))
+    assert float(gears[q.i1] * gears[q.i2]) == pytest.approx(float(gears[q.i]))
+    assert float(gears[q.slope] * gears[q.i]) == pytest.approx(-1)
+
+
+def test_split_closes_the_first_stage_and_with_it_the_second() -> None:
+    """For 1/i = 1 + e cos(theta), whose mean root is a complete elliptic integral."""
+    e, turn = 0.6, np.linspace(0, 2 * np.pi, 721)
+    arm = -e * np.sin(turn)
+    curve = scipy.interpolate.CubicSpline(turn, [*arm[:-1], arm[0]], bc_type="periodic")
+    mean = 2 / np.pi * np.sqrt(1 + e) * float(mp.ellipe(2 * e / (1 + e)))
+    assert float(claims.mean_root(curve)) == pytest.approx(mean, rel=1e-9)
+    rates = [of_train(w1=1, w2=-e * np.cos(theta), a=0.07, mean_root=mean) for theta in turn[:-1:6]]
+    for share in (q.dpsi2, q.dpsi4):
+        assert np.mean([float(r[share]) for r in rates]) == pytest.approx(1, rel=1e-12)
+    assert float(rates[0][q.turn2]) == pytest.approx(2 * np.pi)
+
+
+def test_tip_of_the_train_by_complex_numbers() -> None:
+    dyad, poses = circle_poses(seed=7, count=5)
+    for pose in poses:
+        point = claims.completed({**dyad, q.theta: pose[q.theta], q.phi: pose[q.phi]})
+        assert float(point[q.d1]) == pytest.approx(pose[q.d1])
+        assert float(point[q.d2]) == pytest.approx(pose[q.d2])
+
+
+def test_reference_is_a_turn_of_the_built_in_train() -> None:
+    turn = claims.reference(6)
+    for point in turn:
+        assert max(abs(value(e.residual, point)) for e in CLAIMS.values()) < mp.mpf(10) ** -45
+    assert [round(float(p[q.theta]), 6) for p in turn] == [round(k * np.pi / 3, 6) for k in range(6)]
+    assert float(turn[0][q.L2]) == pytest.approx(0.2115459, abs=1e-7)
+    assert len({float(p[q.L1]) for p in turn}) == 1
+    assert len({float(p[q.i]) for p in turn}) == 6
+
+
+def test_admissible_points_repeat_with_their_seed() -> None:
+    assert claims.admissible(random.Random(8)) == claims.admissible(random.Random(8))
+    assert claims.admissible(random.Random(8)) != claims.admissible(random.Random(9))

@@ -1,0 +1,210 @@
+"""The emitted formulas of the mapping: derived linkage, limits and curvature against geometry by complex numbers."""
+
+import random
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+
+from derive.dimensions import DimensionError, dimension, of_unit
+from derive.emit import functions, sidecar
+from derive.emit.targets import array, casadi
+from derive.model import Formulas, Stage
+from derive.quantity import Quantity
+from derive.systems.mapping import linkage
+from derive.systems.mapping import model as formulas
+from derive.systems.mapping import quantities as q
+from planter.kernels import generated
+
+EXACT = formulas.exact()
+STAGES = {stage.name: stage for stage in EXACT.stages}
+
+
+def run(stage: Stage, known: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
+    """The outputs of a stage by its own steps."""
+    found = dict(known)
+    for step in stage.steps:
+        found[step.symbol] = mp.mpf(sp.N(step.expr.xreplace(found), 30))
+    return {out.name: found[out] for out in stage.outputs}
+
+
+def point(seed: int) -> dict[sp.Symbol, mp.mpf]:
+    """Random values of all inputs."""
+    rng = random.Random(seed)
+    symbols = {s for stage in EXACT.stages for given in stage.inputs for s in _entries(given)}
+    return {s: mp.mpf(rng.uniform(0.3, 1.5)) for s in sorted(symbols, key=str)}
+
+
+def _entries(given: object) -> tuple[Quantity, ...]:
+    return (given,) if isinstance(given, Quantity) else tuple(given)
+
+
+def placed(at: dict[sp.Symbol, mp.mpf]) -> tuple[complex, complex, complex, complex]:
+    """Both moving hinges and both fixed ones by complex numbers."""
+    turn = mp.expj(at[q.phi])
+    fixed = mp.mpc(at[q.X_c], at[q.Y_c])
+    hinge = fixed + at[q.L1] * mp.expj(at[q.theta])
+    other = hinge + turn * mp.mpc(at[linkage.x_f] - at[q.x], at[linkage.y_f] - at[q.y])
+    return hinge, other, fixed, mp.mpc(at[linkage.X_f], at[linkage.Y_f])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_closure_is_the_gap_of_the_follower(seed: int) -> None:
+    at = point(seed)
+    _, other, _, pivot = placed(at)
+    found = run(STAGES["closed"], at)
+    assert found["closure"] == pytest.approx(float(abs(other - pivot) ** 2 - at[linkage.L_f] ** 2), rel=1e-12)
+    loop = run(STAGES["loop"], at)
+    by_loop = loop["of_cos"] * mp.cos(at[q.phi]) + loop["of_sin"] * mp.sin(at[q.phi]) + loop["alone"]
+    assert float(by_loop) == pytest.approx(float(found["closure"]), rel=1e-12)
+
+
+@pytest.mark.parametrize("angle", [q.theta, q.phi])
+def test_derivatives_of_the_closure(angle: Quantity) -> None:
+    at, step = point(4), mp.mpf("1e-5")
+    ahead, behind = (run(STAGES["closed"], {**at, angle: at[angle] + s})["closure"] for s in (step, -step))
+    slope = run(STAGES["closed"], at)["by_theta" if angle == q.theta else "by_phi"]
+    assert float(slope) == pytest.approx(float((ahead - behind) / (2 * step)), rel=1e-8)
+
+
+def test_transmission_angle_is_between_coupler_and_follower() -> None:
+    at = point(5)
+    hinge, other, _, pivot = placed(at)
+    found = run(STAGES["transmission"], at)
+    ratio = (other - pivot) * mp.conj(other - hinge)
+    assert float(found["along"]) == pytest.approx(float(ratio.real))
+    assert float(found["across"]) == pytest.approx(float(ratio.imag))
+
+
+def test_arm_carries_tip_and_hinge() -> None:
+    at = point(6)
+    hinge = placed(at)[0]
+    tip = hinge - mp.expj(at[q.phi]) * mp.mpc(at[q.x], at[q.y])
+    found = run(STAGES["arm"], at)
+    assert [float(found[n]) for n in ("d1", "d2", "X", "Y")] == pytest.approx(
+        [float(v) for v in (tip.real, tip.imag, hinge.real, hinge.imag)]
+    )
+
+
+def row(x: float, y: float, phi: float) -> np.ndarray:
+    at = {q.d1: mp.mpf(x), q.d2: mp.mpf(y), q.phi: mp.mpf(phi)}
+    image = run(STAGES["image"], at)
+    found = run(STAGES["row"], {z: image[z.name] for z in q.MAPPED})
+    return np.array([float(found[entry.name]) for entry in q.ENTRIES])
+
+
+def coefficients(p: np.ndarray) -> dict[sp.Symbol, mp.mpf]:
+    return dict(zip(q.COEFFICIENTS, map(mp.mpf, p), strict=True))
+
+
+def null_vector(poses: list[tuple[float, float, float]], zeros: list[int]) -> np.ndarray:
+    """The vector that five poses and vanishing entries leave."""
+    rows = np.vstack([[row(*pose) for pose in poses], np.eye(8)[zeros]])
+    values, vectors = np.linalg.svd(rows)[1:]
+    assert values[-1] < 1e-12 < values[-2]
+    return vectors[-1]
+
+
+ANGLES = [0.1, 0.9, -0.7, 1.6, 2.2]
+
+
+def test_slider_keeps_its_point_on_its_line() -> None:
+    """A point of the body on a line through (0.2, 0.5), by complex numbers; its vector has p1 = p2 = p3 = 0."""
+    moving, along = complex(0.3, -0.4), np.exp(0.6j)
+    tips = [0.2 + 0.5j + s * along - np.exp(1j * a) * moving for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)]
+    p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 1, 2])
+    found = {n: float(v) for n, v in run(STAGES["slider"], coefficients(p)).items()}
+    assert complex(found["x"], found["y"]) == pytest.approx(moving)
+    normal = complex(found["normal_X"], found["normal_Y"])
+    assert (normal * np.conj(along)).real == pytest.approx(0, abs=1e-12)
+    assert found["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
+
+
+def test_swinging_line_keeps_its_place() -> None:
+    """A line of the body through the fixed place (0.3, -0.4): its vector has p1 = p4 = p5 = 0."""
+    fixed, along = complex(0.3, -0.4), np.exp(0.6j)
+    seen = [0.2 + 0.5j + s * along for s in (0, 1, -0.5, 0.3, 2)]
+    tips = [fixed - np.exp(1j * a) * z for z, a in zip(seen, ANGLES, strict=True)]
+    p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 3, 4])
+    found = {n: float(v) for n, v in run(STAGES["swinging"], coefficients(p)).items()}
+    assert complex(found["X_c"], found["Y_c"]) == pytest.approx(fixed)
+    normal = complex(found["normal_X"], found["normal_Y"])
+    assert (normal * np.conj(along)).real == pytest.approx(0, abs=1e-12)
+    assert found["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
+
+
+def test_dyad_of_a_vector_is_the_one_that_made_it() -> None:
+    at = point(7)
+    square = at[q.L1] ** 2 - at[q.X_c] ** 2 - at[q.Y_c] ** 2
+    p = [-1, at[q.x], at[q.y], at[q.X_c], at[q.Y_c], -at[q.X_c] * at[q.y] + at[q.Y_c] * at[q.x],
+         -(at[q.X_c] * at[q.x] + at[q.Y_c] * at[q.y]) / 2, (square - at[q.x] ** 2 - at[q.y] ** 2) / 4]  # fmt: skip
+    found = run(STAGES["dyad"], coefficients(3 * np.array([float(v) for v in p])))
+    for name in (q.x, q.y, q.X_c, q.Y_c):
+        assert float(found[name.name]) == pytest.approx(float(at[name]))
+
+
+def train(slope: float) -> dict[sp.Symbol, mp.mpf]:
+    return {q.slope: mp.mpf(-slope), q.x_s: mp.mpf("0.97"), q.a: mp.mpf("0.07")}
+
+
+def test_curvature_of_circles() -> None:
+    at = {**train(1.0), q.x_s: mp.mpf(1), formulas.dslope: mp.mpf(0), formulas.ddslope: mp.mpf(0)}
+    assert [float(v) for v in run(STAGES["curvature"], at).values()] == pytest.approx([2 / 0.07] * 4)
+
+
+def test_curvature_of_mates_is_that_of_euler_and_savary() -> None:
+    """Rolling curves: the difference of curvatures along the common normal is that of the pitch radii.
+
+    With the angle psi between the tangent and the line of centres, (kappa1 + kappa2) = (1/r1 + 1/r2) sin(psi).
+    """
+    at = {**train(0.7), formulas.dslope: mp.mpf("0.4"), formulas.ddslope: mp.mpf("-0.9")}
+    kappa = run(STAGES["curvature"], at)
+    step = mp.mpf("1e-8")
+    for (r1, r2, rate), (k1, k2) in zip(
+        (("r1", "r2", "dpsi1"), ("r3", "r4", "dpsi3")), (("kappa1", "kappa2"), ("kappa3", "kappa4")), strict=True
+    ):
+        gears = run(STAGES["gears"], train(0.7))
+        ahead, behind = (run(STAGES["gears"], {**train(0.7), q.slope: mp.mpf("-0.7") + s}) for s in (step, -step))
+        drift = (ahead[r1] - behind[r1]) / (2 * step) * mp.mpf("0.4")
+        sine = gears[r1] * gears[rate] / mp.sqrt((gears[r1] * gears[rate]) ** 2 + drift**2)
+        assert float(kappa[k1] + kappa[k2]) == pytest.approx(float((1 / gears[r1] + 1 / gears[r2]) * sine), rel=1e-7)
+    assert float(kappa["kappa1"]) != pytest.approx(float(kappa["kappa2"]))
+
+
+def test_either_reading_of_the_split_gives_the_same_gears() -> None:
+    """i1 = x_s sqrt(i) and i1 = sqrt(x_s i) both close the first stage: the second with the square of the first."""
+    i, mean = sp.symbols("i mean", positive=True)
+    first, second = sp.symbols("first second", positive=True)
+    (one,) = sp.solve(mean / first - 1, first)
+    (other,) = sp.solve(mean / sp.sqrt(second) - 1, second)
+    assert other == one**2
+    assert sp.simplify(one * sp.sqrt(i) - sp.sqrt(other * i)) == 0
+
+
+def test_every_step_has_one_dimension() -> None:
+    for stage in EXACT.stages:
+        for step in stage.steps:
+            assert dimension(step.expr) in (None, of_unit(step.symbol.unit))
+    first = STAGES["image"].steps[0]
+    with pytest.raises(DimensionError):
+        dimension(first.expr + q.d1**2)
+
+
+def test_bend_is_that_of_the_triangle() -> None:
+    found = run(STAGES["bend"], {q.L1: mp.mpf("0.099724"), q.a: mp.mpf("0.07")})
+    assert float(found["bend"]) == pytest.approx(2 * np.arcsin(0.099724 / 0.14))
+
+
+def written(system: Formulas) -> dict[str, str]:
+    made = functions.of_formulas(system)
+    return {"py": casadi.system_module(system, made), "array": array.system_module(system, made),
+            "json": sidecar.of_formulas(system, made)}  # fmt: skip
+
+
+def test_generated_module_is_that_of_the_derivation() -> None:
+    made = written(EXACT)
+    with open(generated.module("mapping_exact").__file__, encoding="utf-8") as file:
+        assert file.read() == made["py"]
+    assert generated.sidecar("mapping_exact")["functions"].keys() == STAGES.keys()
+    assert written(formulas.exact()) == made

@@ -1,0 +1,391 @@
+"""The audit: its keys, its verdicts by rule (each can be flipped), its page, and the formulas behind the numbers."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planter import audit
+from planter.audit import numbers, page
+from planter.audit.registry import FORMULAS, Inputs
+from planter.clutch.numbers import hexagon
+from planter.errors import ComputationError
+from planter.kernels import generated
+from planter.mapping.numbers import gearing
+from tests.support.cli import below
+
+PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
+EQUATION = {"paper", "equation", "legibility", "verdict", "finding", "correction", "reading", "terms"}
+NUMBER = {"paper", "quantity", "unit", "printed", "recomputed", "verdict", "assumed_inputs", "needs"}
+LAW = {"paper", "law", "violation", "unit", "caused_by"}
+VERDICTS = {"reproduced", "consistent", "not reproduced", "not recomputable"}
+
+
+run, answer, refusal = below("audit")
+
+
+@pytest.fixture(scope="module")
+def whole() -> dict[str, Any]:
+    return answer()
+
+
+def found(entries: list[dict[str, Any]], paper: str, quantity: str) -> dict[str, Any]:
+    (entry,) = [e for e in entries if (e["paper"], e["quantity"]) == (paper, quantity)]
+    return entry
+
+
+def tampered(paper: str, quantity: str, printed: str) -> dict[str, Any]:
+    """The data file with another printed text for one number."""
+    table = copy.deepcopy(numbers.data())
+    for row in table["number"]:
+        each = row.get("each", {})
+        texts = row["printed"] if each else [row["printed"]]
+        for index in range(len(texts)):
+            own = {name: values[index] for name, values in each.items()}
+            if (row["paper"], row["quantity"].format_map(own)) == (paper, quantity):
+                texts[index] = printed
+        row["printed"] = texts if each else texts[0]
+    return table
+
+
+# ---- contract ------------------------------------------------------------------------------------------------------
+
+
+def test_it_has_the_keys_of_the_contract(whole: dict[str, Any]) -> None:
+    assert whole.keys() == {"equations", "laws", "numbers", "claims", "consequences", "summary"}
+    assert all(e.keys() >= EQUATION for e in whole["equations"])
+    assert all(e.keys() >= NUMBER for e in whole["numbers"])
+    assert all(e.keys() >= LAW for e in whole["laws"])
+    assert {e["verdict"] for e in whole["numbers"]} <= VERDICTS
+    assert list(whole["summary"]) == PAPERS
+    for part in ("equations", "numbers"):
+        assert list(dict.fromkeys(e["paper"] for e in whole[part])) == PAPERS
+        assert sum(sum(s[part].values()) for s in whole["summary"].values()) == len(whole[part])
+
+
+def test_equations_are_those_that_were_committed(whole: dict[str, Any]) -> None:
+    committed = generated.sidecar("audit")
+    assert whole["equations"] == [e for p in PAPERS for e in committed["equations"] if e["paper"] == p]
+    for paper, summary in whole["summary"].items():
+        verdicts = [e["verdict"] for e in committed["equations"] if e["paper"] == paper]
+        assert summary["equations"] == {verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))}
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_one_paper_is_a_part_of_the_whole(paper: str, whole: dict[str, Any]) -> None:
+    one = answer(paper)
+    assert list(one["summary"]) == [paper]
+    for part in ("equations", "laws", "numbers", "claims", "consequences"):
+        assert one[part] == [e for e in whole[part] if e["paper"] == paper]
+
+
+@pytest.mark.parametrize(("given", "hint"), [("wang2016", "wang2017"), ("Yu2023", "yu2023"), ("", ""), ("moby", "")])
+def test_another_paper_is_refused_in_one_sentence(given: str, hint: str) -> None:
+    said = refusal(given)
+    assert all(paper in said for paper in PAPERS)
+    assert ("did you mean " + hint in said) == bool(hint)
+
+
+def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> dict[str, Any]:
+        raise FileNotFoundError(name)
+
+    monkeypatch.setattr(generated, "sidecar", missing)
+    with pytest.raises(ComputationError, match="make audit"):
+        audit.audit()
+    code, out, _ = run("--json")
+    assert code == 1
+    assert json.loads(out)["error"]["name"] == "ComputationError"
+
+
+def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) -> None:
+    law = {"paper": "yu2023", "law": "momentum", "violation": 2.5, "unit": "N", "caused_by": ["1", "2"]}
+    verdicts = {**generated.sidecar("audit"), "laws": [law]}
+    monkeypatch.setattr(generated, "sidecar", lambda name: verdicts)
+    result = audit.audit("yu2023")
+    assert result["laws"] == [law]
+    assert result["summary"]["yu2023"]["laws_violated"] == 1
+    assert "momentum" in page.text(result)
+    assert "momentum" in run("yu2023")[1]
+    assert audit.audit("sun2019")["laws"] == []
+
+
+def test_tables_show_equations_numbers_and_counts() -> None:
+    code, out, _ = run("sun2019")
+    assert code == 0
+    for text in ("equations", "Numbers", "not reproduced", "consistent", "misprint"):
+        assert text in out
+
+
+# ---- verdicts by rule ----------------------------------------------------------------------------------------------
+
+
+def test_no_verdict_stands_in_the_data() -> None:
+    files = Path(numbers.__file__).parents[1].glob("*/numbers/*.toml")
+    text = "".join(file.read_text(encoding="utf-8") for file in files).lower()
+    for word in ("reproduced", "consistent", "recomputable", "verdict", "confirmed", "misprint", "contradicted"):
+        assert word not in text
+
+
+def test_the_code_names_no_paper() -> None:
+    for module in Path(audit.__file__).parent.glob("*.py"):
+        assert not re.search("|".join(PAPERS), module.read_text(encoding="utf-8")), module.name
+
+
+def test_every_verdict_follows_the_rule(whole: dict[str, Any]) -> None:
+    for e in whole["numbers"]:
+        place = Decimal(1).scaleb(Decimal(e["printed_text"]).as_tuple().exponent)
+        hit = e["recomputed"] is not None and abs(e["recomputed"] - e["printed"]) <= 0.5 * float(place) * (1 + 1e-7)
+        assert e["printed"] == float(e["printed_text"])
+        expected = {
+            "reproduced": hit and not e["assumed_inputs"] and not e["needs"],
+            "not reproduced": not hit and not e["assumed_inputs"] and not e["needs"],
+            "consistent": hit and bool(e["assumed_inputs"]) and not e["needs"],
+            "not recomputable": bool(e["assumed_inputs"] or e["needs"]),
+        }
+        assert expected[e["verdict"]], e
+
+
+@pytest.mark.parametrize(
+    ("paper", "quantity", "before", "printed", "after"),
+    [
+        ("wang2017", "range of the support force, theory, from its extremes", "reproduced", "122.18", "not reproduced"),
+        ("shi2021", "Y1, F of A", "reproduced", "183.84", "not reproduced"),
+        ("shi2021", "Y2, mean at level 2 of B", "not reproduced", "-6.0", "reproduced"),
+        ("shi2021", "travel at 15 deg, printed formula", "consistent", "5.6", "not recomputable"),
+        ("shi2021", "reduction of the lag, engagement, from printed means", "reproduced", "82.3", "not reproduced"),
+        ("yu2023", "difference of the errors of both measured angles", "reproduced", "0.19", "not reproduced"),
+        ("sun2019", "real solutions, poses as printed", "not reproduced", "4", "reproduced"),
+        ("sun2019", "Z1 of pose 4", "reproduced", "72.5089", "not reproduced"),
+        ("sun2019", "first dyad, radius, pose 1 at -10 deg", "consistent", "99.725", "not recomputable"),
+    ],
+)
+def test_another_print_changes_the_verdict(paper: str, quantity: str, before: str, printed: str, after: str) -> None:
+    assert found(numbers.judged(paper), paper, quantity)["verdict"] == before
+    changed = numbers.judged(paper, tampered(paper, quantity, printed))
+    assert found(changed, paper, quantity)["verdict"] == after
+
+
+def test_as_many_hits_as_assumed_inputs_are_not_enough() -> None:
+    table = tampered("shi2021", "travel at 10 deg, printed formula", "8.5")
+    rows = numbers.judged("shi2021", table)
+    assert found(rows, "shi2021", "travel at 15 deg, printed formula")["verdict"] == "consistent"
+    table["number"] = [r for r in table["number"] if "travel" not in r["quantity"] or "printed" in r["quantity"]]
+    for row in table["number"]:
+        if row["by"] == "travel as printed":
+            row["printed"] = ["8.5", "5.6", "4.2"]
+    rows = numbers.judged("shi2021", table)
+    assert found(rows, "shi2021", "travel at 20 deg, printed formula")["verdict"] == "not recomputable"
+
+
+def test_a_disclosed_input_that_turns_out_to_be_assumed_changes_the_verdict() -> None:
+    table = copy.deepcopy(numbers.data())
+    table["assumed"]["shi2021"]["shaft_flats_mm"] = table["disclosed"]["shi2021"].pop("shaft_flats_mm")
+    entry = found(numbers.judged("shi2021", table), "shi2021", "distance of the tooth tip, (3) with equality")
+    assert entry["assumed_inputs"] == ["shaft_flats_mm = 20"]
+    assert entry["verdict"] != "reproduced"
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "same"),
+    [
+        ("8.6", 8.65, True), ("8.6", 8.651, False), ("134.00", 133.9956, True), ("134.00", 133.99, False),
+        ("-8.52e-5", -8.5151e-5, True), ("-8.52e-5", 8.52e-5, False), ("2", 2.0, True), ("2", 4.0, False),
+        ("0", 0.0, True), ("45.5", 45.45, True), ("1.1", 6.3 - 5.2, True),
+    ],
+)  # fmt: skip
+def test_equal_at_the_printed_precision(printed: str, value: float, same: bool) -> None:
+    assert numbers.equal(printed, value) is same
+
+
+def test_every_formula_is_used_and_every_number_has_one() -> None:
+    table = numbers.data()
+    used = {number.by for number in numbers.numbers(table)} | {row["by"] for row in table["claim"]}
+    used |= {row[key] for row in table["headline"] for key in ("as_printed", "as_derived")}
+    assert FORMULAS.keys() == used
+
+
+def test_quantities_are_told_apart(whole: dict[str, Any]) -> None:
+    names = [(e["paper"], e["quantity"]) for e in whole["numbers"]]
+    assert len(names) == len(set(names))
+
+
+# ---- formulas ------------------------------------------------------------------------------------------------------
+
+
+def of_poses(by: str, poses: np.ndarray, **own: Any) -> Any:
+    """What a formula gives for five poses (5, 3) [mm, mm, deg] that are called pose 1 to pose 5."""
+    known = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
+    return FORMULAS[by](Inputs({"poses": "five", "five": list(known), **known, **own}, {}, {}))
+
+
+def printed_poses() -> np.ndarray:
+    table = numbers.data()["disclosed"]["sun2019"]
+    return np.array([table[f"pose {i}"] for i in range(1, 6)], dtype=float)
+
+
+def hinges(poses: np.ndarray, dyad: int) -> np.ndarray:
+    return np.array([[of_poses("moving hinge", poses, dyad=dyad, pose=f"pose {i}", axis=axis) for axis in (1, 2)]
+                     for i in range(1, 6)])  # fmt: skip
+
+
+def poses_of(point: tuple[float, float], angles: np.ndarray) -> np.ndarray:
+    """Five poses that carry a point round a circle of radius 40 about (30, -20)."""
+    rows = []
+    for turn, where in zip(angles, np.radians([10, 50, 95, 160, 230]), strict=True):
+        c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+        place = np.array([30, -20]) + 40 * np.array([np.cos(where), np.sin(where)])
+        rows.append([*(place - np.array([[c, -s], [s, c]]) @ point), turn])
+    return np.array(rows)
+
+
+def conditions(poses: np.ndarray) -> np.ndarray:
+    """Rows (5, 8) of the circle condition by hand, in mm."""
+    x, y, half = *poses[:, :2].T, np.radians(poses[:, 2]) / 2
+    z3, z4 = np.sin(half), np.cos(half)
+    z1, z2 = (x * z3 - y * z4) / 2, (x * z4 + y * z3) / 2
+    return np.column_stack([
+        z1**2 + z2**2, z1 * z3 - z2 * z4, z2 * z3 + z1 * z4, z1 * z3 + z2 * z4,
+        z2 * z3 - z1 * z4, z3 * z4, z3**2 - z4**2, z3**2 + z4**2,
+    ])  # fmt: skip
+
+
+def test_the_dyad_that_made_the_poses_is_found() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(10):
+        poses = poses_of((12.0, -7.0), rng.uniform(-80, 80, 5))
+        count = int(of_poses("real dyads", poses))
+        found = [[of_poses("dyad", poses, dyad=k + 1, part=part) for part in "xyXYr"] for k in range(count)]
+        best = min(found, key=lambda dyad: abs(dyad[0] - 12) + abs(dyad[1] + 7))
+        assert best == pytest.approx([12, -7, 30, -20, 40], rel=1e-9)
+        assert count in (2, 4)
+        assert of_poses("dyad", poses, dyad=count + 1, part="r") is None
+
+
+def test_hinges_stay_on_the_circle_of_the_coefficients() -> None:
+    poses = printed_poses()
+    for dyad in range(1, 5):
+        a0, a1, a2, a3 = (
+            of_poses("circle coefficient", poses, dyad=dyad, coefficient=f"a{i}", scale_of="a1", scale=2.5)
+            for i in range(4)
+        )
+        x, y = hinges(poses, dyad).T
+        assert a1 == pytest.approx(2.5)
+        assert a0 * (x**2 + y**2) == pytest.approx(2 * a1 * x + 2 * a2 * y + a3, rel=1e-9)
+        radius = of_poses("dyad", poses, dyad=dyad, part="r")
+        assert np.sqrt(a3 / a0 + (a1**2 + a2**2) / a0**2) == pytest.approx(radius, rel=1e-9)
+
+
+def test_vectors_of_the_null_space_solve_the_conditions() -> None:
+    """A by hand in mm; the three given entries are kept, and the nearest basis is orthonormal."""
+    poses, table = printed_poses(), numbers.data()["disclosed"]["sun2019"]
+    rows = conditions(poses)
+    size = np.linalg.norm(rows, axis=0)
+    known = {name: table[name] for name in table if name.startswith("v_") or name == "vectors"}
+    for name in table["vectors"]:
+        head = [of_poses("entry of the null space", poses, vector=name, entry=i, **known) for i in range(1, 6)]
+        p = np.array([*head, *table[name]])
+        assert np.abs(rows @ p).max() < 1e-9 * np.abs(size * p).max()
+        p[0] *= 1.0001
+        assert np.abs(rows @ p).max() > 1e-9 * np.abs(size * p).max()
+    basis = np.array([[of_poses("entry of the nearest basis", poses, vector=name, entry=i, **known)
+                       for i in range(1, 9)] for name in table["vectors"]])  # fmt: skip
+    np.testing.assert_allclose(basis @ basis.T, np.eye(3), atol=1e-12)
+    assert np.abs(rows @ basis.T).max() < 1e-9 * size.max()
+    assert of_poses("eigenvalues that vanish", poses) == 8 - np.linalg.matrix_rank(rows / size)
+
+
+def corner_path(lead: float) -> np.ndarray:
+    """Path of corner C by hand: C = centre + M (cos theta, sin theta), M (2, 2), in widths of the pentagon.
+
+    Corner A stays on the upper side and gives y = -sin theta; corner B stays on the next side, so that the coordinate
+    across that side, -x sin 60 deg + y cos 60 deg, is -sin(theta + lead). `lead` [rad] is between AC and BC as seen
+    from the two sides.
+    """
+    across, y = -np.array([np.sin(lead), np.cos(lead)]), np.array([0.0, -1.0])
+    turn = np.radians(60)
+    return np.array([(y * np.cos(turn) - across) / np.sin(turn), y])
+
+
+def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
+    """C by its path; A and B by their own rules: |AC| = |BC| = R, both on their sides, 36 deg between them."""
+    side = 1 / np.sqrt(3)
+    path = corner_path(np.radians(24))
+    centre = np.array([-side / 2, np.sqrt(3) * side / 2])
+    for theta in np.radians([60, 75, 90]):
+        c = centre + path @ [np.cos(theta), np.sin(theta)]
+        a = c - [np.cos(theta), -np.sin(theta)]
+        beta = theta + np.radians(24)
+        turned = np.array([[0.5, np.sqrt(3) / 2], [-np.sqrt(3) / 2, 0.5]])
+        b = turned @ c - [np.cos(beta), -np.sin(beta)]
+        assert a[1] == pytest.approx(np.sqrt(3) * side / 2)
+        assert b[1] == pytest.approx(np.sqrt(3) * side / 2)
+        chord = np.linalg.norm(a - turned.T @ b)
+        assert chord == pytest.approx(2 * np.sin(np.radians(18)))
+    given = Inputs({}, {"centre_over_width": centre, "foci_slope": -np.sqrt(3)}, {})
+    assert hexagon.centre_offset(given) == pytest.approx(0, abs=1e-15)
+    assert hexagon.axis_offset(given) == pytest.approx(0, abs=1e-12)
+
+
+def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
+    path, h = corner_path(np.radians(24)), 1e-4
+    at = [path @ [np.cos(t), np.sin(t)] for t in np.radians(90) + h * np.array([-1, 0, 1])]
+    (dx, dy), (ddx, ddy) = (at[2] - at[0]) / (2 * h), (at[2] - 2 * at[1] + at[0]) / h**2
+    radius = np.hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
+    assert hexagon.contact_radius(Inputs({}, {}, {})) == pytest.approx(radius, rel=1e-6)
+    axes = [hexagon.semi_axis(Inputs({"axis": axis}, {}, {})) for axis in (1, 2)]
+    assert axes == pytest.approx(np.linalg.svd(path, compute_uv=False), rel=1e-12)
+    assert axes != pytest.approx(np.linalg.svd(corner_path(np.radians(24.1)), compute_uv=False), rel=1e-5)
+
+
+def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
+    """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
+    own = {"L1_mm": 90, "gamma_deg": 150, "centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20,
+           "teeth_2": 20, "face_width_mm": 10, "normal_pressure_angle_deg": 20, "addendum_coefficient": 1}  # fmt: skip
+    base, tip = 20 * np.cos(np.radians(20)), 22.0
+    length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
+    expected = length / (2 * np.pi * np.cos(np.radians(20)))
+    assert gearing.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
+
+
+def test_split_of_a_ratio_with_a_known_mean() -> None:
+    """slope 1 + e cos: the mean of its root is 1 - e^2/16 - 15 e^4/1024 - ..."""
+    e, t = 0.2, np.linspace(0, 360, 181)
+    relative = -(t + np.degrees(e * np.sin(np.radians(t))))
+    found_mean = gearing.split(Inputs({"carrier_deg": t, "relative_deg": relative}, {}, {}))
+    assert found_mean == pytest.approx(1 - e**2 / 16 - 15 * e**4 / 1024, abs=2e-6)
+    back = -(t + np.degrees(1.5 * np.sin(np.radians(t))))
+    assert gearing.split(Inputs({"carrier_deg": t, "relative_deg": back}, {}, {})) is None
+
+
+BLANK = [1, 2, 3, 3, 1, 2, 2, 3, 1]
+"""The column of the array that no factor is assigned to."""
+
+
+def squares(runs: np.ndarray, column: list[int]) -> float:
+    """Sum of squares of a column of three levels by its level means, by hand."""
+    means = np.array([runs[np.array(column) == level].mean() for level in (1, 2, 3)])
+    return float(3 * ((means - runs.mean()) ** 2).sum())
+
+
+def test_sums_of_squares_are_those_of_the_columns_and_add_up() -> None:
+    rows = {e["quantity"]: e["recomputed"] for e in numbers.judged("shi2021")}
+    table = numbers.data()["disclosed"]["shi2021"]
+    columns = {**{factor: table[f"column_{factor}"] for factor in "ABC"}, "error": BLANK}
+    for response in ("Y1", "Y2"):
+        runs = np.array(table[f"{response}_cm"])
+        by_hand = [squares(runs, column) for column in columns.values()]
+        parts = [rows[f"{response}, sum of squares, {source}"] for source in columns]
+        assert parts == pytest.approx(by_hand, rel=1e-9)
+        assert sum(parts) == pytest.approx(rows[f"{response}, sum of squares, total"], rel=1e-12)
+        for factor, own in zip("ABC", by_hand, strict=False):  # for two and two degrees of freedom P = 1/(1 + F)
+            assert rows[f"{response}, F of {factor}"] == pytest.approx(own / by_hand[3], rel=1e-9)
+            chance = 1 / (1 + rows[f"{response}, F of {factor}"])
+            assert rows[f"{response}, P of {factor}"] == pytest.approx(chance, rel=1e-9)

@@ -1,0 +1,242 @@
+"""The benchmark: nobody is timed who is wrong, everybody is told apart, the numbers have their keys."""
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter import bench
+from planter.bench import clock, graphs, jaxed, lanes, page, plain, processes, rate, symbolic, works
+from planter.bench.case import Absent, Case, Contender
+from planter.bench.clock import Disagreement, agree, race
+from planter.cli import app
+from planter.errors import ComputationError
+from planter.kernels import Kernel, toolchain
+from planter.planting.simulation import objective_gradient
+
+QUICK = ("--quick", "--rounds", "1")
+WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "derive", "cold start")
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return Case()
+
+
+@pytest.fixture(scope="module")
+def designs(case: Case) -> list[np.ndarray]:
+    return list(itertools.islice(case.designs(seed=7), 4))
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["bench", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def has_compiler() -> bool:
+    try:
+        toolchain.compiler()
+    except toolchain.NoCompiler:
+        return False
+    return True
+
+
+def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> None:
+    ways = [word for way in works.WAYS if way != "jax" for word in ("--way", way)]
+    code, out, err = run(*QUICK, *ways, "--json", "--out", str(tmp_path / "here"))
+    assert code == 0, err
+    found = json.loads(out)
+    assert {"work", "machine", "versions"} <= found.keys()
+    assert [work["name"] for work in found["work"]] == ["cycle", "cycle+gradient", "optimise"]
+    assert {entry["work"] for entry in found["skipped"]} >= {"hessian", "batch", "derive", "cold start"}
+    for work in found["work"]:
+        assert isinstance(work["unit"], str)
+        named = {way["way"]: way for way in work["ways"]}
+        assert set(named) <= ({"ga", "ipopt", "hybrid"} if work["name"] == "optimise" else set(works.WAYS))
+        over = named[work["over"]]["median_us"]
+        for way in named.values():
+            assert way["ratio"] == way["median_us"] / over
+            assert way["spread"]["quartile1_us"] <= way["median_us"] <= way["spread"]["quartile3_us"]
+        if work["name"] == "optimise":
+            least = named["ga"]["objectives"]["least"]
+            assert named["ipopt"]["objectives"]["largest"] <= least
+            assert named["hybrid"]["objectives"]["largest"] <= least
+        else:
+            assert {"way": "jax", "reason": "not asked for (--way)"} in work["skipped"]
+            assert work["over"] == ("lanes" if has_compiler() else "casadi-vm")
+    assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
+    text = (tmp_path / "here" / "bench.md").read_text()
+    assert text == page.text(found)
+    assert all(version in text for version in found["versions"].values())
+
+
+def test_every_work_has_a_runner_and_a_unit() -> None:
+    assert bench.settings().works == WORKS
+    assert set(works.UNITS) | {"batch"} == set(WORKS)
+
+
+@pytest.mark.parametrize("builder", [graphs.virtual_machine, plain.contender, symbolic.contender, lanes.contender])
+def test_a_way_gives_the_objective_that_simulate_gives(case: Case, builder: Callable[[Case, str], Contender]) -> None:
+    try:
+        value = builder(case, "cycle").call(case.device.design)
+        both = builder(case, "cycle+gradient")
+    except Absent as reason:
+        pytest.skip(str(reason))
+    expected, gradient = objective_gradient(case.device, case.turns.samples)
+    assert value == pytest.approx(expected, rel=1e-10)
+    again, found = both.call(case.device.design)
+    assert again == pytest.approx(expected, rel=1e-10)
+    assert clock.difference(found, gradient) <= both.tolerances[1]
+
+
+def test_jax_agrees(case: Case, designs: list[np.ndarray]) -> None:
+    pytest.importorskip("jax")
+    peers = {"casadi-vm": graphs.virtual_machine(case, "cycle"), "jax": jaxed.contender(case, "cycle", thorough=False)}
+    assert agree("cycle", peers, designs)["jax"] < 1e-10
+
+
+def test_hessians_agree_and_are_the_slope_of_the_gradient(case: Case) -> None:
+    x, step = case.device.design, 1e-6 * (case.device.upper - case.device.lower)
+    found = graphs.virtual_machine(case, "hessian").call(x)
+    assert clock.difference(found, case.turns.hessian(x)) < 1e-10
+    slopes = np.array([case.turns.gradient(x + d)[1] - case.turns.gradient(x - d)[1] for d in np.diag(step)])
+    assert clock.difference(slopes / (2 * step[:, None]), found) < 1e-4
+
+
+def test_batches_agree_with_single_designs(case: Case) -> None:
+    drawn = case.drawn(np.random.default_rng(2), plain.CHUNK + 3)
+    singles = np.array([case.turns.value(x) for x in drawn])
+    for builder in (plain.contender, graphs.virtual_machine):
+        assert clock.difference(builder(case, "batch").call(drawn), singles) < 1e-10
+
+
+def tampered(builder: works.Builder, change: Callable[..., object]) -> works.Builder:
+    def built(case: Case, work: str) -> Contender:
+        honest = builder(case, work)
+        return replace(honest, call=lambda x: change(honest.call(x)))
+
+    return built
+
+
+@pytest.mark.parametrize("work", ["cycle", "cycle+gradient"])
+def test_a_way_that_is_wrong_is_not_timed(monkeypatch: pytest.MonkeyPatch, work: str) -> None:
+    def off(result: object) -> object:
+        return result * (1 + 1e-9) if isinstance(result, float) else (result[0], -result[1])  # type: ignore[index]
+
+    monkeypatch.setitem(works.BUILDERS, "numpy", tampered(plain.contender, off))
+    monkeypatch.setattr(works, "race", lambda *_: pytest.fail("the clock was started"))
+    code, out, err = run(*QUICK, "--work", work, "--way", "numpy", "--way", "casadi-vm", "--json")
+    assert code == 1
+    answer = json.loads(out)["error"]
+    assert answer["name"] == "Disagreement"
+    assert answer["message"].startswith(f"{work}: numpy is off casadi-vm by ")
+    assert answer["message"] in err
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [1.0 + 1e-9, math.nan, math.inf, (1.0, np.zeros(2)), np.ones(2)],
+    ids=["off", "nan", "inf", "more", "shape"],
+)
+def test_what_counts_as_disagreement(wrong: object) -> None:
+    right, other = Contender(lambda x: 1.0, ""), Contender(lambda x: wrong, "")
+    with pytest.raises(Disagreement, match="w: b"):
+        agree("w", {"a": right, "b": other}, [np.zeros(1)])
+    assert agree("w", {"a": right, "b": Contender(lambda x: 1.0 + 1e-11, "")}, [np.zeros(1)])["b"] < 2e-11
+
+
+def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
+    seen: list[tuple[str, int]] = []
+
+    def called(name: str) -> Callable[[int], None]:
+        return lambda number: seen.append((name, number))
+
+    times = race({name: called(name) for name in "abc"}, itertools.count(), rounds=3, slot_s=0)
+    numbers = [number for _, number in seen]
+    assert len(set(numbers)) == len(numbers)
+    assert [name for name, _ in seen] == [*"abc", *"bca", *"cab"]
+    assert all(len(taken.seconds) == 3 for taken in times.values())
+
+
+def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
+    times = race({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
+    assert times["slow"].spread()["calls"] < times["fast"].spread()["calls"] == 2 * clock.MOST_CALLS
+
+
+def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: Case) -> None:
+    for name in ("jax", "sympy"):
+        monkeypatch.setitem(__import__("sys").modules, name, None)
+    found, skipped = works.entered("cycle", case, bench.settings(quick=True))
+    assert "numpy" in found
+    reasons = {entry["way"]: entry["reason"] for entry in skipped}
+    assert reasons["jax"] == "jax is not installed"
+    assert reasons["lambdify"] == "sympy is not installed"
+
+
+def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "")
+    found, skipped = works.entered("cycle", Case(), bench.settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"]))
+    assert set(found) == {"casadi-vm"}
+    assert {"casadi-c", "lanes"} <= {entry["way"] for entry in skipped}
+
+
+def test_operations_are_counted() -> None:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    plain_sum = ca.Function("f", [x, y], [x * y + 3 * x - ca.sqrt(y)], ["x", "y"], ["z"])
+    assert rate.operations(Kernel(plain_sum, lanes=["x", "y"])) == 5
+    assert rate.operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
+    turned = ca.Function("g", [x], [ca.sin(x) + ca.cos(x)], ["x"], ["z"])
+    assert rate.operations(Kernel(turned, lanes=["x"])) == 1 + rate.REDUCTION + sum(rate.SERIES.values())
+
+
+@pytest.mark.skipif(not has_compiler(), reason="there is no C compiler")
+def test_no_way_beats_the_peak(case: Case) -> None:
+    peak = rate.Peak()
+    assert peak.vector_width in (128, 256, 512)
+    assert peak.operations_per_cycle > 1
+    times = race({"lanes": case.turns.value}, case.designs(), 3, 0.01)
+    table = peak.table(case, {"cycle": {"lanes": times["lanes"].median_us}})
+    assert 0 < table["rates"][0]["share_of_peak"] < 1
+
+
+def test_a_process_that_fails_is_an_error() -> None:
+    with pytest.raises(ComputationError, match=r"ended with 1: .*nothing like that"):
+        processes._python("-c", "raise ValueError('nothing like that')")
+
+
+def test_the_derivation_is_absent_outside_a_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processes.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(Absent, match="derive cannot be imported"):
+        processes.root()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--work", "lunch"), "--work = lunch"),
+        (("--way", "abacus"), "--way = abacus"),
+        (("--rounds", "0"), "--rounds = 0"),
+    ],
+)
+def test_bad_options_are_refused(arguments: tuple[str, ...], told: str) -> None:
+    code, out, err = run(*arguments, "--json")
+    assert (code, out) == (2, "")
+    assert told in err
+    assert err.count("\n") == 1
+
+
+def test_designs_are_in_the_box_and_reproducible(case: Case) -> None:
+    def first(seed: int) -> Iterator[np.ndarray]:
+        return itertools.islice(case.designs(seed), 3)
+
+    for x, again, other in zip(first(1), first(1), first(2), strict=True):
+        assert np.all((case.device.lower <= x) & (x <= case.device.upper))
+        assert np.array_equal(x, again)
+        assert not np.array_equal(x, other)

@@ -1,0 +1,241 @@
+"""The command line against its contract: keys, exit codes, one sentence for bad input."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.files import examples
+from planter.planting import file
+from tests.support.cli import answer, refusal, run
+
+ROOT = Path(__file__).parents[3]
+SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
+SIMULATION = {
+    "machine", "model", "samples", "design", "weight_N", "centre_distance_mm", "support_force", "objective", "warnings",
+    "refined", "work", "at",
+}  # fmt: skip
+AT = {
+    "phi_deg", "phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "omega_dot_rad_s2", "tip_x_mm", "tip_y_mm",
+    "theta1_deg", "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N",
+    "F_O1x_N", "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
+}  # fmt: skip
+
+
+def test_simulate_has_the_keys_of_the_contract() -> None:
+    found = answer("simulate", "wang2017", "--at", "0", "--at", "100")
+    assert found.keys() == SIMULATION
+    assert found["support_force"].keys() == SUPPORT
+    assert found["refined"].keys() == {"max_N", "min_N", "range_N", "variance_N2", "objective"}
+    assert [row["phi_deg"] for row in found["at"]] == [0, 100]
+    assert all(row.keys() == AT for row in found["at"])
+    assert found["design"] == file.load("wang2017").design
+    assert found["work"]["input_J"] == pytest.approx(found["work"]["friction_J"], abs=1e-9)
+    force = found["support_force"]
+    assert found["objective"] == pytest.approx(0.6 * force["range_N"] + 0.4 * force["variance_N2"], rel=1e-15)
+    assert found["refined"]["max_N"] >= force["max_N"]
+
+
+def test_both_models_share_kinematics_and_differ_in_forces() -> None:
+    exact, printed = (
+        answer("simulate", "wang2017", "--model", m, "--at", "200")["at"][0] for m in ("exact", "printed")
+    )
+    same = {key for key in AT if exact[key] == pytest.approx(printed[key], abs=1e-9)}
+    assert {"phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "tip_x_mm", "theta1_deg"} <= same
+    assert not same & {"F_E_N", "M_Q_Nm", "support_N", "M_L_Nm", "F_B1x_N"}
+
+
+def test_the_printed_model_warns_of_teeth_that_pull_and_the_exact_one_does_not() -> None:
+    assert answer("simulate", "wang2017")["warnings"] == []
+    found = answer("simulate", "wang2017", "--model", "printed")["warnings"]
+    assert [w["name"] for w in found] == ["tooth_contact_P", "tooth_contact_Q"]
+
+
+def test_a_weak_spring_loses_the_roller_at_an_angle() -> None:
+    found = answer("simulate", "wang2017", "--set", "preload_N=0", "--set", "rate_N_m=0", "--speed-rpm", "200")
+    lost = [w for w in found["warnings"] if w["name"] == "roller_contact"]
+    assert len(lost) == 1
+    at = answer(
+        "simulate",
+        "wang2017",
+        "--set",
+        "preload_N=0",
+        "--set",
+        "rate_N_m=0",
+        "--speed-rpm",
+        "200",
+        "--at",
+        str(lost[0]["phi_deg"]),
+    )
+    assert at["at"][0]["F_E_N"] < 0
+
+
+def test_a_design_outside_its_bounds_is_simulated_with_a_warning() -> None:
+    found = answer("simulate", "wang2017", "--set", "R3_mm=32")
+    assert found["design"]["R3_mm"] == 32
+    assert "R3_mm = 32 lies outside its bounds [30.46, 31.01]" in found["warnings"][-1]["message"]
+
+
+def test_settings_and_speed() -> None:
+    slow, fast = (answer("simulate", "wang2017", "--speed-rpm", s)["support_force"]["range_N"] for s in ("20", "40"))
+    assert fast == pytest.approx(4 * slow, rel=1e-9)
+    heavier = answer("simulate", "wang2017", "--set", "mass.sun_kg=1.4")
+    assert heavier["weight_N"] == pytest.approx((9.975 + 1) * 9.81)
+
+
+def test_sensitivity_names_what_does_not_matter() -> None:
+    found = answer("sensitivity", "wang2017")
+    assert found.keys() == {"objective", "gradient", "effective_parameters", "insensitive"}
+    assert found["effective_parameters"] == 10 - len(found["insensitive"])
+    assert [{"gamma_deg": 1.0}] in found["insensitive"]
+    assert [{"A6_mm": 1.0}] in found["insensitive"]
+    assert found["gradient"]["gamma_deg"] == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_gradient_of_the_objective_against_differences(model: str) -> None:
+    gradient = answer("sensitivity", "wang2017", "--model", model)["gradient"]
+    design = file.load("wang2017").design
+    for name in ("theta_deg", "m31", "e3_mm"):
+        h = 1e-6 * design[name]
+        up, down = (answer("simulate", "wang2017", "--model", model, "--set", f"{name}={v!r}")["objective"]
+                    for v in (design[name] + h, design[name] - h))  # fmt: skip
+        assert (up - down) / (2 * h) == pytest.approx(gradient[name], rel=2e-5, abs=1e-5)
+
+
+def test_examples_are_listed_printed_and_valid(tmp_path: Path) -> None:
+    names = answer("example")["examples"]
+    assert {"wang2017", "compact", "shi2021", "yu2023", "sun2019"} <= set(names)
+    for name in examples.names("planting"):
+        code, text, _ = run("example", name)
+        assert code == 0
+        path = tmp_path / f"{name}.toml"
+        path.write_text(text)
+        assert answer("validate", str(path))["valid"] is True
+
+
+BAD = {
+    "no such machine": (("simulate", "wang2071"), r"did you mean wang2017\?"),
+    "no such file": (("simulate", "nowhere.toml"), r"nowhere\.toml"),
+    "no number": (
+        ("simulate", "wang2017", "--set", "sun_kg=heavy"),
+        r"--set sun_kg=heavy is not allowed: it must be NAME=VALUE",
+    ),
+    "no value": (("simulate", "wang2017", "--set", "sun_kg"), r"it must be NAME=VALUE"),
+    "unknown name": (("simulate", "wang2017", "--set", "sum_kg=1"), r"sum_kg .*did you mean"),
+    "negative mass": (("validate", "wang2017", "--set", "sun_kg=-0.4"), r"mass\.sun_kg = -0\.4 .*greater than 0"),
+    "speed of zero": (("simulate", "wang2017", "--speed-rpm", "0"), r"speed_rpm = 0.*greater than 0"),
+    "too few samples": (
+        ("simulate", "wang2017", "--samples", "3"),
+        r"--samples = 3 is not allowed: it must be between 8",
+    ),
+    "angle that is no number": (("simulate", "wang2017", "--at", "nan"), r"--at = nan is not allowed"),
+    "eccentricity": (("simulate", "wang2017", "--set", "e3_mm=31"), r"design\.e3_mm = 31 .*less than R"),
+    "samples that are no number": (("optimise", "wang2017", "--samples", "many"), r"--samples = many .*refined"),
+    "output into a file": (("simulate", "wang2017", "--out", "/dev/null/x"), r"/dev/null/x"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_refused_in_one_sentence(case: str) -> None:
+    arguments, sentence = BAD[case]
+    assert re.search(sentence, refusal(*arguments))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("simulate",),
+        ("frobnicate",),
+        ("simulate", "wang2017", "--model", "both"),
+        ("optimise", "wang2017", "--starts", "0"),
+    ],
+)
+def test_a_call_that_cannot_be_understood_is_refused_in_one_sentence(arguments: tuple[str, ...]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("planter: ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_output_files(tmp_path: Path) -> None:
+    answer("simulate", "wang2017", "--out", str(tmp_path / "run"))
+    folder = tmp_path / "run"
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary.keys() >= SIMULATION
+    rows = [line for line in (folder / "cycle.csv").read_text().splitlines() if not line.startswith("#")]
+    table = np.genfromtxt(rows, delimiter=",", names=True)
+    assert len(table) == 360
+    assert table["support_N"].max() == summary["support_force"]["max_N"]
+    assert (folder / "report.html").read_text().startswith("<!DOCTYPE html>")
+    assert {p.suffix for p in folder.rglob("*")} >= {".json", ".csv", ".html", ".svg", ".png"}
+
+
+def test_standard_output_is_only_the_object() -> None:
+    _, out, _ = run("simulate", "wang2017", "--model", "printed", "--json")
+    assert out.lstrip().startswith("{")
+    assert out.rstrip().endswith("}")
+    assert "NaN" not in out
+
+
+OPTIMISATION = {
+    "method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds",
+    "certificate", "cross",
+}  # fmt: skip
+
+
+def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
+    found = answer(
+        "optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "90"
+    )
+    assert found.keys() >= OPTIMISATION
+    assert found["evaluations"].keys() == {"objective", "gradient", "hessian"}
+    assert found["certificate"].keys() == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
+    assert all(bound.keys() == {"name", "side", "multiplier"} for bound in found["certificate"]["active_bounds"])
+    assert found["certificate"]["kkt_residual"] < 1e-6
+    scores = found["cross"]
+    assert scores["printed"]["start"] == found["start_objective"]
+    assert scores["printed"]["optimum"] == found["objective"] < found["start_objective"]
+    assert scores["exact"]["optimum"] > scores["exact"]["start"]
+    bounds = file.load("wang2017").bounds
+    assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in found["design"].items())
+
+
+def _hears_interrupts() -> None:
+    """A process in the background of a script is started deaf to them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "planter",
+        "optimise",
+        "wang2017",
+        "--method",
+        "ga",
+        "--json",
+        "--out",
+        str(tmp_path),
+    ]
+    search = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts
+    )
+    assert search.stderr is not None
+    assert "generation 20 of 200" in search.stderr.readline()
+    search.send_signal(signal.SIGINT)
+    out, err = search.communicate(timeout=30)
+    assert search.returncode == 130
+    assert "Traceback" not in err
+    found = json.loads(out)
+    assert found["error"]["name"] == "Interrupted"
+    assert found["partial"]["objective"] < found["partial"]["start_objective"]
+    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True

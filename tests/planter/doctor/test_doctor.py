@@ -1,0 +1,130 @@
+"""`planter doctor`: what it says is so, and it changes nothing."""
+
+import json
+import platform
+from pathlib import Path
+
+import casadi as ca
+import pytest
+from typer.testing import CliRunner
+
+import planter
+from planter.cli import app
+from planter.doctor import examination
+from planter.kernels import backends, toolchain
+from planter.planting.file import load
+from planter.planting.model import Device
+from tests.support.lanes import needs_compiler, path_of
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv("PLANTER_KERNELS", raising=False)
+    return tmp_path / "cache"
+
+
+def examined(*arguments: str) -> dict:  # type: ignore[type-arg]
+    result = CliRunner().invoke(app, ["doctor", *arguments, "--json"])
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def ways_of(found: dict) -> dict[str, tuple[str, bool]]:  # type: ignore[type-arg]
+    return {k["name"]: (k["way"], k["compiled"]) for k in found["kernels"] if k["model"] == "exact"}
+
+
+@needs_compiler
+def test_it_says_what_is_there_and_compiles_nothing(folder: Path) -> None:
+    found = examined()
+    assert found["versions"]["planter"] == planter.__version__
+    assert found["versions"]["casadi"] == ca.CasadiMeta.version()
+    assert found["versions"]["python"] == platform.python_version()
+    assert found["compiler"]["path"] == toolchain.compiler().path
+    assert found["compiler"]["vector_bits"] in (64, 128, 256, 512)
+    assert found["cache"] == {
+        "folder": str(folder), "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": None,
+    }  # fmt: skip
+    assert not folder.exists()
+    assert ways_of(found)["support"] == ("lanes", False)
+    assert ways_of(found)["prologue"] == ("casadi-c", False)
+    assert [a["do"] for a in found["advice"]][-1].startswith("planter doctor --build")
+
+
+@needs_compiler
+def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
+    kernel = Device(load("wang2017")).force.value_kernel
+    kernel.compile()
+    found = examined()
+    assert ways_of(found)["support"] == (kernel.way, True)
+    assert ways_of(found)["slopes"] == ("lanes", False)
+    (path,) = folder.iterdir()
+    assert (found["cache"]["files"], found["cache"]["bytes"]) == (1, path.stat().st_size)
+    path.write_bytes(path.read_bytes()[:-1])
+    found = examined()
+    assert found["cache"]["damaged"] == 1
+    assert ways_of(found)["support"] == ("lanes", False)
+    assert "damaged" in found["advice"][0]["missing"]
+
+
+@needs_compiler
+def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the functions that take seconds left out."""
+    quick = examination._used
+    monkeypatch.setattr(examination, "_used", lambda device: quick(device)[3:4])
+    monkeypatch.setattr(Device, "compile", lambda self: None)
+    monkeypatch.setattr("planter.planting.turns.Turns", lambda device: None)
+    found = examined("--build")
+    assert [(k["way"], k["compiled"]) for k in found["kernels"]] == [("lanes", True)] * 2
+    assert not any("not compiled yet" in a["missing"] for a in found["advice"])
+
+
+def test_without_a_compiler_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    found = examined()
+    assert found["compiler"] == {"problem": "there is no C compiler 'no-such-compiler'"}
+    assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
+    assert "install gcc" in found["advice"][0]["do"]
+
+
+@pytest.mark.parametrize("place", ["/dev/null/cache", "open"])
+def test_a_folder_that_cannot_be_used(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / place))
+    found = examined()
+    assert found["cache"]["problem"] is not None
+    assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
+    assert any("PLANTER_CACHE" in a["do"] for a in found["advice"])
+
+
+@needs_compiler
+def test_a_limit_that_was_set_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PLANTER_KERNELS", "casadi-c")
+    found = examined()
+    assert {way for way, _ in ways_of(found).values()} == {"casadi-c"}
+    assert any("PLANTER_KERNELS" in a["missing"] for a in found["advice"])
+
+
+def test_clang_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    if platform.machine() != "x86_64":
+        pytest.skip("the vector library of x86-64")
+    monkeypatch.setenv("CC", path_of("clang"))
+    assert any("arc tangent" in a["missing"] for a in examined()["advice"])
+
+
+@needs_compiler
+def test_what_is_foreseen_is_what_happens(kernel_cache: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Device(load("wang2017"))
+    for limit in backends.NAMES:
+        monkeypatch.setenv("PLANTER_KERNELS", limit)
+        for kernel in (device.force.value_kernel, device.hoisting_kernel):
+            kernel.compile()
+            assert kernel.way == backends.foreseen(kernel.work)
+
+
+def test_tables_for_people() -> None:
+    result = CliRunner().invoke(app, ["doctor"])
+    assert result.exit_code == 0
+    assert "This installation" in result.stdout
+    assert "slopes" in result.stdout

@@ -1,0 +1,52 @@
+"""Units by the ending of a key."""
+
+import math
+
+import pytest
+
+from planter.files.units import factor, unit
+
+
+@pytest.mark.parametrize(
+    ("key", "shown", "si"),
+    [
+        ("R3_mm", "mm", 1e-3),
+        ("design.R3_mm", "mm", 1e-3),
+        ("nozzle.hinge_A_mm[2]", "mm", 1e-3),
+        ("planet_xy_mm", "mm", 1e-3),
+        ("theta_deg", "deg", math.pi / 180),
+        ("alpha3_deg", "deg", math.pi / 180),
+        ("rise_delta_deg[0]", "deg", math.pi / 180),
+        ("speed_rpm", "r/min", 2 * math.pi / 60),
+        ("sun_kg", "kg", 1),
+        ("half_C1_kg", "kg", 1),
+        ("J56_about_A1_kg_m2", "kg m2", 1),
+        ("C1_centroidal_xx_yy_zz_kg_m2[1]", "kg m2", 1),
+        ("gravity_m_s2", "m/s2", 1),
+        ("forward_speed_m_s", "m/s", 1),
+        ("tip_speed_mm_s", "mm/s", 1e-3),
+        ("omega_rad_s", "rad/s", 1),
+        ("omega_dot_rad_s2", "rad/s2", 1),
+        ("preload_N", "N", 1),
+        ("rate_N_m", "N/m", 1),
+        ("M_Q_Nm", "N m", 1),
+        ("variance_N2", "N2", 1),
+        ("input_J", "J", 1),
+        ("t_max_s", "s", 1),
+        ("m31", "", 1),
+        ("k6", "", 1),
+        ("m61", "", 1),
+        ("samples", "", 1),
+        ("bits_per_variable", "", 1),
+        ("weight_range", "", 1),
+    ],
+)
+def test_unit_is_the_longest_known_ending(key: str, shown: str, si: float) -> None:
+    assert unit(key) == shown
+    assert factor(key) == pytest.approx(si, rel=1e-15)
+
+
+@pytest.mark.parametrize("key", ["mm", "kg", "deg", "farmm", "R3_MM", "R3_mm_old"])
+def test_a_unit_counts_only_as_an_ending_after_an_underscore(key: str) -> None:
+    assert unit(key) == ""
+    assert factor(key) == 1

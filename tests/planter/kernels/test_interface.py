@@ -1,0 +1,69 @@
+"""Loops as functions of CasADi's, for its solvers."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter.kernels import Kernel, backends
+from tests.support.lanes import needs_compiler, work
+
+pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
+
+phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
+OUTPUTS = {"curve": x[0] * ca.sin(phi) + x[1], "both": ca.vertcat(phi**2, x[0] * phi)}
+PHI = np.linspace(-1, 2, 9)
+
+
+def made(summed: bool) -> tuple[backends.Lanes, ca.Function]:
+    way = backends.lane_kernel(work("phi x", OUTPUTS, [phi, x], "phi", summed))
+    assert isinstance(way, backends.Lanes)
+    return way, way.interface(len(PHI))
+
+
+@pytest.mark.parametrize("summed", [False, True])
+def test_it_gives_what_the_loop_gives(summed: bool) -> None:
+    way, function = made(summed)
+    expected = way([PHI[None], np.array([[0.3], [2.0]])], len(PHI))
+    for value, reference in zip(function(PHI, [0.3, 2.0]), expected, strict=True):
+        assert (np.array(value) == reference.T).all()
+
+
+def test_names_and_shapes() -> None:
+    _, function = made(summed=False)
+    assert (function.name_in(), function.name_out()) == (["phi", "x"], ["curve", "both"])
+    assert [function.size_in(i) for i in range(2)] == [(9, 1), (2, 1)]
+    assert [function.size_out(i) for i in range(2)] == [(9, 1), (9, 2)]
+
+
+def test_results_that_are_not_wanted() -> None:
+    """A graph that uses one output hands out no memory for the other."""
+    _, function = made(summed=False)
+    given = ca.MX.sym("given", 2)
+    second = ca.Function("second", [given], [function(PHI, given)[1]])
+    first = ca.Function("first", [given], [ca.sum1(function(PHI, given)[0])])
+    assert np.array(second([0.3, 2.0])) == pytest.approx(np.stack([PHI**2, 0.3 * PHI], axis=1))
+    assert float(first([0.3, 2.0])) == pytest.approx((0.3 * np.sin(PHI) + 2).sum())
+
+
+def test_inside_a_solver() -> None:
+    """Least squares with the loop's values and slopes: no other derivatives are there."""
+    slope = ca.jacobian(OUTPUTS["curve"], x).T
+    residual = backends.lane_kernel(work("phi x", {"y": OUTPUTS["curve"], "g": ca.densify(slope)}, [phi, x], "phi"))
+    assert isinstance(residual, backends.Lanes)
+    step = residual.interface(len(PHI))
+    target, at = 0.7 * np.sin(PHI) - 0.2, np.zeros(2)
+    for _ in range(2):
+        y, g = (np.array(v) for v in step(PHI, at))
+        at = at + np.linalg.lstsq(g, target - y[:, 0], rcond=None)[0]
+    assert at == pytest.approx([0.7, -0.2], rel=1e-12)
+
+
+def test_only_what_runs_in_lanes_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = Kernel(work("phi x", OUTPUTS, [phi, x], "phi").function, lanes=["phi"])
+    assert kernel.interface(9) is None
+    kernel.compile()
+    assert isinstance(kernel.interface(9), ca.Function)
+    monkeypatch.setenv("PLANTER_KERNELS", "casadi-c")
+    kernel.compile()
+    assert kernel.way == "casadi-c"
+    assert kernel.interface(9) is None

@@ -1,0 +1,180 @@
+"""The strict call layer, in CasADi's virtual machine and compiled."""
+
+import signal
+import threading
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter.errors import ComputationError
+from planter.kernels import CallError, Kernel, backends, toolchain
+from tests.support.lanes import needs_compiler
+
+
+@pytest.fixture
+def kernel() -> Kernel:
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
+    return Kernel(ca.Function("f", [phi, x], [x[0] * ca.sin(phi) + x[1]], ["phi", "x"], ["y"]), lanes=["phi"])
+
+
+def test_lanes(kernel: Kernel) -> None:
+    phi = np.linspace(0, 1, 7)
+    assert kernel(phi=phi, x=[2.0, 3.0])["y"] == pytest.approx(2 * np.sin(phi)[None] + 3)
+
+
+def test_a_missing_input_is_no_zero(kernel: Kernel) -> None:
+    with pytest.raises(CallError, match=r"f takes \['phi', 'x'\], and was given \['phi'\]"):
+        kernel(phi=0.5)
+
+
+def test_an_unknown_input_is_refused(kernel: Kernel) -> None:
+    with pytest.raises(CallError, match="was given"):
+        kernel(phi=0.5, x=[1.0, 2.0], y=3.0)
+
+
+@pytest.mark.parametrize("x", [1.0, [1.0, 2.0, 3.0], [[1.0, 2.0]]])
+def test_a_scalar_does_not_fill_a_vector(kernel: Kernel, x: object) -> None:
+    with pytest.raises(CallError, match=r"f: input x has the shape .* expected \(2, 1\)"):
+        kernel(phi=0.5, x=x)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_number_that_is_not_finite_is_refused(kernel: Kernel, bad: float) -> None:
+    with pytest.raises(CallError, match="f: input x is not finite"):
+        kernel(phi=0.5, x=[1.0, bad])
+
+
+def test_no_nan_leaves() -> None:
+    x = ca.SX.sym("x")
+    root = Kernel(ca.Function("root", [x], [ca.sqrt(x)], ["x"], ["y"]), lanes=["x"])
+    with pytest.raises(ComputationError, match=r"root: output y\[0\] is not finite in lane 1"):
+        root(x=np.array([4.0, -1.0]))
+
+
+def test_a_failed_root_is_an_error() -> None:
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    solver = ca.rootfinder("solver", "fast_newton", ca.Function("g", [x, p], [x**2 + p]), {"error_on_fail": True})
+    start, given = ca.MX.sym("start"), ca.MX.sym("p")
+    kernel = Kernel(ca.Function("solve", [start, given], [solver(start, given)], ["start", "p"], ["x"]))
+    assert kernel(start=1.0, p=-4.0)["x"][0, 0] == pytest.approx(2)
+    with pytest.raises(ComputationError, match="solve"):
+        kernel(start=1.0, p=4.0)
+
+
+def test_ctrl_c_inside_a_call_waits_for_its_end(kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    kernel(phi=0.5, x=[1.0, 2.0])
+    call = kernel._way._calls[1]  # type: ignore[attr-defined]
+    run = call._run
+
+    def slow() -> None:
+        signal.raise_signal(signal.SIGINT)
+        run()
+        calls.append(1)
+
+    monkeypatch.setattr(call, "_run", slow)
+    outside = signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # ignored where a shell started us in the background
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            kernel(phi=0.5, x=[1.0, 2.0])
+        assert calls == [1]
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, outside)
+
+
+def test_results_belong_to_the_caller(kernel: Kernel) -> None:
+    """A second call does not write into what the first one gave."""
+    first = kernel(phi=[0.1, 0.2], x=[2.0, 3.0])["y"]
+    kept = first.copy()
+    kernel(phi=[1.1, 1.2], x=[2.0, 3.0])
+    assert (first == kept).all()
+
+
+def test_a_sparse_output_is_filled_up() -> None:
+    x = ca.SX.sym("x", 2)
+    f = ca.Function("f", [x], [ca.SX(ca.Sparsity.diag(2), x**2)], ["x"], ["y"])
+    assert Kernel(f)(x=[2.0, 3.0])["y"].tolist() == [[4, 0], [0, 9]]
+
+
+@needs_compiler
+@pytest.mark.usefixtures("kernel_cache")
+class TestCompiled:
+    def test_it_says_how_it_is_evaluated(self, kernel: Kernel) -> None:
+        assert kernel.way == "casadi-vm"
+        assert kernel.compiled is None
+        kernel.compile()
+        assert kernel.way == "lanes"
+        assert kernel(phi=[0.5, 1.5], x=[2.0, 3.0])["y"] == pytest.approx(2 * np.sin([[0.5, 1.5]]) + 3, rel=1e-15)
+
+    def test_without_lanes_it_is_casadi_s_own_code(self) -> None:
+        x = ca.SX.sym("x")
+        kernel = Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]))
+        kernel.compile()
+        assert kernel.way == "casadi-c"
+        assert kernel.compiled is not None
+        assert kernel(x=3.0)["y"][0, 0] == 9
+
+    @pytest.mark.parametrize("way", ["lanes", "casadi-c", "casadi-vm"])
+    def test_the_variable_names_the_fastest_way_allowed(
+        self, kernel: Kernel, way: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("PLANTER_KERNELS", way)
+        kernel.compile()
+        assert kernel.way == way
+        assert kernel(phi=0.5, x=[2.0, 3.0])["y"][0, 0] == pytest.approx(2 * np.sin(0.5) + 3, rel=1e-15)
+
+    def test_strictness_stays(self, kernel: Kernel) -> None:
+        kernel.compile()
+        with pytest.raises(CallError, match="has the shape"):
+            kernel(phi=0.5, x=1.0)
+        with pytest.raises(CallError, match="is not finite"):
+            kernel(phi=[0.5, np.nan], x=[1.0, 2.0])
+
+    def test_no_nan_leaves_a_loop(self) -> None:
+        """Its compiler may assume that there is none: what comes out is looked at outside."""
+        x = ca.SX.sym("x")
+        root = Kernel(ca.Function("root", [x], [ca.sqrt(x), 1 / x], ["x"], ["y", "z"]), lanes=["x"])
+        root.compile()
+        assert root.way == "lanes"
+        for bad in (-1.0, 0.0):
+            with pytest.raises(ComputationError, match=r"root: output [yz]\[0\] is not finite in lane 1"):
+                root(x=np.array([4.0, bad]))
+
+    def test_in_the_background_until_it_is_there(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
+        x = ca.SX.sym("x")
+        kernel = Kernel(ca.Function("later", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+        assert not backends.kept(kernel.work)
+        kernel.compile(wait=False)
+        assert kernel(x=[3.0])["y"][0, 0] == 9
+        for thread in threading.enumerate():
+            if thread.name == "compile later":
+                thread.join(timeout=60)
+        assert kernel.way == "lanes"
+        assert kernel(x=[3.0])["y"][0, 0] == 9
+        assert backends.kept(kernel.work)
+
+    def test_a_kept_one_is_there_at_once(self, kernel: Kernel) -> None:
+        kernel.compile()
+        other = Kernel(kernel.function, lanes=["phi"])
+        other.compile(wait=False)
+        assert other.way == "lanes"
+
+
+@pytest.mark.parametrize(("variable", "value"), [("CC", "no-such-compiler"), ("PLANTER_CACHE", "/dev/null/cache")])
+def test_without_compiler_or_cache_it_works_all_the_same(
+    kernel: Kernel, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, variable: str, value: str
+) -> None:
+    monkeypatch.setenv(variable, value)
+    monkeypatch.setattr(toolchain, "_warned", [])
+    kernel.compile()
+    kernel.compile()
+    assert kernel.way == "casadi-vm"
+    assert kernel(phi=0.0, x=[2.0, 3.0])["y"][0, 0] == 3
+    assert [r.levelname for r in caplog.records] == ["WARNING"]
+    assert not backends.kept(kernel.work)

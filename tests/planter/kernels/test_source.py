@@ -1,0 +1,161 @@
+"""The C text itself: one kernel kept as text, no warnings, vector instructions on every x86-64.
+
+`python -m tests.planter.kernels.test_source` writes the kept text again, for a change that is wanted.
+"""
+
+import platform
+import re
+import shutil
+import subprocess
+from collections import Counter
+from importlib import resources
+from pathlib import Path
+
+import casadi as ca
+import pytest
+
+from planter.kernels import backends, loops, toolchain
+from planter.kernels.backends import Work
+from planter.planting import file
+from planter.planting.model import MODELS, Device, Model
+from tests.support.lanes import STRICT, compiled, needs_compiler, work
+
+GOLDEN = Path(__file__).with_name("golden") / "kernels.c"
+phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
+VECTORS = {"x86-64": ("b", "xmm"), "x86-64-v2": ("b", "xmm"), "x86-64-v3": ("d", "ymm")}
+"""The letter of the vector library's calls, and the widest registers, by processor."""
+on_x86_64 = pytest.mark.skipif(platform.machine() != "x86_64", reason="vector instructions of x86-64")
+needs_disassembler = pytest.mark.skipif(shutil.which("objdump") is None, reason="no objdump")
+
+
+def small() -> Work:
+    """What a kernel can hold: a shared value, an angle's functions, a branch, logic, a vector and a scalar output."""
+    inside = ca.logic_and(phi > x[0], ca.logic_not(phi > 3.5))
+    curve = ca.if_else(inside, ca.sin(phi) * ca.sqrt(x[1]), ca.cos(phi) - 0.5)
+    return work("phi x", {"curve": curve, "both": ca.vertcat(curve**2, x[0] * ca.floor(phi))}, [phi, x], "phi")
+
+
+def text() -> str:
+    graph = loops.Graph.of(small().function, ["phi"])
+    whole = small().function
+    inputs = whole.sx_in()
+    total = ca.Function("total", inputs, whole.call(inputs)[:1], ["phi", "x"], ["curve"])
+    return loops.file([graph, loops.Graph.of(total, ["phi"])], [False, True])
+
+
+def test_a_kernel_as_text() -> None:
+    assert text() == GOLDEN.read_text(encoding="utf-8"), "wanted? python -m tests.planter.kernels.test_source"
+
+
+def _device_works(model: Model) -> list[Work]:
+    force = Device(file.load("wang2017"), model).force
+    return [force.value_kernel.work, force.slopes_kernel.work]
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("march", ["", "x86-64", "x86-64-v3"])
+def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
+    """Clang among them, which vectorises no loop with an arc tangent: its list of vector functions has none."""
+    if march and platform.machine() != "x86_64":
+        pytest.skip("processors of x86-64")
+    flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
+    joined = resources.files("planter").joinpath("lanes", "turn.c").read_text(encoding="utf-8")
+    outside = loops.interface.text(small().function, ["phi"], summed=False, lanes=9)
+    for number, source in enumerate((text(), joined, outside, _device_works("exact")[0].loop)):
+        compiled(source, tmp_path / f"{number}.o", *flags, compiler=compiler)
+
+
+def test_a_warning_would_be_seen(tmp_path: Path) -> None:
+    spoilt = text().replace("const double t1 = phi[i];", "const double t1 = phi[i]; double unused;")
+    assert spoilt != text()
+    with pytest.raises(subprocess.CalledProcessError) as caught:
+        compiled(spoilt, tmp_path / "k.o", *STRICT)
+    assert "unused" in caught.value.stderr
+
+
+def _object(given: Work, march: str, folder: Path) -> Path:
+    wide = ["-mprefer-vector-width=512"] if march == "native" else []
+    flags = ("-std=gnu99", *given.passes, *toolchain.FAST_MATH, f"-march={march}", *wide)
+    return compiled(given.loop, folder / "kernel.o", *flags)
+
+
+def _wanted(path: Path) -> set[str]:
+    """Symbols that an object file takes from others."""
+    lines = subprocess.run(["nm", "-u", str(path)], check=True, capture_output=True, text=True).stdout.splitlines()
+    return {line.split()[-1] for line in lines}
+
+
+def _arithmetic(path: Path) -> Counter[str]:
+    """How often each kind of register is added, multiplied, divided whole (packed), and `scalar`."""
+    command = ["objdump", "-d", "--no-show-raw-insn", str(path)]
+    found: Counter[str] = Counter()
+    for line in subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines():
+        match = re.search(r"\tv?(?:add|sub|mul|div|fn?m(?:add|sub)\d+)(pd|sd)\s.*%(.mm)\d+", line)
+        if match:
+            found[match[2] if match[1] == "pd" else "scalar"] += 1
+    return found
+
+
+def _width(march: str) -> tuple[str, str]:
+    if march != "native":
+        return VECTORS[march]
+    flags = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    return ("e", "zmm") if "avx512dq" in flags else VECTORS["x86-64-v3" if " fma " in flags else "x86-64"]
+
+
+@on_x86_64
+@needs_disassembler
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("march", ["x86-64", "x86-64-v2", "x86-64-v3", "native"])
+def test_a_device_s_kernels_are_vector_instructions(march: str, model: Model, tmp_path: Path) -> None:
+    """Each operation stands there packed, once more one by one for lanes left over; what lanes share is scalar."""
+    letter, register = _width(march)
+    calls = {f"_ZGV{letter}N{ {'b': 2, 'd': 4, 'e': 8}[letter] }v_{f}" for f in ("sin", "cos")}
+    for given in _device_works(model)[: 2 if march == "native" else 1]:
+        path = _object(given, march, tmp_path)
+        found, wanted = _arithmetic(path), _wanted(path)
+        assert found[register] >= 0.9 * len(loops.Graph.of(given.function, given.varying).varying) / 2
+        assert found[register] >= 0.8 * found["scalar"]
+        fused = letter != "b"
+        assert not wanted & {"sin", "cos"} if fused else calls <= wanted
+        assert "sincos" not in wanted
+        assert any(name.startswith(f"_ZGV{letter}") for name in wanted)
+
+
+@on_x86_64
+@needs_disassembler
+@pytest.mark.parametrize("march", ["x86-64", "native"])
+def test_a_loop_with_a_call_that_has_no_vector_form_is_seen(march: str, tmp_path: Path) -> None:
+    force = ca.if_else(phi > x[0], ca.sin(phi) * ca.sqrt(x[1]), ca.cos(phi)) * phi
+    good = work("phi x", {"y": force}, [phi, x], "phi")
+    bad = work("phi x", {"y": force + ca.fmod(phi, x[1])}, [phi, x], "phi")
+    _, register = _width(march)
+    assert _arithmetic(_object(good, march, tmp_path))[register] > 0
+    assert _arithmetic(_object(bad, march, tmp_path))[register] == 0
+
+
+@on_x86_64
+@needs_disassembler
+def test_sine_and_cosine_that_are_not_kept_apart_are_seen(tmp_path: Path) -> None:
+    """A compiler merges them into one call, and the loop is no vector loop any more."""
+    given = work("phi", {"y": ca.sin(phi) * ca.cos(phi) + phi}, [phi], "phi")
+    assert _arithmetic(_object(given, "x86-64", tmp_path))["xmm"] > 0
+    merged = given.loop.replace("x + f_zero", "x")
+    assert merged != given.loop
+    flags = ("-std=gnu99", *given.passes, *toolchain.FAST_MATH, "-march=x86-64")
+    path = compiled(merged, tmp_path / "merged.o", *flags)
+    assert _arithmetic(path)["xmm"] == 0
+    assert _wanted(path) & {"sincos", "cexpi", "cexp"}
+
+
+@needs_compiler
+@pytest.mark.usefixtures("kernel_cache")
+def test_large_functions_are_compiled_with_fewer_passes() -> None:
+    force = Device(file.load("wang2017")).force
+    assert force.slopes_kernel.work.passes == toolchain.OPTIMISED
+    assert force.hessian_kernel.work.size > backends.LARGE
+    assert force.hessian_kernel.work.passes == toolchain.SWIFT
+
+
+if __name__ == "__main__":
+    GOLDEN.write_text(text(), encoding="utf-8")

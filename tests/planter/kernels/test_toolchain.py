@@ -1,0 +1,302 @@
+"""Compiler and cache: what is kept is what was asked for, and everything works without them."""
+
+import json
+import os
+import platform
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from planter.kernels import toolchain
+from planter.kernels.toolchain import NoCompiler
+from tests.support.lanes import needs_compiler, path_of
+
+ROOT = Path(__file__).parents[3]
+SOURCE = "double twice(double x) { return 2.0 * x; }\n"
+as_a_user = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="for root no folder is closed")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def library(source: str = SOURCE, *flags: str) -> Path:
+    return toolchain.library("twice", source, flags or toolchain.OPTIMISED)
+
+
+def twice(path: Path) -> float:
+    """The library's answer for 4, in a process of its own: a library that was loaded once stays."""
+    program = (
+        "import ctypes, sys; f = ctypes.CDLL(sys.argv[1]).twice; f.restype = ctypes.c_double;"
+        "print(f(ctypes.c_double(4)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True)
+    return float(done.stdout)
+
+
+@needs_compiler
+class TestCache:
+    @pytest.fixture(autouse=True)
+    def _own_folder(self, folder: Path) -> None:
+        self.folder = folder
+
+    def test_the_same_is_compiled_once(self) -> None:
+        first = library()
+        written = first.stat().st_mtime_ns
+        assert library() == first
+        assert first.stat().st_mtime_ns == written
+        assert twice(first) == 8
+
+    def test_another_source_flag_name_or_processor_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        one = toolchain.place("twice", SOURCE, ("-O3",))
+        others = [
+            toolchain.place("twice", SOURCE.replace("2.0", "3.0"), ("-O3",)),
+            toolchain.place("twice", SOURCE, ("-O1",)),
+            toolchain.place("twice", SOURCE, ("-O3", "-ffast-math")),
+            toolchain.place("thrice", SOURCE, ("-O3",)),
+        ]
+        monkeypatch.setattr(toolchain, "_processor", lambda: "another processor")
+        others.append(toolchain.place("twice", SOURCE, ("-O3",)))
+        assert len({one, *others}) == 6
+
+    def test_another_version_of_the_compiler_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        one, found = toolchain.place("twice", SOURCE, ()), toolchain.compiler()
+        newer = toolchain.Compiler(found.path, "cc 99.1", found.flags)
+        monkeypatch.setattr(toolchain, "compiler", lambda: newer)
+        assert toolchain.place("twice", SOURCE, ()) != one
+
+    def test_what_is_linked_belongs_to_it(self, tmp_path: Path) -> None:
+        inner = library()
+        outer = toolchain.library(
+            "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (inner,)
+        )
+        moved = tmp_path / "twice.so"
+        shutil.copy(inner, moved)
+        assert (
+            toolchain.library(
+                "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (moved,)
+            )
+            != outer
+        )
+
+    def test_it_is_private(self) -> None:
+        path = library()
+        assert stat.S_IMODE(self.folder.stat().st_mode) == 0o700
+        assert stat.S_IMODE(path.stat().st_mode) == 0o700
+        assert [p.name for p in self.folder.iterdir()] == [path.name]
+
+    @pytest.mark.parametrize(
+        "damage",
+        [lambda b: b[:1000] + b"\x00" + b[1001:], lambda b: b[: len(b) // 2], lambda b: b[:-1], lambda b: b"",
+         lambda b: b + b"\x00", lambda b: b"\x00" * len(b)],
+        ids=["one byte", "half", "last byte", "empty", "one more", "zeros"],
+    )  # fmt: skip
+    def test_a_damaged_file_is_seen_and_built_again(self, damage) -> None:  # type: ignore[no-untyped-def]
+        path = library()
+        good = path.read_bytes()
+        spoilt = damage(good if damage(good) != good else good.replace(good[1000:1001], b"\x01"))
+        path.write_bytes(spoilt)
+        assert not toolchain.sound(path)
+        assert library() == path
+        assert toolchain.sound(path)
+        assert twice(path) == 8
+
+    def test_a_source_with_an_error_says_so(self) -> None:
+        with pytest.raises(NoCompiler, match=r"did not compile twice: .*error"):
+            library("double twice(double x) { return y; }\n")
+        assert list(self.folder.iterdir()) == []
+
+    def test_two_processes_that_start_together(self) -> None:
+        program = (
+            "from pathlib import Path; import sys, time; from planter import toolchain\n"
+            "source = Path(sys.argv[1]).read_text()\n"
+            "print(toolchain.library('twice', source, ('-O3',)))"
+        )
+        source = self.folder.parent / "twice.c"
+        source.write_text(SOURCE)
+        command = [sys.executable, "-c", program, str(source)]
+        started = [subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) for _ in range(4)]
+        said = {process.communicate(timeout=60)[0].strip() for process in started}
+        assert [process.returncode for process in started] == [0] * 4
+        assert len(said) == 1
+        (path,) = map(Path, said)
+        assert toolchain.sound(path)
+        assert [p.name for p in self.folder.iterdir()] == [path.name]
+        assert twice(path) == 8
+
+    def test_a_folder_that_others_may_write_is_refused(self) -> None:
+        library()
+        self.folder.chmod(0o777)
+        with pytest.raises(NoCompiler, match="is open to other users"):
+            library()
+        self.folder.chmod(0o755)
+        assert library().exists()
+
+    def test_a_folder_of_someone_else_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(os, "getuid", lambda: 12345)
+        with pytest.raises(NoCompiler, match="is open to other users"):
+            library()
+
+    @as_a_user
+    def test_a_folder_that_cannot_be_written(self) -> None:
+        self.folder.mkdir(mode=0o500)
+        with pytest.raises(NoCompiler, match="cannot be written"):
+            library()
+
+    def test_a_folder_that_cannot_be_made(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("PLANTER_CACHE", "/dev/null/cache")
+        with pytest.raises(NoCompiler, match="no folder for compiled functions"):
+            library()
+
+    def test_a_disk_that_forbids_execution(self) -> None:
+        path = self.folder.parent / "no.so"
+        path.write_text("this is no library")
+        with pytest.raises(NoCompiler, match="cannot be loaded"):
+            toolchain.load(path)
+
+
+@pytest.mark.parametrize(
+    ("variables", "expected"),
+    [
+        ({"PLANTER_CACHE": "/a/b", "XDG_CACHE_HOME": "/c"}, "/a/b"),
+        ({"XDG_CACHE_HOME": "/c", "HOME": "/d"}, "/c/planter"),
+        ({"XDG_CACHE_HOME": "", "HOME": "/d"}, "/d/.cache/planter"),
+        ({"PLANTER_CACHE": "", "HOME": "/d"}, "/d/.cache/planter"),
+    ],
+)
+def test_where_the_folder_is(variables: dict[str, str], expected: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("PLANTER_CACHE", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert toolchain.cache_path() == Path(expected)
+
+
+def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("could not determine home directory")
+
+    for name in ("PLANTER_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    with pytest.raises(NoCompiler, match="no folder for compiled functions"):
+        toolchain.cache_folder()
+
+
+@pytest.mark.parametrize("name", ["", "no-such-compiler", "false", __file__])
+def test_a_compiler_that_is_none(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", name)
+    with pytest.raises(NoCompiler, match=r"compiler|CC is empty"):
+        toolchain.compiler()
+
+
+@needs_compiler
+def test_the_variable_cc_names_the_compiler(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    monkeypatch.setenv("CC", path_of("clang"))
+    assert "clang" in toolchain.compiler().version
+    assert twice(library()) == 8
+
+
+SUBNORMALS = """
+import ctypes, sys, numpy as np
+from planter import toolchain
+ctypes.CDLL(sys.argv[1])
+tiny, small = np.array([5e-324]), np.array([2.2250738585072014e-308])
+print((tiny * 1.0).tobytes() == tiny.tobytes(), (small / 2).tobytes() == bytes([0] * 6 + [8, 0]))
+"""
+
+
+def subnormals_after_loading(path: Path) -> list[str]:
+    command = [sys.executable, "-c", SUBNORMALS, str(path)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+
+
+@needs_compiler
+class TestSubnormals:
+    """Numbers below 2.2e-308 stay what they are in a process that loads a kernel."""
+
+    def test_they_survive(self, folder: Path) -> None:
+        path = library(SOURCE, *toolchain.OPTIMISED, *toolchain.FAST_MATH)
+        assert subnormals_after_loading(path) == ["True", "True"]
+
+    @pytest.mark.skipif(platform.machine() != "x86_64", reason="start files of x86-64")
+    def test_linking_with_fast_math_loses_them(self, tmp_path: Path) -> None:
+        """What the compiler did up to version 12; from 13 on it leaves shared libraries alone."""
+        gcc = path_of("gcc")
+        version = subprocess.run([gcc, "-dumpversion"], capture_output=True, text=True, check=True).stdout
+        if int(version.partition(".")[0]) > 12:
+            pytest.skip(f"gcc {version.strip()} does not set the processor")
+        (tmp_path / "twice.c").write_text(SOURCE)
+        path = tmp_path / "twice.so"
+        command = [gcc, "-shared", "-fPIC", "-ffast-math", str(tmp_path / "twice.c"), "-o", str(path)]
+        subprocess.run(command, check=True)
+        assert subnormals_after_loading(path) == ["False", "False"]
+
+
+SEARCH = ("optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "36")
+UNLOADABLE = """
+import sys
+from planter import toolchain
+
+def refused(path):
+    raise toolchain.NoCompiler(f"{path} cannot be loaded: failed to map segment")
+
+toolchain.load = refused
+toolchain.OPTIMISED = toolchain.SWIFT = ("-O0",)
+from planter.cli import main
+main()
+"""
+
+
+def _open_to_all(folder: Path) -> Path:
+    folder.mkdir()
+    folder.chmod(0o777)
+    return folder
+
+
+WITHOUT = {
+    "CC is empty": lambda _: {"CC": ""},
+    "no folder": lambda _: {"PLANTER_CACHE": "/dev/null/cache"},
+    "a folder open to all": lambda p: {"PLANTER_CACHE": str(_open_to_all(p / "open"))},
+}
+
+
+@pytest.fixture(scope="module")
+def objective() -> float:
+    """What the virtual machine finds; whoever asks for it is not warned."""
+    found, said = _found([sys.executable, "-m", "planter"], {"PLANTER_KERNELS": "casadi-vm"})
+    assert said == []
+    return float(found["objective"])
+
+
+def _found(command: list[str], variables: dict[str, str]) -> tuple[dict, list[str]]:  # type: ignore[type-arg]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | variables
+    done = subprocess.run(
+        [*command, *SEARCH, "--json"], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), [line for line in done.stderr.splitlines() if "slower" in line]
+
+
+@needs_compiler
+class TestWithout:
+    """It works, slower, and says so once."""
+
+    @pytest.mark.parametrize("case", WITHOUT)
+    def test_one_warning(self, case: str, objective: float, tmp_path: Path) -> None:
+        found, said = _found([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
+        assert len(said) == 1
+        assert said[0].startswith("planter: slower without compiled functions: ")
+        assert found["objective"] == pytest.approx(objective, rel=1e-9)
+
+    def test_one_warning_where_nothing_can_be_loaded(self, objective: float, kernel_cache: None) -> None:
+        found, said = _found([sys.executable, "-c", UNLOADABLE], {})
+        assert len(said) == 1
+        assert "cannot be loaded" in said[0]
+        assert found["objective"] == pytest.approx(objective, rel=1e-9)

@@ -1,0 +1,154 @@
+"""The comparison of gear families: three pairs, ranked, resumed after a kill with nothing done twice."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.gearing import families, relative
+from planter.planting import file
+from planter.planting.compare import box
+from planter.planting.compare.proposal import left, proposal
+from planter.planting.compare.run import compare
+from planter.planting.model import Device
+
+PAIRS = ("ellipse+ellipse", "eccentric_circle+ellipse", "ellipse+eccentric_circle")
+KEYS = {"stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "design", "binding"}
+
+
+def command(out: Path, *more: str) -> list[str]:
+    pairs = [word for pair in PAIRS for word in ("--pair", pair)]
+    base = [sys.executable, "-m", "planter", "compare", "wang2017", "--starts", "1", "--json", "--out", str(out)]
+    return [*base, *pairs, *more]
+
+
+@pytest.fixture(scope="module")
+def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, int], Path, str]:
+    """A run killed after its first devices and then resumed: result, its files before, folder, what was said."""
+    out = tmp_path_factory.mktemp("compare")
+    first = subprocess.Popen(command(out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    limit = time.monotonic() + 120
+    while len(list((out / "devices").glob("*.json"))) < 2 and time.monotonic() < limit:
+        time.sleep(0.05)
+    os.kill(first.pid, signal.SIGKILL)
+    first.wait()
+    before = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
+    assert 2 <= len(before) < 4
+    assert not (out / "summary.json").exists()
+    done = subprocess.run(command(out, "--resume"), capture_output=True, text=True, check=True)
+    return json.loads(done.stdout), before, out, done.stderr
+
+
+def test_nothing_is_lost_and_nothing_done_twice(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+    result, before, out, said = resumed
+    after = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
+    assert set(after) == {f"{pair}.json" for pair in PAIRS} | {"narrow.json"}
+    assert {name: after[name] for name in before} == before
+    assert f"{len(before)} of 4 were done before" in said
+    assert len(result["devices"]) == 3
+
+
+def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+    result, _, out, _ = resumed
+    assert result["seconds"] > 0
+    assert all(set(entry) >= KEYS for entry in result["devices"])
+    feasible = [entry["feasible"] for entry in result["devices"]]
+    assert feasible == sorted(feasible, reverse=True)
+    objectives = [entry["objective"] for entry in result["devices"] if entry["feasible"]]
+    assert objectives == sorted(objectives)
+    assert objectives[0] < result["narrow"]["objective"]
+    for entry in result["devices"]:
+        verdicts = {one["verdict"] for one in entry["requirements"]}
+        assert (verdicts == {"pass"}) is entry["feasible"]
+    assert (out / "figures" / "comparison.svg").exists()
+    assert len((out / "devices.csv").read_text().splitlines()) == 2 + 3
+
+
+def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+    from planter.planting.compare.run import Store
+
+    _, _, out, _ = resumed
+    own = file.load("wang2017")
+    assert Store(out / "devices", own, 1, 0).load(("ellipse", "ellipse")) is not None
+    assert Store(out / "devices", own, 1, 1).load(("ellipse", "ellipse")) is None
+    assert Store(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(("ellipse", "ellipse")) is None
+
+
+def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+    """The families' own parameters, put into a machine of these families, make the same objective."""
+    from planter.optimise.refined import Refined
+    from planter.optimise.response import Planting
+
+    entry = next(e for e in resumed[0]["devices"] if (e["stage1"], e["stage2"]) == ("eccentric_circle", "ellipse"))
+    own = file.load("wang2017").table()
+    own["design"] = {name: entry["design"][name] for name in own["design"]}
+    own["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in own["design"].items()}
+    device = Device(file.Machine.read(own, "own"))
+    look = Refined(Planting(device)).look(device.design)
+    assert look.high - look.low == pytest.approx(entry["range_N"], rel=1e-7)
+
+
+@pytest.mark.parametrize("family", families.names())
+def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str) -> None:
+    own = file.load(box.REFERENCE)
+    device = Device(box.described(own, (family, family)))
+    swings = []
+    for stage in (0, 1):
+        size, swing, m = box.curve(device, stage)
+        swings.append(swing)
+        wanted = device.design[[n.startswith("size") for n in device.names]][stage]
+        assert size == pytest.approx(wanted, rel=0.02)
+        assert swing == pytest.approx(device.design[[n.startswith("swing") for n in device.names]][stage], rel=0.02)
+        assert m == device.design[[n.startswith("m") for n in device.names]][stage]
+    assert all(name in device.names for name in ("size3_mm", "swing3", "size6_mm", "swing6"))
+    assert relative.of(f"{family}-relative") == family
+
+
+def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
+    strict = file.load(box.REFERENCE, {"funnel_speed_margin_m_s": 0.05})
+    found = compare(strict, starts=1, pairs=[("ellipse", "ellipse")])
+    entry = found["devices"][0]
+    assert not entry["feasible"]
+    told = found["proposal"]
+    assert told["conflicting"] == [one["name"] for one in entry["violations"]]
+    assert told["violation"] < 1e-6
+    half = {one["key"]: (one["limit"] + one["relaxed"]) / 2 for one in entry["violations"]}
+    assert left(strict, entry, half) > 1e-3
+    assert proposal(strict, [{**entry, "feasible": True}]) is None
+
+
+BAD = {
+    "unknown family": (["--pair", "ellipse+oval"], "--pair ellipse+oval is not allowed: it must be two of"),
+    "one family": (["--pair", "ellipse"], "--pair ellipse is not allowed"),
+    "nowhere to resume": (["--resume"], "--resume is not allowed without --out"),
+    "no starts": (["--starts", "0"], "--starts"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_calls_are_one_sentence(case: str) -> None:
+    arguments, said = BAD[case]
+    done = subprocess.run([sys.executable, "-m", "planter", "compare", "wang2017", *arguments, "--json"],
+                          capture_output=True, text=True, check=False)  # fmt: skip
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_resume_without_a_folder_is_an_input_error() -> None:
+    with pytest.raises(InputError, match="--out"):
+        compare(file.load("wang2017"), resume=True)
+
+
+def test_the_registry_squared_is_compared() -> None:
+    assert len(box.pairs()) == len(families.names()) ** 2
+    assert ("eccentric_circle", "ellipse") in box.pairs()
+    assert np.unique(box.pairs(), axis=0).shape == (len(families.names()) ** 2, 2)

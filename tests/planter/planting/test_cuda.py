@@ -1,0 +1,143 @@
+"""A device's turn as CUDA: compiled where its compiler is, run where a graphics processor is, and its text run on
+ordinary threads everywhere, which shows the numbers but neither the compiler nor the speed.
+"""
+
+import re
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter.cli import app
+from planter.errors import ComputationError
+from planter.kernels import Array, CallError
+from planter.kernels.loops.graph import NotPrintable
+from planter.kernels.toolchain import NoCompiler
+from planter.planting import simulation
+from planter.planting.cycle import angles
+from planter.planting.export import cuda
+from planter.planting.file import load
+from planter.planting.model import Device, Model
+from tests.support import machines, swapped
+
+HOST = Path(__file__).with_name("cuda_on_host.h")
+EQUAL = 1e-11
+needs_nvcc = pytest.mark.skipif(shutil.which("nvcc") is None, reason="no CUDA compiler: nvcc")
+needs_threads = pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler: g++")
+
+
+@cache
+def device(name: str, model: Model = "exact") -> Device:
+    return Device(swapped.machine() if name == "swapped" else load(name), model)
+
+
+def drawn(own: Device, count: int) -> Array:
+    rng = np.random.default_rng(11)
+    return np.array([own.design, *(machines.design_near(own, rng) for _ in range(count - 1))])
+
+
+def expected(own: Device, designs: Array, samples: int) -> Array:
+    """By the virtual machine and NumPy, over the whole turn."""
+    rows = []
+    for x in designs:
+        force = own.support(own.prologue(x), angles(samples))
+        span, variance = float(np.ptp(force)), float(force.var())
+        objective = simulation.Objective.of(own.machine).value(span, variance)
+        rows.append((objective, span, variance, float(force.mean())))
+    return np.array(rows)
+
+
+def on_threads(own: Device, folder: Path, *changes: tuple[str, str]) -> Path:
+    """The library of the text with CUDA's words replaced by those of ordinary threads."""
+    ((file, text),) = cuda.files(own).items()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    source, library = folder / f"{file}.cc", folder / "on_threads.so"
+    source.write_text(f'#include "{HOST}"\n' + re.sub(r"(\w+)<<<(.*?), (\w+)>>>\(", r"launch(\1, \2, \3, ", text))
+    command = ["g++", "-std=c++20", "-O0", "-pthread", "-shared", "-fPIC", str(source), "-o", str(library)]
+    subprocess.run(command, check=True, capture_output=True, text=True)
+    return library
+
+
+@needs_threads
+@pytest.mark.parametrize(
+    ("name", "model", "samples"), [("wang2017", "exact", 360), ("compact", "printed", 37), ("swapped", "exact", 90)]
+)
+def test_the_text_finds_what_the_virtual_machine_finds(name: str, model: Model, samples: int, tmp_path: Path) -> None:
+    own = device(name, model)
+    batches, designs = cuda.Batches(own, on_threads(own, tmp_path), samples), drawn(own, 5)
+    found, reference = batches(designs), expected(own, designs, samples)
+    assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
+
+
+@needs_threads
+def test_designs_in_chunks_and_a_tampered_text(tmp_path: Path) -> None:
+    own, samples = device("wang2017"), 24
+    designs = drawn(own, 5)
+    reference = expected(own, designs, samples)
+    chunked = cuda.Batches(own, on_threads(own, tmp_path, ("CHUNK = 65536", "CHUNK = 2")), samples)
+    assert (np.abs(chunked(designs) - reference) <= EQUAL * np.abs(reference)).all()
+    (tmp_path / "wrong").mkdir()
+    changes = ("apart * apart * (a.count * b.count / count)", "0.0")
+    wrong = cuda.Batches(own, on_threads(own, tmp_path / "wrong", changes), samples)(designs)
+    assert (np.abs(wrong - reference)[:, 2] > EQUAL * reference[:, 2]).all()
+    assert (np.abs(wrong - reference)[:, 1] <= EQUAL * reference[:, 1]).all()
+    for bad in (designs[0], designs[:, :9]):
+        with pytest.raises(CallError, match=r"shape \(m, 10\)"):
+            chunked(bad)
+    designs[3, own.names.index("e3_mm")] = 2 * designs[3, own.names.index("R3_mm")]
+    with pytest.raises(ComputationError, match="in row 3"):
+        chunked(designs)
+
+
+@needs_nvcc
+def test_nvidia_s_compiler_takes_it(tmp_path: Path) -> None:
+    library = cuda.build(device("wang2017"), tmp_path, "compute_90")
+    assert library.stat().st_size > 10_000
+    (tmp_path / "wrong").mkdir()
+    source = tmp_path / "wrong" / "w.cu"
+    source.write_text((tmp_path / "wang2017.cu").read_text().replace("__syncthreads();", "__syncthreats();"))
+    assert subprocess.run(["nvcc", "-c", str(source), "-o", "/dev/null"], capture_output=True, check=False).returncode
+
+
+@needs_nvcc
+def test_on_a_graphics_processor(tmp_path: Path) -> None:
+    own = device("wang2017")
+    answer = (
+        subprocess.run(["nvidia-smi", "-L"], capture_output=True, check=False) if shutil.which("nvidia-smi") else None
+    )
+    present = answer is not None and answer.returncode == 0
+    library = cuda.build(own, tmp_path, "native" if present else "compute_90")
+    if not present:
+        with pytest.raises(NoCompiler, match="no graphics processor"):
+            cuda.Batches(own, library)
+        pytest.skip("no graphics processor that runs CUDA")
+    designs = drawn(own, 200)
+    found, reference = cuda.Batches(own, library)(designs), expected(own, designs, 360)
+    assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
+
+
+def test_without_its_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(NoCompiler, match="there is no CUDA compiler"):
+        cuda.build(device("wang2017"), tmp_path)
+
+
+def test_only_one_number_for_one_angle() -> None:
+    from planter.kernels.loops import Graph
+
+    force = device("wang2017").force.slopes_kernel.work
+    with pytest.raises(NotPrintable, match="is not one number for one angle"):
+        cuda._kernels(Graph.of(force.function, force.varying), {})
+
+
+def test_the_command_writes_it(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["export", "cuda", "compact", "--model", "printed", "--out", str(tmp_path)])
+    assert result.exit_code == 0
+    assert result.stdout.split() == [str(tmp_path / "compact_printed.cu")]
+    assert (tmp_path / "compact_printed.cu").read_text().startswith("/* compact: ")

@@ -1,0 +1,127 @@
+"""A machine as C that stands alone: it compiles without a warning and finds what `planter` finds."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter.cli import app
+from planter.files import examples
+from planter.planting.export import c99
+from planter.planting.file import load
+from planter.planting.model import MODELS, Device, Model
+from planter.planting.simulation import objective_gradient
+from tests.support import swapped
+from tests.support.lanes import STRICT, path_of
+
+OBJECTIVE = ("range_N", "variance_N2", "mean_N")
+
+
+def answer(*arguments: str) -> dict:  # type: ignore[type-arg]
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def program(files: list[Path], compiler: str, *flags: str) -> dict[str, float]:
+    """What the exported program prints, its parts compiled each with every warning an error."""
+    sources, target = [f for f in files if f.suffix == ".c"], files[0].with_suffix(f".{compiler}")
+    objects = [source.with_suffix(".o") for source in sources]
+    for source, compiled in zip(sources, objects, strict=True):
+        command = [path_of(compiler), *STRICT, *flags, "-c", str(source), "-o", str(compiled)]
+        subprocess.run(command, check=True, capture_output=True, text=True)
+    subprocess.run([path_of(compiler), *map(str, objects), "-lm", "-o", str(target)], check=True)
+    said = subprocess.run([str(target)], check=True, capture_output=True, text=True).stdout
+    return {name: float(value) for name, value in map(str.split, said.splitlines())}
+
+
+NATIVE = ("-O3", "-march=native", "-ffast-math")
+
+
+@pytest.mark.parametrize(
+    ("name", "model", "compiler", "flags"),
+    [
+        ("wang2017", "exact", "gcc", ("-O1",)),
+        ("compact", "printed", "gcc", NATIVE),
+        ("compact", "exact", "clang", ("-O1",)),
+    ],
+)
+def test_the_program_finds_what_simulate_finds(
+    name: str, model: Model, compiler: str, flags: tuple[str, ...], tmp_path: Path
+) -> None:
+    files = [Path(p) for p in answer("export", "c", name, "--model", model, "--out", str(tmp_path))["files"]]
+    found = program(files, compiler, *flags)
+    expected = answer("simulate", name, "--model", model)
+    assert found["objective"] == pytest.approx(expected["objective"], rel=1e-12)
+    for key in OBJECTIVE:
+        assert found[key] == pytest.approx(expected["support_force"][key], rel=1e-11)
+    gradient = answer("sensitivity", name, "--model", model)["gradient"]
+    device = Device(load(name), model)
+    shown = {n: found[f"gradient.{n}"] * s for n, s in zip(device.names, device.scale, strict=True)}
+    width = dict(zip(device.names, (device.upper - device.lower) / device.scale, strict=True))
+    largest = max(abs(gradient[n] * width[n]) for n in gradient)
+    assert all(abs(shown[n] - gradient[n]) * width[n] <= 1e-10 * largest for n in gradient)
+
+
+def written(device: Device, folder: Path) -> list[Path]:
+    for file, text in c99.files(device).items():
+        (folder / file).write_text(text)
+    return [folder / file for file in c99.files(device)]
+
+
+def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
+    table = swapped.table()
+    table["objective"]["samples"], table["name"] = 37, "My 2nd */ machine"
+    device = Device(swapped.Machine.read(table, "swapped.toml"))
+    files = written(device, tmp_path)
+    assert [f.name for f in files] == ["my_2nd_machine.h", "my_2nd_machine.c", "my_2nd_machine_main.c"]
+    value, gradient = objective_gradient(device, 37)
+    found = program(files, "gcc", "-O1")
+    assert found["objective"] == pytest.approx(value, rel=1e-12)
+    own = np.array([found[f"gradient.{name}"] for name in device.names])
+    width = device.upper - device.lower
+    assert np.abs((own - gradient) * width).max() <= 1e-10 * np.abs(gradient * width).max()
+
+
+def test_another_design_is_another_number(tmp_path: Path) -> None:
+    """The program's number is computed: with a number of the machine changed in its text it is another one."""
+    files = written(Device(load("wang2017")), tmp_path)
+    before = program(files, "gcc", "-O0")["objective"]
+    text = files[1].read_text()
+    head, mark, data = text.partition("const double wang2017_machine[WANG2017_MACHINE] = {")
+    first, comma, rest = data.partition(", ")
+    files[1].write_text(head + mark + repr(1.1 * float(first)) + comma + rest)
+    assert program(files, "gcc", "-O0")["objective"] != pytest.approx(before, rel=1e-3)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
+    device = Device(load("wang2017"), model)
+    header = " ".join(next(iter(c99.files(device).values())).replace("\n *", " ").split())
+    assert "x[4] R3_mm: R [m] radius of the eccentric circle (wang2017 3.4)" in header
+    assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
+    for entry in device.sidecar["vectors"]["machine"]:
+        assert f"{entry['name']} [{entry['unit']}] {entry['meaning']}" in header
+    for equation in device.sidecar["equations"]:
+        assert equation in header
+    assert ("wang2017 (18)" in header) == (model == "printed")
+
+
+def test_names_are_identifiers() -> None:
+    assert [c99._identifier(n) for n in ("wang2017", "A-b c", "2nd", "Größe", "*/")] == [
+        "wang2017", "a_b_c", "m_2nd", "gr_e", "m_",
+    ]  # fmt: skip
+
+
+def test_a_folder_that_cannot_be_written_is_refused() -> None:
+    result = CliRunner().invoke(app, ["export", "c", "wang2017", "--out", "/dev/null/x", "--json"])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "/dev/null/x" in result.stderr
+
+
+def test_every_built_in_machine_has_a_name_of_its_own() -> None:
+    names = [c99.name(Device(load(n), m)) for n in examples.names("planting", ".toml") for m in MODELS]
+    assert len(set(names)) == len(names)

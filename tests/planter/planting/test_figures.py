@@ -1,0 +1,400 @@
+"""Figures: what is drawn is what was handed in, it fits on the sheet, and the same data give the same bytes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import AxLine, Line2D
+from matplotlib.patches import Circle, Polygon
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+
+from planter.errors import InputError
+from planter.planting.report import figures
+from planter.planting.report.gearing import Gearing, PitchCurve
+from planter.report import style
+from planter.report.search import nondominated
+
+PHI = np.arange(360.0)
+LENGTH = 210.0
+
+
+def turn(travel: float = 0.0) -> dict[str, np.ndarray]:
+    """Columns of a turn, made up: a carrier with two links, a nozzle that swings and opens for a while."""
+    phi = np.radians(PHI)
+    a1 = 62 * np.array([-np.sin(phi), np.cos(phi)])
+    b1 = a1 + 61 * np.array([-np.sin(phi + 0.5), np.cos(phi + 0.5)])
+    alpha = np.radians(100) + 0.3 * np.sin(phi)
+    tip = b1 + LENGTH * np.array([np.cos(alpha), -np.sin(alpha)])
+    forces = {
+        f"{name}{axis}_N": size * (np.sin(2 * phi + k) + 0.3 * np.cos(phi) * (name in ("F_A1", "F_B1")))
+        for name, size in (("F_A1", 50), ("F_B1", 80), ("F_O", 30), ("F_O1", 60))
+        for k, axis in enumerate("xy")
+    }
+    return {
+        "phi_deg": PHI,
+        "phi52_deg": PHI + 20 * np.sin(phi),
+        "phi72_deg": -PHI - 25 * np.sin(phi),
+        "omega_rad_s": 1.5 * np.sin(phi),
+        "alpha_deg": np.degrees(alpha),
+        "theta1_deg": np.where((PHI > 150) & (PHI < 300), 18.0, 0.0),
+        **{f"{axis}_{name}_mm": point[i] for name, point in (("A1", a1), ("B1", b1)) for i, axis in enumerate("xy")},
+        "tip_x_mm": tip[0] + travel * phi,
+        "tip_y_mm": tip[1],
+        **forces,
+    }
+
+
+RATIOS = (1 + 0.3 * np.cos(np.radians(PHI)), 1 - 0.1 * np.cos(np.radians(PHI)))
+STEADY = 98 + np.sin(np.radians(2 * PHI))
+LIVELY = 77 + 45 * np.sin(np.radians(2 * PHI))
+CYCLES = {"exact": (PHI, STEADY), "printed": (PHI, LIVELY)}
+BEFORE = {"exact": (PHI, STEADY + 0.2), "printed": (PHI, LIVELY - 3)}
+JOINTS = {"sun, t = 0": [-25.5, 154.5], "cam, start of the rise": [131.0], "cam, end of the rise": [181.0]}
+REFERENCE = {"theory": (158.94, 36.77), "experiment": (171.96, 24.93)}
+HISTORY = {
+    "ga": [(40, 1.9), (80, 1.6), (8000, 1.31)],
+    "ipopt, start 1": [(1, 2.4), (2, 1.8), (20, 1.302)],
+    "ipopt, start 2": [(1, 2.9), (9, 1.303)],
+}
+POINTS = np.array([[3.0, 0.2], [2.0, 0.4], [2.0, 0.5], [2.5, 0.3], [3.0, 0.3], [2.5, 0.3]])
+MARKS = {"paper's design": (3.1, 0.27), "optimum": (2.5, 0.3)}
+
+
+def mesh() -> Gearing:
+    """Four circles that touch, one above the other."""
+    t = np.linspace(0, 2 * np.pi, 90)
+    centres = [np.array([0.0, y]) for y in (0, 60, 60, 120)]
+    curves = [
+        PitchCurve(name, centre, centre[:, None] + 30 * np.array([np.cos(t), np.sin(t)]))
+        for name, centre in zip(("sun", "gear 5", "gear 6", "planet gear"), centres, strict=True)
+    ]
+    contacts = {"P": np.array([0.0, 30.0]), "Q": np.array([0.0, 90.0])}
+    return Gearing(0.0, tuple(curves), {"O": centres[0], "A1": centres[1], "B1": centres[3]}, contacts)
+
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "support force": lambda: figures.support_force(CYCLES, 97.86, JOINTS, BEFORE, REFERENCE),
+    "support force, plain": lambda: figures.support_force({"exact": CYCLES["exact"]}, 97.86),
+    "tip path": lambda: figures.tip_path(turn(), LENGTH),
+    "tip path, travelling": lambda: figures.tip_path(turn(-160.0), LENGTH),
+    "pitch curves": lambda: figures.pitch_curves(mesh()),
+    "rotation": lambda: figures.rotation(turn(), RATIOS),
+    "joint forces": lambda: figures.joint_forces({"exact": turn(), "printed": turn()}),
+    "convergence": lambda: figures.convergence(HISTORY),
+    "pareto": lambda: figures.pareto(POINTS, MARKS, (0.6, 0.4)),
+}
+
+
+def line(axes: Axes, label: str) -> Line2D:
+    """The only line of that label."""
+    (found,) = [line for line in axes.get_lines() if line.get_label() == label]
+    return found
+
+
+def data(axes: Axes, label: str) -> np.ndarray:
+    return np.asarray(line(axes, label).get_xydata()).T
+
+
+# --- every figure ----------------------------------------------------------------------------------
+
+
+def outside(figure: Figure) -> list[str]:
+    """Texts that reach beyond the sheet."""
+    style.arrange(figure)
+    box = figure.bbox.padded(0.5)
+    return [text for text, e in texts(figure) if not (box.contains(e.x0, e.y0) and box.contains(e.x1, e.y1))]
+
+
+def texts(figure: Figure) -> list[tuple[str, Bbox]]:
+    found = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
+    hidden = {
+        id(label)
+        for axes in figure.axes
+        for axis in (axes.xaxis, axes.yaxis)
+        for tick in axis.get_major_ticks() + axis.get_minor_ticks()
+        for label in (tick.label1, tick.label2)
+        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+    }
+    return [(t.get_text(), t.get_window_extent()) for t in found if id(t) not in hidden]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_text_is_cut_off(name: str) -> None:
+    assert outside(FIGURES[name]()) == []
+
+
+def test_a_text_that_is_cut_off_is_found() -> None:
+    figure = FIGURES["pareto"]()
+    figure.text(0.98, 0.5, "much too far to the right")
+    assert outside(figure) == ["much too far to the right"]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_says_its_unit(name: str) -> None:
+    labels = [label for axes in FIGURES[name]().axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
+    units = (" / N", " / N²", " / mm", " / deg", " / (rad/s)", " / 1")
+    counts = ("evaluations of the objective", "best objective")
+    assert labels
+    assert [label for label in labels if not label.endswith(units) and label not in counts] == []
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_same_data_give_the_same_bytes(name: str) -> None:
+    first = figures.svg(FIGURES[name]())
+    assert figures.svg(FIGURES[name]()) == first
+    assert "<dc:date>" not in first
+
+
+def test_what_was_written_before_changes_nothing() -> None:
+    figure = FIGURES["tip path"]()
+    first = figures.svg(figure)
+    assert style.png(figure) == style.png(FIGURES["tip path"]())
+    assert figures.svg(figure) == first
+
+
+def test_other_data_give_other_bytes() -> None:
+    moved = figures.pareto(POINTS + 1e-3, MARKS, (0.6, 0.4))
+    assert figures.svg(moved) != figures.svg(FIGURES["pareto"]())
+
+
+def test_settings_of_the_user_play_no_part_and_stay() -> None:
+    plain = figures.svg(FIGURES["convergence"]())
+    with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "svg.hashsalt": "mine"}):
+        assert figures.svg(FIGURES["convergence"]()) == plain
+        assert matplotlib.rcParams["font.size"] == 20
+        assert matplotlib.rcParams["svg.hashsalt"] == "mine"
+
+
+def test_threads_do_not_disturb_each_other() -> None:
+    alone = figures.svg(FIGURES["convergence"]())
+    together: list[str] = []
+    threads = [threading.Thread(target=lambda: together.append(figures.svg(FIGURES["convergence"]()))) for _ in "12"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert together == [alone] * 2
+
+
+def test_matplotlib_is_imported_by_the_first_figure() -> None:
+    script = (
+        "import sys; from planter.report import figures, files, gearing, html, planting;"
+        "before = 'matplotlib' in sys.modules; figures.convergence({'ga': [(1, 2.0)]});"
+        "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True", "False"]
+
+
+def test_both_files_are_saved(tmp_path: Path) -> None:
+    figure = FIGURES["convergence"]()
+    vector, raster = figures.save(figure, tmp_path, "convergence")
+    assert vector.read_text(encoding="utf-8") == figures.svg(figure)
+    assert raster.read_bytes().startswith(b"\x89PNG")
+    assert sorted(tmp_path.iterdir()) == sorted([vector, raster])
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nowhere"):
+        figures.save(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
+
+
+# --- forces ----------------------------------------------------------------------------------------
+
+
+def test_support_force_shows_both_models_and_the_weight() -> None:
+    axes = figures.support_force(CYCLES, 97.86).axes[0]
+    for model, curve in CYCLES.items():
+        assert np.array_equal(data(axes, model), curve)
+    assert set(data(axes, "weight")[1]) == {97.86}
+    assert "weight 97.9 N" in [text.get_text() for text in axes.texts]
+    assert to_hex(line(axes, "exact").get_color()) != to_hex(line(axes, "printed").get_color())
+
+
+def test_a_flat_curve_is_shown_again_on_its_own_scale() -> None:
+    common, own = figures.support_force(CYCLES, 97.86).axes
+    assert np.array_equal(data(own, "exact"), CYCLES["exact"])
+    assert [line.get_label() for line in own.get_lines()] == ["exact", "weight"]
+    assert np.ptp(own.get_ylim()) < 0.1 * np.ptp(common.get_ylim())
+    assert len(figures.support_force({"exact": CYCLES["exact"]}, 97.86).axes) == 1
+
+
+def test_the_design_before_is_dashed() -> None:
+    common, own = figures.support_force(CYCLES, 97.86, before=BEFORE).axes
+    for axes, model in ((common, "printed"), (common, "exact"), (own, "exact")):
+        assert np.array_equal(data(axes, f"{model}, before"), BEFORE[model])
+        assert line(axes, f"{model}, before").is_dashed()
+        assert not line(axes, model).is_dashed()
+
+
+def test_joints_are_marked_part_by_part() -> None:
+    common, _, strip = figures.support_force(CYCLES, 97.86, JOINTS).axes
+    assert np.array_equal(data(strip, "sun")[0], [334.5, 154.5])
+    assert np.array_equal(data(strip, "cam")[0], [131.0, 181.0])
+    drawn = sorted(float(np.asarray(line.get_xdata())[0]) for line in common.get_lines() if line.get_gid() == "joint")
+    assert drawn == [131.0, 154.5, 181.0, 334.5]
+
+
+def test_reference_is_drawn_only_if_handed_in() -> None:
+    bars = figures.support_force(CYCLES, 97.86, reference=REFERENCE).axes[-1]
+    assert data(bars, "theory")[0].tolist() == [36.77, 158.94]
+    assert data(bars, "experiment")[0].tolist() == [24.93, 171.96]
+    assert data(bars, "printed")[0].tolist() == [LIVELY.min(), LIVELY.max()]
+    shown = [t.get_text() for t in figures.support_force(CYCLES, 97.86).findobj(Text)]
+    assert not any("theory" in text for text in shown)
+
+
+def test_joint_forces_are_closed_curves_about_zero() -> None:
+    columns = turn()
+    panels = figures.joint_forces({"exact": columns, "printed": columns}).axes
+    for axes, name in zip(panels, ("F_A1", "F_B1", "F_O", "F_O1"), strict=True):
+        for model in ("exact", "printed"):
+            x, y = data(axes, f"{model} model")
+            assert np.array_equal(x, np.append(columns[f"{name}x_N"], columns[f"{name}x_N"][0]))
+            assert np.array_equal(y, np.append(columns[f"{name}y_N"], columns[f"{name}y_N"][0]))
+        assert axes.get_aspect() == 1
+        circles = axes.findobj(Circle)
+        assert len(circles) > 2
+        assert {circle.center for circle in circles} == {(0, 0)}
+
+
+# --- motion ----------------------------------------------------------------------------------------
+
+
+def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
+    columns = turn()
+    (axes,) = figures.tip_path(columns, LENGTH).axes
+    x, y = data(axes, "tip, closed")
+    assert np.allclose(x[:-1], columns["tip_x_mm"], atol=1e-9, rtol=0)
+    assert np.allclose(y[:-1], columns["tip_y_mm"], atol=1e-9, rtol=0)
+    assert (x[-1], y[-1]) == (x[0], y[0])
+    assert axes.get_aspect() == 1
+
+
+def test_nozzle_is_drawn_at_twelve_angles_with_its_point_at_the_tip() -> None:
+    columns = turn()
+    (axes,) = figures.tip_path(columns, LENGTH).axes
+    outlines = [np.asarray(p.get_xy()) for p in axes.findobj(Polygon) if p.get_gid() == "nozzle"]
+    tips = np.array([columns["tip_x_mm"], columns["tip_y_mm"]]).T[::30]
+    roots = np.array([columns["x_B1_mm"], columns["y_B1_mm"]]).T[::30]
+    assert len(outlines) == 12
+    for outline, tip, root in zip(outlines, tips, roots, strict=True):
+        assert np.hypot(*(outline - tip).T).min() < 1e-9
+        assert np.hypot(*(outline - root).T).max() == pytest.approx(LENGTH, abs=1e-9)
+
+
+def test_path_is_marked_where_the_nozzle_is_open() -> None:
+    columns = turn()
+    (axes,) = figures.tip_path(columns, LENGTH).axes
+    opened = np.isfinite(data(axes, "tip, open")[0][:-1])
+    assert np.array_equal(opened, columns["theta1_deg"] > 0)
+
+
+def test_ground_path_is_there_if_the_machine_travels() -> None:
+    columns = turn(-160.0)
+    machine, ground = figures.tip_path(columns, LENGTH).axes
+    assert np.array_equal(data(ground, "tip, closed"), [columns["tip_x_mm"], columns["tip_y_mm"]])
+    assert np.allclose(data(machine, "tip, closed")[0][:-1], turn()["tip_x_mm"], atol=1e-9, rtol=0)
+    assert ground.get_aspect() == 1
+
+
+def test_rotation_panels_share_the_angle() -> None:
+    columns = turn()
+    top, middle, bottom = figures.rotation(columns, RATIOS).axes
+    assert np.array_equal(data(top, "φ₅₂, middle body"), [PHI, columns["phi52_deg"]])
+    assert np.array_equal(data(top, "φ₇₂, planet"), [PHI, columns["phi72_deg"]])
+    assert np.array_equal(data(middle, "dφ₅₂/dφ"), [PHI, RATIOS[0]])
+    assert np.array_equal(data(middle, "\N{MINUS SIGN}dφ₇₂/dφ₅₂"), [PHI, RATIOS[1]])
+    assert np.array_equal(data(bottom, "planet"), [PHI, columns["omega_rad_s"]])
+    assert top.get_shared_x_axes().joined(top, bottom)
+    assert bottom.get_xlim() == (0, 360)
+
+
+def test_pitch_curves_are_drawn_where_they_are() -> None:
+    gearing = mesh()
+    whole, near = figures.pitch_curves(gearing).axes
+    for axes in (whole, near):
+        assert axes.get_aspect() == 1
+        for curve in gearing.curves:
+            assert np.array_equal(data(axes, curve.name), curve.points)
+    other = [np.asarray(line.get_xydata()).T for line in whole.get_lines() if line.get_gid() == "side 2"]
+    assert all(np.array_equal(a, -b.points) for a, b in zip(other, gearing.curves[1:], strict=True))
+    named = [text.get_text() for text in near.texts]
+    assert set(named) == {"O", "A1", "B1", "P", "Q", "sun", "gear 5", "gear 6", "planet gear"}
+
+
+# --- search ----------------------------------------------------------------------------------------
+
+
+def test_convergence_draws_every_search_and_names_every_method() -> None:
+    (axes,) = figures.convergence(HISTORY, "N").axes
+    for label, steps in HISTORY.items():
+        assert np.array_equal(data(axes, label), np.array(steps).T)
+    assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(line(axes, "ipopt, start 2").get_color())
+    assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt (2 starts)\n1.302"}
+    assert axes.get_ylabel() == "best objective / N"
+
+
+def test_a_search_without_history_is_left_out() -> None:
+    (axes,) = figures.convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
+    assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == ["ipopt"]
+    (axes,) = figures.convergence({}).axes
+    assert axes.get_lines() == []
+
+
+def test_convergence_is_logarithmic_where_that_helps() -> None:
+    near, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
+    (axes,) = figures.convergence({"ga": near}).axes
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
+    (axes,) = figures.convergence({"ga": far}).axes
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+
+
+def test_the_front_is_what_nothing_beats() -> None:
+    rng = np.random.default_rng(3)
+    points = rng.integers(0, 12, (60, 2)).astype(float)
+    kept = nondominated(points)
+    better = [[all(q <= p) and any(q < p) for q in points] for p in points]
+    assert kept.tolist() == [not any(row) for row in better]
+    assert 0 < kept.sum() < len(points)
+
+
+def test_a_narrow_front_is_drawn_again_enlarged() -> None:
+    cloud = np.random.default_rng(1).uniform([2.1, 0.31], [3.0, 0.6], (50, 2))
+    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
+    whole, near = figures.pareto(np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}).axes
+    for axes in (whole, near):
+        assert np.array_equal(data(axes, "front").T, front)
+    assert [line.get_label() for line in near.get_lines()] == ["front", "near"]
+    assert to_hex(line(near, "near").get_color()) == to_hex(line(whole, "near").get_color())
+    assert np.ptp(near.get_xlim()) < 0.1 * np.ptp(whole.get_xlim())
+
+
+def test_a_front_alone_is_enlarged_if_a_mark_is_far() -> None:
+    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
+    assert len(figures.pareto(front, {"far": (2.9, 0.5)}).axes) == 2
+    (axes,) = figures.pareto(front, {"near": (2.0, 0.3001)}).axes
+    assert [line.get_label() for line in axes.get_lines()] == ["front", "near"]
+
+
+def test_pareto_shows_front_marks_and_the_level_of_the_best_mark() -> None:
+    (axes,) = figures.pareto(POINTS, MARKS, (0.6, 0.4)).axes
+    assert data(axes, "front").T.tolist() == [[2.0, 0.4], [2.5, 0.3], [3.0, 0.2]]
+    assert sorted(data(axes, "designs").T.tolist()) == [[2.0, 0.5], [3.0, 0.3]]
+    for label, mark in MARKS.items():
+        assert data(axes, label)[:, 0].tolist() == list(mark)
+    (level,) = [line for line in axes.get_lines() if isinstance(line, AxLine)]
+    assert level.get_xy1() == MARKS["optimum"]
+    assert level.get_slope() == pytest.approx(-1.5)
+    assert str(level.get_label()).endswith("= 1.62")

@@ -1,0 +1,135 @@
+"""Pitch curves in mesh: they touch, share a tangent, roll on each other, and turn as the mechanism does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.planting.report.gearing import Gearing, PitchCurve, gearing, ratios
+
+ANGLES = (0.0, 37.0, 100.0, 200.0, 333.0)
+MACHINES = ("wang2017", "compact")
+PAIRS = ((0, 1), (2, 3))
+
+
+@cache
+def device(name: str) -> Device:
+    return Device(load(name))
+
+
+@cache
+def at(name: str, phi_deg: float) -> Gearing:
+    return gearing(device(name), device(name).design, phi_deg, samples=4000)
+
+
+def side(name: str, phi_deg: float, quantity: str) -> float:
+    """A quantity of side 1 from the equations of motion, in SI."""
+    found = device(name)
+    names = [entry["name"] for entry in found.sidecar["vectors"]["side"]]
+    lanes = found.cycle(found.prologue(found.design), np.array([np.radians(phi_deg)]))["side1"]
+    return float(lanes[names.index(quantity), 0])
+
+
+def polar(curve: PitchCurve, turned: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Polar angle, less a rotation, and radius of a curve about its centre, sorted by angle."""
+    x, y = curve.points[:, :-1] - curve.centre[:, None]
+    angle = np.mod(np.arctan2(y, x) - turned, 2 * np.pi)
+    order = np.argsort(angle)
+    return angle[order], np.hypot(x, y)[order]
+
+
+def difference(one: PitchCurve, other: PitchCurve, turned: float) -> float:
+    """Largest difference in radius between a curve and another that was turned since [mm]."""
+    angle, radius = polar(one)
+    found = np.interp(angle, *polar(other, turned), period=2 * np.pi)
+    return float(np.abs(found - radius).max())
+
+
+def tangent(curve: PitchCurve) -> float:
+    """Direction of the curve at its first point, in [0, pi)."""
+    x, y = curve.points[:, 1] - curve.points[:, -2]
+    return float(np.arctan2(y, x) % np.pi)
+
+
+def overlap(inner: PitchCurve, outer: PitchCurve) -> float:
+    """How deep points of one curve lie inside the other [mm]."""
+    angle, radius = polar(inner)
+    x, y = outer.points - inner.centre[:, None]
+    return float((np.interp(np.arctan2(y, x), angle, radius, period=2 * np.pi) - np.hypot(x, y)).max())
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("phi", ANGLES)
+def test_pairs_touch_on_the_centre_line(name: str, phi: float) -> None:
+    found = at(name, phi)
+    for pair, contact in zip(PAIRS, "PQ", strict=True):
+        inner, outer = (found.curves[i] for i in pair)
+        for curve in (inner, outer):
+            assert np.abs(curve.points[:, 0] - found.contacts[contact]).max() < 1e-9
+            assert np.abs(curve.points[:, -1] - curve.points[:, 0]).max() < 1e-9
+        along = (found.contacts[contact] - inner.centre) / np.hypot(*(outer.centre - inner.centre))
+        line = (outer.centre - inner.centre) / np.hypot(*(outer.centre - inner.centre))
+        assert abs(along[0] * line[1] - along[1] * line[0]) < 1e-12
+        assert 0 < along @ line < 1
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("phi", ANGLES)
+def test_pairs_have_a_common_tangent_and_do_not_cross(name: str, phi: float) -> None:
+    found = at(name, phi)
+    for inner, outer in ((found.curves[i], found.curves[j]) for i, j in PAIRS):
+        apart = abs(tangent(inner) - tangent(outer))
+        assert min(apart, np.pi - apart) < 1e-5
+        assert overlap(inner, outer) < 1e-4
+
+
+@pytest.mark.parametrize("phi", ANGLES)
+def test_a_partner_that_is_turned_a_little_is_noticed(phi: float) -> None:
+    inner, outer = at("wang2017", phi).curves[:2]
+    c, s = np.cos(0.02), np.sin(0.02)
+    points = np.array([[c, -s], [s, c]]) @ (outer.points - outer.centre[:, None]) + outer.centre[:, None]
+    turned = replace(outer, points=points)
+    apart = abs(tangent(inner) - tangent(turned))
+    assert min(apart, np.pi - apart) > 1e-3 or overlap(inner, turned) > 1e-3
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_partners_roll_over_equal_arcs(name: str) -> None:
+    for pair in PAIRS:
+        inner, outer = (np.cumsum(np.hypot(*np.diff(at(name, 37.0).curves[i].points, axis=1))) for i in pair)
+        assert np.abs(inner - outer).max() < 1e-4
+        assert inner[-1] > 100
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("phi", ANGLES[1:])
+def test_gears_turn_as_the_mechanism_does(name: str, phi: float) -> None:
+    start, now = at(name, 0.0), at(name, phi)
+    middle = np.radians(phi) + side(name, phi, "phi52")
+    planet = np.radians(phi) + side(name, phi, "phi72")
+    for index, turned in ((0, 0.0), (1, middle), (2, middle), (3, planet)):
+        assert difference(start.curves[index], now.curves[index], turned) < 1e-4
+        assert difference(start.curves[index], now.curves[index], turned + 0.05) > 5e-3
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("phi", ANGLES)
+def test_centres_are_those_of_the_mechanism(name: str, phi: float) -> None:
+    for point in ("A1", "B1"):
+        expected = [1e3 * side(name, phi, f"{axis}_{point}") for axis in "xy"]
+        assert at(name, phi).centres[point] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_ratios_are_the_slopes_of_the_rotations(name: str) -> None:
+    step = 1e-3
+    for phi in ANGLES:
+        first, second = ratios(device(name), device(name).design, np.array([phi]))
+        d52, d72 = (side(name, phi + step, q) - side(name, phi - step, q) for q in ("phi52", "phi72"))
+        assert first[0] == pytest.approx(d52 / np.radians(2 * step), abs=1e-6)
+        assert second[0] == pytest.approx(-d72 / d52, abs=1e-6)

@@ -1,0 +1,323 @@
+"""Requirements: what they measure, that their derivatives are exact, and what happens where they cannot be kept."""
+
+import json
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.files import examples
+from planter.optimise import certificate
+from planter.optimise.constraints import Constraints
+from planter.optimise.elastic import least_violation
+from planter.optimise.feasible import Infeasible, point
+from planter.optimise.objective import Objective
+from planter.optimise.problem import Problem
+from planter.optimise.response import Planting
+from planter.planting import cycle
+from planter.planting import file as machine
+from planter.planting.file import Machine
+from planter.planting.model import Device
+from planter.planting.requirements.measures import Measures
+from planter.planting.requirements.record import record
+from planter.planting.requirements.section import KINDS
+
+WIDE = "wang2017-wide"
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return Device(machine.load(WIDE))
+
+
+@pytest.fixture(scope="module")
+def measures(device: Device) -> Measures:
+    return Measures(device)
+
+
+@pytest.fixture(scope="module")
+def entries(device: Device, measures: Measures) -> dict[str, dict]:
+    return {entry["name"]: entry for entry in record(measures, device.design)}
+
+
+@pytest.fixture(scope="module")
+def path(device: Device) -> dict[str, np.ndarray]:
+    """A turn of side 1 around its lowest point, densely sampled."""
+    phi = np.linspace(-np.pi / 2, 3 * np.pi / 2, 40_001)
+    turn = cycle.cycle(device, device.prologue(device.design), phi)
+    return {"phi": phi, **turn.sides[0], **{f"{key}_2": values for key, values in turn.sides[1].items()}}
+
+
+# --- what they measure: against dense samples of the motion -------------------------------------------
+
+
+def test_every_requirement_is_reported_with_its_margin(entries: dict[str, dict]) -> None:
+    assert list(entries) == [kind.name for kind in KINDS]
+    for entry in entries.values():
+        rooms = [entry["value"] - entry["lower"]] if entry["lower"] is not None else []
+        rooms += [entry["upper"] - entry["value"]] if entry["upper"] is not None else []
+        assert entry["margin"] == pytest.approx(min(rooms))
+        assert entry["origin"].startswith("assumed")
+        verdicts = {"fail": entry["margin"] < 0, "pass": entry["margin"] >= entry["wanted_margin"]}
+        assert verdicts.get(entry["verdict"], 0 <= entry["margin"] < entry["wanted_margin"]), entry["name"]
+
+
+def test_spacing_is_half_a_turn_of_travel(entries: dict[str, dict]) -> None:
+    assert entries["spacing"]["value"] == pytest.approx(0.667 * 60 / 40 / 2 * 1e3)
+
+
+def test_values_are_those_of_the_path(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
+    x, y, tilt = path["tip_x_mm"], path["tip_y_mm"], path["alpha_deg"] - 90
+    low, high = int(y.argmin()), int(y.argmax())
+    soil = y[low] + 60
+    inside = y < soil
+    cut = x[inside] + (soil - y[inside]) * np.tan(np.radians(tilt[inside]))
+    speed = np.gradient(x, path["phi"]) * 40 * np.pi / 30
+    x_b, y_b = path["x_B1_mm"], path["y_B1_mm"]
+    expected = {
+        "release_tilt": abs(tilt[low]), "soil_tilt": np.abs(tilt[inside]).max(), "depth": 60.0,
+        "ground_speed_ratio": abs(speed[low]) / 667, "hole_length": np.ptp(cut), "path_height": np.ptp(y),
+        "catching_tilt": abs(tilt[high]), "funnel_speed": np.hypot(x_b[0], y_b[0]) * 40 * np.pi / 30 / 1e3,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert entries[name]["value"] == pytest.approx(value, rel=1e-3), name
+    assert entries["release_tilt"]["phi_deg"] == pytest.approx(np.degrees(path["phi"][low]) % 360, abs=0.02)
+
+
+def test_nozzles_come_as_close_as_points_along_them(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
+    every = slice(0, None, 50)
+    travelled = 1e3 * -0.667 * path["phi"] / (40 * np.pi / 30)
+    s = np.linspace(0, 1, 60)
+    ends = []
+    for tail, lag in (("", 0), ("_2", 1e3 * -0.667 * 60 / 40 / 2)):
+        funnel = path[f"x_B1_mm{tail}"] + 1j * path[f"y_B1_mm{tail}"]
+        tip = path[f"tip_x_mm{tail}"] - (travelled - lag) + 1j * path[f"tip_y_mm{tail}"]
+        ends.append(funnel[every, None] + s * (tip - funnel)[every, None])
+    apart = np.abs(ends[0][:, :, None] - ends[1][:, None, :]).min()
+    assert entries["nozzle_distance"]["value"] == pytest.approx(apart, rel=0.02)
+    assert entries["nozzle_distance"]["value"] <= apart
+
+
+def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
+    """Every point of a half, sampled: hinge 30 mm from B1, tip 210 mm, swung out of the plane by theta1."""
+    x, y = path["tip_x_mm"], path["tip_y_mm"]
+    low = int(y.argmin())
+    soil, top, plant = y[low] + 60, y[low] + 180, x[low]
+    after = np.arange(len(y)) > low
+    chosen = np.flatnonzero(after & (y >= soil) & (y <= top))[::20]
+    alpha, theta = np.radians(path["alpha_deg"][chosen]), np.radians(path["theta1_deg"][chosen])
+    root_x, root_y = x[chosen] - 180 * np.cos(alpha), y[chosen] + 180 * np.sin(alpha)
+    s = np.linspace(0, 180, 721)[:, None]
+    px, py = root_x + s * np.cos(theta) * np.cos(alpha), root_y - s * np.cos(theta) * np.sin(alpha)
+    distance = np.where(py <= top, np.hypot(px - plant, s * np.sin(theta)), np.inf).min() - 30
+    assert entries["seedling_clearance"]["value"] == pytest.approx(distance, abs=0.2)
+
+
+def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str, dict]) -> None:
+    from planter.planting.report.gearing import gearing
+
+    least, greatest = [], []
+    for curve in gearing(device, device.design, samples=20_000).curves:
+        x, y = curve.points[:, :-1]
+        dx, dy = (np.roll(v, -1) - np.roll(v, 1) for v in (x, y))
+        ddx, ddy = (4 * (np.roll(v, -1) - 2 * v + np.roll(v, 1)) for v in (x, y))
+        bend = np.abs((dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3)
+        smooth = np.abs(np.diff(bend, append=bend[0])) < 1e-3
+        least.append(bend[smooth].min())
+        greatest.append(bend[smooth].max())
+    assert entries["pitch_curvature"]["value"] == pytest.approx(min(least), rel=2e-3)
+    assert entries["curvature_radius"]["value"] == pytest.approx(1 / max(greatest), rel=2e-3)
+
+
+def test_contact_ratio_of_circles_is_the_textbook_one() -> None:
+    """Two gears of 31 teeth, module 2 mm, 20 deg: the path of contact over the base pitch, with tip and base radii."""
+    import casadi as ca
+
+    from planter.kernels import Kernel
+    from planter.planting.requirements.pitch import Teeth, contact_ratio
+
+    bend = ca.SX.sym("bend")
+    f = Kernel(ca.Function("ratio", [bend], [contact_ratio(bend, bend, Teeth(2e-3, np.radians(20)))], ["b"], ["e"]))
+    r, tip, base = 31.0, 33.0, 31 * np.cos(np.radians(20))
+    path = 2 * (np.sqrt(tip**2 - base**2) - r * np.sin(np.radians(20)))
+    assert f(b=1 / 31e-3)["e"][0, 0] == pytest.approx(path / (2 * np.pi * np.cos(np.radians(20))), rel=1e-12)
+    assert f(b=1e-9)["e"][0, 0] == pytest.approx(2 * 2 / np.sin(np.radians(20)) / (2 * np.pi * np.cos(np.radians(20))))
+
+
+# --- derivatives --------------------------------------------------------------------------------------
+
+
+def differences(measures: Measures, x: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
+    steps = np.eye(len(x)) * step * width
+    return np.array([(measures.at(x + e).values - measures.at(x - e).values) / (2 * step) for e in steps]).T
+
+
+def worst(measures: Measures, x: np.ndarray, width: np.ndarray, slopes: np.ndarray) -> float:
+    found = differences(measures, x, width, 1e-5)
+    return float((np.abs(found - slopes).max(axis=1) / np.abs(found).max(axis=1).clip(1e-5)).max())
+
+
+def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measures: Measures) -> None:
+    """The lowest tip point on the joint of the sun's pitch curve, and a little to either side of it."""
+    from scipy.optimize import root_scalar
+
+    width, m31 = device.upper - device.lower, device.names.index("m31")
+    low = [row.kind.name for row in measures.rows].index("release_tilt")
+
+    def at(m: float) -> np.ndarray:
+        return np.where(np.arange(len(width)) == m31, m, device.design)
+
+    def beside(m: float) -> float:
+        x = at(m)
+        return float(measures.at(x).places[low] + x[device.names.index("alpha3_deg")] - np.pi / m)
+
+    joint = root_scalar(beside, x0=1.0, x1=1.05, xtol=1e-13).root
+    assert abs(beside(joint)) < 1e-9
+    for aside in (-1e-3, 0.0, 1e-3):
+        x = at(joint + aside)
+        slopes = measures.slopes(x) * width
+        assert worst(measures, x, width, slopes) < (2e-5 if aside else 2e-4)
+    assert worst(measures, x, width, slopes * (1 + 1e-3)) > 5e-4
+
+
+def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures: Measures) -> None:
+    width, x = device.upper - device.lower, device.design
+    weights = np.random.default_rng(0).normal(size=len(measures.rows)) / np.abs(measures.slopes(x) * width).max(1).clip(
+        1
+    )
+    exact = measures.curvature(x, weights) * np.outer(width, width)
+    steps = np.eye(len(x)) * 1e-5 * width
+    found = np.array([(measures.slopes(x + e).T - measures.slopes(x - e).T) @ weights * width / 2e-5 for e in steps])
+    assert np.abs(found - exact).max() < 1e-5 * np.abs(exact).max()
+
+
+# --- as constraints -----------------------------------------------------------------------------------
+
+
+def problem_of(device: Device) -> tuple[Problem, Constraints]:
+    constraints = Constraints.of(device)
+    assert constraints is not None
+    return Problem(Planting(device), Objective.of(device.machine), "refined", constraints), constraints
+
+
+def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) -> None:
+    problem, constraints = problem_of(device)
+    assert not problem.kept(problem.start)
+    found = least_violation(problem, constraints, problem.start)
+    assert found.kept
+    for entry in record(constraints.measures, problem.design(found.u)):
+        assert entry["verdict"] == "pass", entry
+
+
+def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> None:
+    """The list's own margin of the funnel's speed conflicts with the distance of the nozzles."""
+    strict = machine.load(WIDE, {"funnel_speed_margin_m_s": 0.05})
+    problem, constraints = problem_of(Device(strict))
+    with pytest.raises(Infeasible) as caught:
+        point(problem, constraints, [problem.start])
+    error = caught.value
+    assert error.exit_code == 1
+    assert len(error.violations) == 1
+    broken = error.violations[0]
+    assert broken.name in error.message
+    assert f"{broken.amount:.6g}" in error.message
+    for share, kept in ((1.0, True), (0.9, False)):
+        limit = broken.limit + share * (broken.relaxed - broken.limit)
+        relaxed = strict.with_numbers({f"requirements.{broken.key}": limit})
+        again, rows = problem_of(Device(relaxed))
+        u = (error.design - again.response.lower) / again.width
+        assert (rows.violation(again.design(u)) < 1e-6) is kept
+        assert (least_violation(again, rows, np.clip(u, 0, 1)).total < 1e-6) is kept
+
+
+def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -> None:
+    """A linear objective would do: here a corner made of one requirement's gradient, judged without a solver."""
+    problem, constraints = problem_of(device)
+    u = least_violation(problem, constraints, problem.start).u
+    m = certificate.best_multipliers(problem, u)
+    assert len(m.required) == constraints.count
+    right = certificate.check(problem, u, m)
+    active = int(np.argmin(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u))))
+    wrong = np.zeros(constraints.count)
+    inactive = int(np.argmax(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u))))
+    assert inactive != active
+    wrong[inactive] = problem.scale
+    assert certificate.check(problem, u, replace(m, required=m.required + wrong)).complementarity > 1e-3
+    assert right.feasibility < 1e-6
+    assert (
+        certificate.check(problem, problem.start, certificate.best_multipliers(problem, problem.start)).feasibility > 1
+    )
+
+
+# --- the file -----------------------------------------------------------------------------------------
+
+
+def test_a_machine_without_requirements_has_no_constraints() -> None:
+    plain = Device(machine.load("wang2017"))
+    assert Constraints.of(plain) is None
+    with pytest.raises(InputError, match="requirements is missing"):
+        Measures(plain)
+
+
+def test_the_section_survives_table_and_pickle() -> None:
+    wide = machine.load(WIDE, {"release_tilt_max_deg": 12})
+    assert pickle.loads(pickle.dumps(wide)) == wide
+    assert Machine.read(wide.table(), WIDE).table() == wide.table()
+
+
+REFUSED = {
+    "upside down": ("spacing_max_mm = 525", "spacing_max_mm = 470", "spacing_max_mm = 470"),
+    "no soil": ("soil_depth_mm = 60 ", "# soil ", "soil_depth_mm is missing"),
+    "negative margin": ("hole_length_margin_mm = 5", "hole_length_margin_mm = -5", "it must be at least 0"),
+    "margin eats the limit": ("release_tilt_margin_deg = 2", "release_tilt_margin_deg = 11", "greater than its margin"),
+    "unknown": ("depth_min_mm = 40 ", "dept_min_mm = 40 ", "did you mean depth_min_mm"),
+    "text": ("contact_ratio_min = 1.1 ", 'contact_ratio_min = "1.1" ', "it must be a number"),
+    "standing": ("forward_speed_m_s = -0.667", "forward_speed_m_s = 0.0", "a machine that travels"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_requirements_are_refused_in_one_sentence(case: str, tmp_path: Path) -> None:
+    old, new, said = REFUSED[case]
+    text = examples.example(WIDE)
+    assert old in text
+    file = tmp_path / "my.toml"
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        machine.load(file)
+    assert said in caught.value.message
+    assert "my.toml" in caught.value.message
+    assert "\n" not in caught.value.message
+
+
+# --- the commands -------------------------------------------------------------------------------------
+
+
+def planter(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "planter", *arguments], capture_output=True, text=True, check=False)
+
+
+def test_simulate_and_validate_report_them() -> None:
+    keys = {"name", "value", "unit", "lower", "upper", "margin", "phi_deg"}
+    for command in ("simulate", "validate"):
+        found = json.loads(planter(command, WIDE, "--json").stdout)["requirements"]
+        assert [entry["name"] for entry in found] == [kind.name for kind in KINDS]
+        assert all(keys <= set(entry) for entry in found)
+    assert "requirements" not in json.loads(planter("simulate", "wang2017", "--json").stdout)
+
+
+def test_optimise_answers_infeasible_requirements_with_exit_code_1() -> None:
+    call = ("optimise", WIDE, "--method", "ipopt", "--starts", "1", "--samples", "36", "--json",
+            "--set", "funnel_speed_margin_m_s=0.05")  # fmt: skip
+    done = planter(*call)
+    assert done.returncode == 1
+    answer = json.loads(done.stdout)
+    assert answer["error"]["name"] == "Infeasible"
+    assert "funnel_speed" in answer["error"]["message"]
+    assert {"name", "amount", "unit", "phi_deg"} <= set(answer["partial"]["violations"][0])
+    assert "Traceback" not in done.stderr

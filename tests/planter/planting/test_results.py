@@ -1,0 +1,87 @@
+"""The folder that a run leaves: complete, the same bytes each time, and the numbers of the run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.planting.optimisation import optimise
+from planter.planting.report import results as report
+from planter.planting.simulation import sensitivity, simulate
+from planter.report import files, style
+
+MOTION = {"tip_path", "pitch_curves", "rotation"}
+FORCES = {"support_force", "joint_forces"}
+
+
+@pytest.fixture(autouse=True)
+def _blank(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are built, but empty sheets are written: drawing them takes most of the time, and is tested elsewhere."""
+    sheets = {"svg": b"<svg></svg>", "png": b""}
+    monkeypatch.setattr(style, "_rendered", lambda figure, kind, metadata: sheets[kind])
+
+
+def names(drawn: set[str], *others: str) -> set[str]:
+    return {f"figures/{name}.{kind}" for name in drawn for kind in ("svg", "png")} | set(others)
+
+
+def written(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp_path: Path) -> None:
+    device = Device(load("wang2017", {"forward_speed_m_s": -0.667}), "printed")
+    found = simulate(device, 24, [0.0, 100.0])
+    for folder in ("one", "two"):
+        report.write_simulation(tmp_path / folder, device, found)
+    first = written(tmp_path / "one")
+    assert set(first) == names(MOTION | FORCES, "summary.json", "cycle.csv", "report.html")
+    assert first == written(tmp_path / "two")
+    summary = json.loads(first["summary.json"])
+    assert {key: summary[key] for key in found.result} == json.loads(json.dumps(found.result))
+    assert summary["provenance"] == files.provenance(device.machine)
+    comments, columns = files.read_cycle_csv(tmp_path / "one" / "cycle.csv")
+    assert "model: printed" in comments
+    assert {k: v.tobytes() for k, v in columns.items()} == {
+        k: np.asarray(v, dtype=float).tobytes() for k, v in found.cycle.columns().items()
+    }
+
+
+def test_an_optimisation_leaves_the_optimum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report, "FRONT_POINTS", 2)
+    monkeypatch.setattr(Device, "compile", lambda self: None)  # not worth it for one start
+    device = Device(load("wang2017"))
+    found = optimise(device, "ipopt", "60", starts=1)
+    report.write_optimisation(tmp_path, device, found)
+    drawn = MOTION | FORCES | {"convergence", "pareto"}
+    assert set(written(tmp_path)) == names(drawn, "summary.json", "cycle.csv", "report.html")
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
+    assert len(columns["support_N"]) == 60
+    assert np.ptp(columns["support_N"]) == pytest.approx(summary["range_N"], abs=1e-9)
+    assert summary["range_N"] < summary["start_range_N"]
+    assert summary["provenance"]["seed"] == 0
+
+
+def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
+    device = Device(load("wang2017"))
+    result = sensitivity(device, 24)
+    report.write_result(tmp_path, device, result)
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
+    assert summary["input"] == device.machine.table()
+
+
+def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
+    occupied = tmp_path / "occupied"
+    occupied.write_text("a file")
+    device = Device(load("wang2017"))
+    with pytest.raises(InputError, match="occupied"):
+        report.write_result(occupied, device, {"objective": 1.0})
+    assert occupied.read_text() == "a file"

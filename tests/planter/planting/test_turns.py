@@ -1,0 +1,204 @@
+"""The objective over a turn and its derivatives: against other engines, differences, and across the ways."""
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planter.errors import ComputationError
+from planter.kernels import Array, CallError, toolchain
+from planter.optimise.objective import Objective
+from planter.planting.file import load
+from planter.planting.model import MODELS, Device, Model
+from planter.planting.turns import FIELDS, Turns
+from tests.support import machines, swapped, xp_complex
+from tests.support.lanes import needs_compiler
+from tests.support.model import ArrayModel
+
+pytestmark = pytest.mark.usefixtures("kernel_cache")
+
+WAYS = ("lanes", "casadi-c", "casadi-vm")
+MACHINES = ("wang2017", "compact", "swapped")
+EVEN, ODD = 36, 37
+
+
+def made(name: str, model: Model) -> Device:
+    return Device(swapped.machine() if name == "swapped" else load(name), model)
+
+
+@cache
+def turns(name: str, model: Model, way: str, samples: int) -> Turns:
+    """Of a device of its own, since a device keeps the ways of its kernels."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PLANTER_KERNELS", way)
+        return Turns(made(name, model), samples)
+
+
+def complex_objective(subject: Turns, x: Array) -> complex:
+    """The objective by array code on complex numbers; extremes by real parts."""
+    device = subject.device
+    array, phi = ArrayModel.like(device), 2 * np.pi * np.arange(subject.samples) / subject.samples
+    force = np.asarray(array(xp_complex, phi + 0j, list(x.astype(complex)), device.constants).totals["F_support"])
+    real, objective = force.real, Objective.of(device.machine)
+    variance = ((force - force.mean()) ** 2).mean()
+    spread = variance if objective.kind == "paper" else np.sqrt(variance)
+    span = force[real.argmax()] - force[real.argmin()]
+    return complex(objective.weight_range * span + objective.weight_variance * spread)
+
+
+def complex_slopes(subject: Turns, x: Array) -> Array:
+    steps = 1e-30j * np.eye(len(x))
+    return np.array([complex_objective(subject, x + step).imag / 1e-30 for step in steps])
+
+
+def drawn(device: Device, count: int, seed: int = 5) -> Array:
+    rng = np.random.default_rng(seed)
+    return np.array([machines.design_near(device, rng) for _ in range(count)])
+
+
+@pytest.mark.parametrize("samples", [EVEN, ODD])
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", ["wang2017", "compact"])
+def test_value_and_gradient_against_complex_step(name: str, model: Model, samples: int) -> None:
+    """Machine `compact` takes the standard deviation, `wang2017` the variance."""
+    subject = turns(name, model, "casadi-vm", samples)
+    assert Objective.of(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
+    width = subject.device.upper - subject.device.lower
+    for x in drawn(subject.device, 2):
+        value, gradient = subject.gradient(x)
+        expected = complex_slopes(subject, x) * width
+        assert value == subject.value(x)
+        assert value == pytest.approx(complex_objective(subject, x).real, rel=1e-11)
+        assert np.abs(gradient * width - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("name", ["wang2017", "compact"])
+def test_hessian_against_differences_of_the_gradient(name: str) -> None:
+    subject = turns(name, "exact", "casadi-vm", EVEN)
+    width = subject.device.upper - subject.device.lower
+    x = drawn(subject.device, 1)[0]
+    step = 1e-5 * width
+    columns = [
+        (subject.gradient(x + h)[1] - subject.gradient(x - h)[1]) / (2 * h.sum()) for h in np.diag(step)
+    ]  # fmt: skip
+    expected = np.array(columns) * np.outer(width, width)
+    found = subject.hessian(x) * np.outer(width, width)
+    assert np.abs(found - found.T).max() <= 1e-12 * np.abs(found).max()
+    assert np.abs(found - expected).max() <= 1e-6 * np.abs(expected).max()
+
+
+@needs_compiler
+@pytest.mark.parametrize("samples", [EVEN, ODD])
+@pytest.mark.parametrize(("name", "model"), [(n, "exact") for n in MACHINES] + [("wang2017", "printed")])
+def test_all_ways_give_the_same(name: str, model: Model, samples: int) -> None:
+    subjects = [turns(name, model, way, samples) for way in WAYS]
+    assert [s.way for s in subjects] == list(WAYS)
+    device = subjects[-1].device
+    width = device.upper - device.lower
+    for x in (device.design, *drawn(device, 2)):
+        *others, (value, gradient) = [s.gradient(x) for s in subjects]
+        for other, slopes in others:
+            assert other == pytest.approx(value, rel=1e-12)
+            assert np.abs((slopes - gradient) * width).max() <= 1e-11 * np.abs(gradient * width).max()
+        for subject in subjects:
+            assert subject.value(x) == pytest.approx(value, rel=1e-12)
+
+
+@needs_compiler
+@pytest.mark.parametrize("samples", [EVEN, ODD])
+def test_half_a_turn_is_enough_where_both_sides_are_the_same(samples: int) -> None:
+    """An odd number of samples has no half: the whole turn is looked at."""
+    subject = turns("wang2017", "exact", "lanes", samples)
+    whole = 2 * np.pi * np.arange(samples) / samples
+    assert len(subject.angles) == (samples // 2 if samples % 2 == 0 else samples)
+    device = subject.device
+    force = device.support(device.prologue(device.design), whole)
+    found = dict(zip(FIELDS, subject.many(device.design[None])[0], strict=True))
+    assert found["range_N"] == pytest.approx(np.ptp(force), rel=1e-12)
+    assert found["variance_N2"] == pytest.approx(force.var(), rel=1e-12)
+    assert found["mean_N"] == pytest.approx(force.mean(), rel=1e-12)
+
+
+@needs_compiler
+def test_many_designs_are_each_by_itself() -> None:
+    fast, slow = (turns("compact", "exact", way, EVEN) for way in ("lanes", "casadi-vm"))
+    designs = drawn(fast.device, 7)
+    rows = fast.many(designs)
+    assert rows.shape == (7, len(FIELDS))
+    assert rows == pytest.approx(slow.many(designs), rel=1e-11)
+    assert rows[:, 0] == pytest.approx([fast.value(x) for x in designs], rel=1e-15)
+
+
+@needs_compiler
+def test_results_do_not_depend_on_what_came_before() -> None:
+    """Memory is used again: a gradient after another design's value is that of its own design."""
+    subject = turns("wang2017", "exact", "lanes", EVEN)
+    one, two = drawn(subject.device, 2)
+    value, gradient = subject.gradient(one)
+    kept = gradient.copy()
+    subject.value(two)
+    subject.gradient(two)
+    assert (gradient == kept).all()
+    again, slopes = subject.gradient(one)
+    assert (again, slopes.tolist()) == (value, kept.tolist())
+    assert subject.copy().gradient(one)[0] == value
+
+
+@pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
+def test_threads_do_not_disturb_each_other(way: str) -> None:
+    """Each has its own copy; what copies share, kernels and their memory, serves one call at a time."""
+    subject = turns("wang2017", "exact", way, EVEN)
+    designs = drawn(subject.device, 60).reshape(4, 15, -1)
+    alone = [[subject.gradient(x)[0] for x in part] for part in designs]
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(4) as pool:
+        patch.setenv("PLANTER_KERNELS", way)
+        copies = [subject.copy() for _ in designs]
+        found = pool.map(lambda own, part: [own.gradient(x)[0] for x in part], copies, designs)
+        assert list(found) == alone
+
+
+@pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
+class TestRefused:
+    def test_another_shape(self, way: str) -> None:
+        subject = turns("wang2017", "exact", way, EVEN)
+        for call in (subject.value, subject.gradient):
+            for bad in (subject.device.design[:9], np.zeros((10, 2)), np.float64(1.0)):
+                with pytest.raises(CallError, match="shape"):
+                    call(bad)
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf])
+    def test_what_is_no_number(self, way: str, bad: float) -> None:
+        subject = turns("wang2017", "exact", way, EVEN)
+        x = subject.device.design.copy()
+        x[3] = bad
+        for call in (subject.value, subject.gradient):
+            with pytest.raises(CallError, match="finite"):
+                call(x)
+
+    def test_a_design_without_a_force(self, way: str) -> None:
+        """An eccentricity beyond the radius: the curve has no real radius everywhere."""
+        subject = turns("wang2017", "exact", way, EVEN)
+        x = subject.device.design.copy()
+        x[subject.device.names.index("e3_mm")] = 2 * x[subject.device.names.index("R3_mm")]
+        for call in (subject.value, subject.gradient):
+            with pytest.raises(ComputationError):
+                call(x)
+
+
+@needs_compiler
+def test_nothing_is_said_where_all_goes_well(capfd: pytest.CaptureFixture[str]) -> None:
+    assert Turns(made("wang2017", "exact"), EVEN).way == "lanes"
+    assert capfd.readouterr() == ("", "")
+
+
+def test_without_a_compiler_it_works_with_one_warning(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    monkeypatch.setattr(toolchain, "_warned", [])
+    subject = Turns(made("wang2017", "exact"), EVEN)
+    assert subject.way == "casadi-vm"
+    expected = turns("wang2017", "exact", "casadi-vm", EVEN)
+    assert subject.gradient(subject.device.design)[0] == expected.gradient(subject.device.design)[0]
+    assert len(caplog.records) == 1
