@@ -16,7 +16,8 @@ from planter.optimise.progress import Progress
 from planter.optimise.response import Planting
 from planter.optimise.result import Result
 from planter.planting import cycle
-from planter.planting.model import MODELS, Device
+from planter.planting.functions import MODELS
+from planter.planting.model import Device
 from planter.planting.simulation import checked_samples
 
 

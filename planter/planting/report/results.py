@@ -13,7 +13,8 @@ from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem
 from planter.optimise.response import Planting
 from planter.planting import cycle
-from planter.planting.model import MODELS, Device
+from planter.planting.functions import MODELS
+from planter.planting.model import Device
 from planter.planting.report import figures
 from planter.planting.report.gearing import gearing, ratios
 from planter.planting.report.page import device_page

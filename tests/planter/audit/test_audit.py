@@ -15,10 +15,11 @@ import pytest
 from planter import audit
 from planter.audit import numbers, page
 from planter.audit.registry import FORMULAS, Inputs
-from planter.clutch.numbers import hexagon
+from planter.clutch.printed import hexagon
 from planter.errors import ComputationError
 from planter.kernels import generated
-from planter.mapping.numbers import gearing
+from planter.mapping.printed import gearing
+from planter.pickup.printed import gearing as helical
 from tests.support.cli import below
 
 PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
@@ -128,7 +129,7 @@ def test_tables_show_equations_numbers_and_counts() -> None:
 
 
 def test_no_verdict_stands_in_the_data() -> None:
-    files = Path(numbers.__file__).parents[1].glob("*/numbers/*.toml")
+    files = Path(numbers.__file__).parents[1].glob("*/printed/*.toml")
     text = "".join(file.read_text(encoding="utf-8") for file in files).lower()
     for word in ("reproduced", "consistent", "recomputable", "verdict", "confirmed", "misprint", "contradicted"):
         assert word not in text
@@ -352,7 +353,7 @@ def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
     base, tip = 20 * np.cos(np.radians(20)), 22.0
     length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
     expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert gearing.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
+    assert helical.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
 
 
 def test_split_of_a_ratio_with_a_known_mean() -> None:

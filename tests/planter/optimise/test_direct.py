@@ -14,7 +14,8 @@ from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem
 from planter.optimise.response import Planting
 from planter.planting import file
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 
 SAMPLES = 120
 

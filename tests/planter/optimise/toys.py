@@ -10,7 +10,8 @@ from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem, Sampling
 from planter.optimise.response import Event, Planting
 from planter.planting.file import load
-from planter.planting.model import Device, Model
+from planter.planting.functions import Model
+from planter.planting.model import Device
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper"), Objective(0.6, 0.4, "paper")

@@ -10,7 +10,8 @@ from planter.errors import ComputationError
 from planter.kernels import Array, CallError, toolchain
 from planter.optimise.objective import Objective
 from planter.planting.file import load
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from planter.planting.turns import FIELDS, Turns
 from tests.support import machines, swapped, xp_complex
 from tests.support.lanes import needs_compiler

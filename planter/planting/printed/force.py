@@ -21,7 +21,8 @@ from planter.optimise.response import Planting
 from planter.optimise.result import Result
 from planter.planting import cycle
 from planter.planting.file import Machine, load
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 
 _IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
 """What of a machine does not bear on the force of its own design, or is no input of it."""
