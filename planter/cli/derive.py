@@ -16,21 +16,17 @@ from planter.terminal.options import JsonOption
 app = typer.Typer()
 
 
+FileArgument = Annotated[
+    Path, typer.Argument(metavar="FILE", help="a Python file, or a folder of such files", show_default=False)
+]
+FolderOption = Annotated[
+    Path | None, typer.Option("--out", help="folder to write to [default: generated, beside FILE]", show_default=False)
+]
+
+
 @app.command()
-def derive(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE", help="a Python file, or a folder of such, that states systems", show_default=False
-        ),
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option(help="folder for what is generated [default: generated, beside FILE]", show_default=False),
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Derive a mechanism of your own and write its functions. FILE is run as Python: derive no file that you mistrust."""
+def derive(source: FileArgument, out: FolderOption = None, as_json: JsonOption = False) -> None:
+    """Derive a mechanism of your own and write its functions. FILE is run as Python: hand in none that you mistrust."""
     console = Console(as_json)
     with console.outcome():
         if not source.exists():

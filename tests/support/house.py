@@ -7,7 +7,7 @@ Every import counts: those within functions, under TYPE_CHECKING, and of a packa
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
@@ -21,23 +21,24 @@ FOUNDATION = "foundation"
 
 @dataclass(frozen=True)
 class House:
-    """Modules of a package by name, each with the modules of the package that it imports."""
+    """Modules of a package by name, each with the modules of the package that it imports; its rooms are packages."""
 
     package: str
     imports: Mapping[str, frozenset[str]]
+    packages: frozenset[str]
 
     @classmethod
     def of(cls, folder: Path) -> House:
         """The house in a folder, which has the package's name."""
         sources = {_name(path, folder): path for path in sorted(folder.rglob("*.py"))}
-        found = {name: frozenset(set(_imported(path, name, sources.keys())) - {name}) for name, path in sources.items()}
-        return cls(folder.name, found)
+        found = {name: frozenset(set(_imported(path, name, sources)) - {name}) for name, path in sources.items()}
+        packages = frozenset(name for name, path in sources.items() if path.name == "__init__.py")
+        return cls(folder.name, found, packages)
 
     def room(self, module: str) -> str:
-        """The room of a module: the package or module below the root that it stands in."""
+        """The room of a module: the package below the root that it stands in."""
         parts = module.split(".")
-        is_package = any(other.startswith(".".join(parts[:2]) + ".") for other in self.imports)
-        return parts[1] if len(parts) > 1 and is_package else FOUNDATION
+        return parts[1] if ".".join(parts[:2]) in self.packages - {self.package} else FOUNDATION
 
     @cached_property
     def rooms(self) -> dict[str, frozenset[str]]:
@@ -80,9 +81,8 @@ def _name(path: Path, folder: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def _imported(path: Path, name: str, modules: Iterable[str]) -> Iterator[str]:
+def _imported(path: Path, name: str, known: Collection[str]) -> Iterator[str]:
     """Modules that a source imports; of `from package import name`, the module of that name if there is one."""
-    known = set(modules)
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
