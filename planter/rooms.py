@@ -12,6 +12,7 @@ from functools import cache
 from importlib import import_module, resources
 from importlib.metadata import entry_points
 from importlib.resources.abc import Traversable
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
@@ -33,8 +34,9 @@ def rooms() -> dict[str, str]:
 def brought(name: str) -> Iterator[ModuleType]:
     """The modules or packages of a name in the rooms that have one, room by room."""
     for package in rooms().values():
-        parent = import_module(package)
-        if any(found.name == name for found in pkgutil.iter_modules(parent.__path__)):
+        spec = find_spec(package)
+        places = spec.submodule_search_locations if spec else None
+        if places and any(found.name == name for found in pkgutil.iter_modules(places)):
             yield import_module(f"{package}.{name}")
 
 

@@ -1,7 +1,7 @@
 """The house as it is built: which module imports which, which room which, read from the sources.
 
 Every import counts: those within functions, under TYPE_CHECKING, and of a package's own `__init__`.
-`python -m tests.support.house` draws the picture in docs/architecture.md.
+`tests.support.picture` draws it.
 """
 
 from __future__ import annotations

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter import audit
-from planter.audit import numbers, page
+from planter.audit import numbers, page, verdicts
 from planter.audit.registry import FORMULAS, Inputs
 from planter.clutch.printed import hexagon
 from planter.errors import ComputationError
@@ -100,7 +99,7 @@ def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(generated, "sidecar", missing)
     with pytest.raises(ComputationError, match="make audit"):
-        audit.audit()
+        verdicts.audit()
     code, out, _ = run("--json")
     assert code == 1
     assert json.loads(out)["error"]["name"] == "ComputationError"
@@ -108,14 +107,14 @@ def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) 
 
 def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) -> None:
     law = {"paper": "yu2023", "law": "momentum", "violation": 2.5, "unit": "N", "caused_by": ["1", "2"]}
-    verdicts = {**generated.sidecar("audit"), "laws": [law]}
-    monkeypatch.setattr(generated, "sidecar", lambda name: verdicts)
-    result = audit.audit("yu2023")
+    committed = {**generated.sidecar("audit"), "laws": [law]}
+    monkeypatch.setattr(generated, "sidecar", lambda name: committed)
+    result = verdicts.audit("yu2023")
     assert result["laws"] == [law]
     assert result["summary"]["yu2023"]["laws_violated"] == 1
     assert "momentum" in page.text(result)
     assert "momentum" in run("yu2023")[1]
-    assert audit.audit("sun2019")["laws"] == []
+    assert verdicts.audit("sun2019")["laws"] == []
 
 
 def test_tables_show_equations_numbers_and_counts() -> None:
@@ -136,7 +135,7 @@ def test_no_verdict_stands_in_the_data() -> None:
 
 
 def test_the_code_names_no_paper() -> None:
-    for module in Path(audit.__file__).parent.glob("*.py"):
+    for module in Path(verdicts.__file__).parent.glob("*.py"):
         assert not re.search("|".join(PAPERS), module.read_text(encoding="utf-8")), module.name
 
 

@@ -15,8 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
 
-from planter import audit
-from planter.audit import claims, consequences, numbers
+from planter.audit import claims, consequences, numbers, verdicts
 from planter.audit.registry import FORMULAS, Inputs
 from planter.clutch.printed import hexagon, impact, trials
 from planter.errors import PlanterError
@@ -35,7 +34,7 @@ def inputs(**own: Any) -> Inputs:
 
 @pytest.fixture(scope="module")
 def whole() -> dict[str, Any]:
-    return audit.audit()
+    return verdicts.audit()
 
 
 # ---- every number and statement can fail ---------------------------------------------------------------------------
