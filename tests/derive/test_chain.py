@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import Piecewise
 
 from derive.chain import ChainError, close_cases, ordered, solve_linear
-from derive.equations import Equation
+from derive.equations import Definition, Equation
 from derive.model import System
 from derive.papers import wang2017
 from derive.quantity import Quantity
@@ -18,7 +18,7 @@ a, b, c, k = (Quantity(name, "1", "test", "test") for name in "abck")
 
 
 def equation(number: str, residual: sp.Expr, defines: Quantity | None = None) -> Equation:
-    return Equation(number, residual, "test", "test", defines=defines)
+    return Equation(number, residual, "test", Definition("test"), defines=defines)
 
 
 def test_order_is_found_by_matching() -> None:

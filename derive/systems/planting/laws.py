@@ -18,7 +18,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr, S, pi
 
-from ...audit.laws import Cycle, Law, Machine, Values
+from ...audit.laws import Cycle, Dynamics, Law, Values
 from ...branches import switch
 from ...evaluate import Point
 from ...gearing import meshing
@@ -41,10 +41,10 @@ SLOW = 1e-6
 
 
 @cache
-def machine() -> Machine:
+def dynamics() -> Dynamics:
     """The laws of the device with its motion and its derivation."""
     reference = _cycle()
-    return Machine(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.claims(),
+    return Dynamics(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.claims(),
                    claims.supplements(), q.twin)  # fmt: skip
 
 
