@@ -59,9 +59,10 @@ class ClaimOf:
     things: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        gaps = str(self.family).count("{}")
+        sentence = str(self.family)
+        gaps = sentence.count("{}")
         if gaps != len(self.things):
-            raise ClaimError(f"{self.family!s} has gaps for {gaps}, not for {len(self.things)}: {self.things}")
+            raise ClaimError(f"{sentence!r} has gaps for {gaps}, not for {len(self.things)}: {self.things}")
 
     def __str__(self) -> str:
         return str(self.family).format(*self.things)

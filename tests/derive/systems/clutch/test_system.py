@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import random
+import re
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,7 +18,7 @@ from derive.chain import ChainError
 from derive.dimensions import dimension, of_unit
 from derive.emit import functions
 from derive.emit.schedule import expression
-from derive.equations import Equation
+from derive.equations import Claim, ClaimError, Equation
 from derive.model import Formulas, Let, Stage
 from derive.papers import shi2021
 from derive.quantity import Quantity, Vector
@@ -26,6 +28,7 @@ from derive.systems.clutch import quantities as q
 from derive.systems.clutch.vocabulary import ClutchClaim
 from planter.kernels.formulas import load
 from tests.support import xp_complex, xp_mpmath
+from tests.support.made_up import MadeUpClaim
 
 MODELS = {
     model.name: model
@@ -146,6 +149,39 @@ def test_an_equation_that_is_missing_gives_nothing() -> None:
     lacking = shi2021.LACKING | {ClutchClaim.PATH_Y}
     path = next(s for s in clutch_model.printed(equations, shi2021.COMPLETION, lacking).stages if s.name == "path")
     assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
+
+
+def test_an_equation_that_is_missing_and_not_said_to_be_is_refused() -> None:
+    equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
+    with pytest.raises(ClaimError, match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'"):
+        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+    for claim in shi2021.LACKING:
+        with pytest.raises(ClaimError, match=re.escape(f"nothing here states ClutchClaim '{claim}'")):
+            clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim})
+
+
+def test_an_equation_that_is_there_and_said_to_be_missing_is_refused() -> None:
+    with pytest.raises(ClaimError, match="said to be lacking, but stated: 'path of C, y'"):
+        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.PATH_Y})
+
+
+@pytest.mark.parametrize(
+    ("claim", "sentence"),
+    [
+        (MadeUpClaim.NOWHERE, "nothing here states MadeUpClaim 'made-up sum that nothing derives'"),
+        (ClutchClaim.PATH_X, r"shi2021 \(2a\) and shi2021 \(2b\) claim the same: path of C, x"),
+        (ClutchClaim.FOCUS_X, "said to be lacking, but stated: 'focus of the ellipse, x'"),
+    ],
+)
+def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> None:
+    equations = {**shi2021.PAPER.equations, "2b": replace(shi2021.PAPER.equations["2b"], claims=claim)}
+    with pytest.raises(ClaimError, match=sentence):
+        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+
+
+def test_a_wrong_claim_in_an_order_is_refused() -> None:
+    with pytest.raises(ClaimError, match="nothing here states MadeUpClaim 'made-up sum'"):
+        clutch_model.Source(claims.claims()).stage("bad", (q.a,), [(MadeUpClaim.SUM, q.R)])
 
 
 def test_an_inequality_that_cannot_be_judged_is_refused() -> None:

@@ -13,11 +13,12 @@ import scipy
 import sympy as sp
 
 from derive.dimensions import DimensionError, dimension
-from derive.equations import Definition, Equation
+from derive.equations import ClaimError, Definition, Equation
 from derive.papers import sun2019
 from derive.quantity import Quantity
 from derive.systems.mapping import claims, dyads, train
 from derive.systems.mapping import quantities as q
+from derive.systems.mapping.vocabulary import MappingClaim
 
 CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
@@ -310,3 +311,10 @@ def test_reference_is_a_turn_of_the_built_in_train() -> None:
 def test_admissible_points_repeat_with_their_seed() -> None:
     assert claims.admissible(random.Random(8)) == claims.admissible(random.Random(8))
     assert claims.admissible(random.Random(8)) != claims.admissible(random.Random(9))
+
+
+def test_a_value_by_what_is_not_derived_is_refused() -> None:
+    with pytest.raises(
+        ClaimError, match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j"
+    ):
+        claims._value(MappingClaim.MATRIX_ENTRY.of("A_j9"), q.A_j8, {})
