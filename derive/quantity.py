@@ -55,9 +55,11 @@ class OpenVector:
     """A packed input whose length is not known here; ``known`` names the entries that are, by index.
 
     ``suffix`` is what tells the entries from those of other vectors of the kind: the number of the gear.
+    ``sized_by`` is what it is as long as: a function that is composed at run time, and the argument of it.
     """
 
     name: str
     meaning: str
     known: Mapping[int, Quantity] = field(hash=False)
     suffix: str = ""
+    sized_by: tuple[str, str] | None = None

@@ -1,7 +1,7 @@
-"""What is computed of the clutch: the same stages from the derived equations and from those in print.
+"""What is computed of the clutch: the same functions from the derived equations and from those in print.
 
-A stage solves equations in the order given here, each linear in its unknown, found by what it claims to be; what does
-not follow from a set of equations, its stage does not give.
+Each solves equations in the order given here, each linear in its unknown, found by what it claims to be; what does not
+follow from a set of equations, its function does not give.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from sympy import Expr
 
 from ...chain import Chain, Solve
 from ...equations import Equation
-from ...model import Formulas, Let, Stage
+from ...model import ClosedForm, Let, System
 from ...quantity import Quantity, Vector
 from . import claims
 from . import quantities as q
@@ -100,18 +100,18 @@ class Source:
         solves = [Solve(claim, unknown) for claim, unknown in order if claim in self.equations]
         return Chain(self.equations, solves, self.bind).lets()
 
-    def stage(
+    def closed_form(
         self, name: str, inputs: tuple[Vector | Quantity, ...], order: Iterable[tuple[str, Quantity]],
         before: tuple[Let, ...] = (),
-    ) -> Stage:  # fmt: skip
-        """A stage that gives every unknown of its order that follows from its inputs and the unknowns before."""
+    ) -> ClosedForm:  # fmt: skip
+        """A function that gives every unknown of its order that follows from its inputs and the unknowns before."""
         known = frozenset().union(*(v if isinstance(v, Vector) else {v} for v in inputs), *(b.defines for b in before))
         steps: list[Let] = []
         for step in self.lets(order):
             if step.needs <= known:
                 steps.append(step)
                 known |= {step.symbol}
-        return Stage(name, inputs, (*before, *steps), Vector(name, tuple(step.symbol for step in steps)))
+        return ClosedForm(name, inputs, (*before, *steps), Vector(name, tuple(step.symbol for step in steps)))
 
     def outline(self) -> Let:
         """Outline radius at the left end from the axial angle."""
@@ -119,11 +119,11 @@ class Source:
         (radius,) = sp.solve(equation.residual, q.R1)
         return Let(q.R1, radius, equation.source)
 
-    def conditions(self) -> Stage:
+    def conditions(self) -> ClosedForm:
         """By how much each inequality holds."""
         margins = [self._margin(claim, *name) for claim, name in _CONDITIONS.items()]
         steps = (_edge(), *self.lets(_TRAVEL), self.outline(), *margins)
-        return Stage("conditions", (CLUTCH,), steps, Vector("conditions", tuple(m.symbol for m in margins)))
+        return ClosedForm("conditions", (CLUTCH,), steps, Vector("conditions", tuple(m.symbol for m in margins)))
 
     def _margin(self, claim: str, name: str, unit: str) -> Let:
         equation = self.equations[claim]
@@ -137,28 +137,28 @@ def _edge() -> Let:
     return Let(q.a1, edge, "derived: regular hexagon")
 
 
-def stages(source: Source) -> tuple[Stage, ...]:
-    """The stages that both models have."""
+def closed_forms(source: Source) -> tuple[ClosedForm, ...]:
+    """The functions that both models have."""
     return (
-        source.stage("polygon", (q.a,), _POLYGON),
-        source.stage("path", (q.theta, q.a), _PATH),
-        source.stage("fillet", (FLATS,), [("fillet that the tooth tips clear", q.r)], (_edge(),)),
-        source.stage("teeth", (FLATS, q.r), _TEETH, (_edge(),)),
-        source.stage("face", (FLATS, q.b1), _TEETH[2:], (_edge(),)),
-        source.stage("travel", (q.a, q.phi, q.mu, q.F1, q.F2), _TRAVEL),
-        source.stage(
+        source.closed_form("polygon", (q.a,), _POLYGON),
+        source.closed_form("path", (q.theta, q.a), _PATH),
+        source.closed_form("fillet", (FLATS,), [("fillet that the tooth tips clear", q.r)], (_edge(),)),
+        source.closed_form("teeth", (FLATS, q.r), _TEETH, (_edge(),)),
+        source.closed_form("face", (FLATS, q.b1), _TEETH[2:], (_edge(),)),
+        source.closed_form("travel", (q.a, q.phi, q.mu, q.F1, q.F2), _TRAVEL),
+        source.closed_form(
             "angle",
             (q.a, q.c),
             [("largest outline radius of the body", q.b), ("least axial angle for a travel", q.phi)],
         ),
-        Stage("taper", (q.R2, q.d, q.phi), (source.outline(),), Vector("taper", (q.R1,))),
-        source.stage("gears", (q.alpha, q.k, q.gamma), _GEARS),
-        source.stage("limit", (CRANK, q.c, q.r_A, q.m), _LIMIT),
+        ClosedForm("taper", (q.R2, q.d, q.phi), (source.outline(),), Vector("taper", (q.R1,))),
+        source.closed_form("gears", (q.alpha, q.k, q.gamma), _GEARS),
+        source.closed_form("limit", (CRANK, q.c, q.r_A, q.m), _LIMIT),
         source.conditions(),
     )
 
 
-def rotor(source: Source) -> Stage:
+def rotor(source: Source) -> ClosedForm:
     """How far the polygon is from a rotor of its hexagon: each of three pairs of sides gives way by a third."""
     pieces = [with_angles(piece) for piece, _ in third_overlap().args]
     rest, cosine, sine = split(pieces[0])
@@ -176,38 +176,38 @@ def rotor(source: Source) -> Stage:
         Let(MISS, miss, "derived: largest overlap of a piece between two contacts"),
         Let(FREE, widened, "derived: the three pairs of sides share the overlap"),
     )
-    return Stage("rotor", (q.a,), steps, Vector("rotor", (MISS, FREE)))
+    return ClosedForm("rotor", (q.a,), steps, Vector("rotor", (MISS, FREE)))
 
 
-def body(source: Source) -> Stage:
+def body(source: Source) -> ClosedForm:
     """Hexagon side with which a body of full outline at its left end keeps its wall outside the tooth roots."""
     side = source.lets([("largest outline radius of the body", q.b)])[0].expr
     steepness = (side - apothem(q.a)) / q.c
     (least,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
-    return Stage(
+    return ClosedForm(
         "body", (q.b2, WALL, q.d, q.c), (Let(q.a, sp.simplify(least), "derived: tapered body"),), Vector("body", (q.a,))
     )
 
 
-def exact() -> Formulas:
+def exact() -> System:
     """The clutch from first principles."""
     source = Source(claims.claims())
-    return Formulas(
+    return System(
         "clutch_exact",
         "Reuleaux-pentagon clutch, from first principles",
         "derived (kinematics, statics)",
         claims.ASSUMPTIONS[:4],
-        (*stages(source), rotor(source), body(source), *slider()),
+        closed_forms=(*closed_forms(source), rotor(source), body(source), *slider()),
     )
 
 
-def printed(equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr]) -> Formulas:
+def printed(equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr]) -> System:
     """The clutch as a paper prints it."""
     by_claim = {str(equation.claims): equation for equation in equations.values()}
-    return Formulas(
+    return System(
         "clutch_printed",
         "Reuleaux-pentagon clutch, as printed",
         "shi2021 (1)-(7), taken literally",
         claims.ASSUMPTIONS[:4],
-        stages(Source(by_claim, reading)),
+        closed_forms=closed_forms(Source(by_claim, reading)),
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from mpmath import mpf
 from ...evaluate import Point
 from ...gearing import meshing
 from ...gearing.meshing import FAMILIES, PitchCurve
-from ...model import Call, Let, System
+from ...model import Call, Lane, Let, Step
 from ...quantity import Quantity
 from . import derivation
 from . import quantities as q
@@ -31,6 +33,8 @@ class Gears:
         self.curve, self.values = curve, values
         self.steps = (*meshing.parameter_steps(), *meshing.contact_steps(curve))
         self.distance = self._closed()
+        self.contact = cache(self._contact)
+        """r, dr, ddr, ratio, dratio, turned at a polar angle, found once: that at phi = 0 is asked for often."""
 
     def _closed(self) -> Any:
         known = self.curve.centre_distance()
@@ -43,8 +47,7 @@ class Gears:
     def _turned(self, u: Any, a: Any) -> Any:
         return mpmath.quad(lambda v: Point({**self.values, meshing.u: v, meshing.a: a})(self.curve.ratio()), [0, u])
 
-    def contact(self, t: Any) -> tuple[Any, ...]:
-        """r, dr, ddr, ratio, dratio, turned."""
+    def _contact(self, t: Any) -> tuple[Any, ...]:
         point = Point({**self.values, meshing.a: self.distance, meshing.t: t})
         for step in self.steps:
             if step.symbol == meshing.turned:
@@ -58,11 +61,17 @@ def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
     with mpmath.workdps(WORKING_DIGITS):
         machine = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
         fixed = {s: in_si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
-        gears = [stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))]
-        fixed |= {q.a1: gears[0].distance, q.a2: gears[1].distance}
-        fixed |= {q.m31: gears[0].values[meshing.m], q.m61: gears[1].values[meshing.m]}
-        system = derivation.exact()
-        return [_angle(fixed, gears, system, 2 * mpmath.pi * k / points) for k in range(points)]
+        gears = {f"stage{i}": stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))}
+        fixed |= distances_and_deformations(gears)
+        lane = derivation.exact_lane()
+        return [_angle(fixed, gears, lane, 2 * mpmath.pi * k / points) for k in range(points)]
+
+
+def distances_and_deformations(gears: Mapping[str, Gears]) -> dict[sp.Symbol, Any]:
+    """What the lane takes of both stages beside their contacts."""
+    first, second = gears["stage1"], gears["stage2"]
+    coefficients = {q.m31: first.values[meshing.m], q.m61: second.values[meshing.m]}
+    return {q.a1: first.distance, q.a2: second.distance, **coefficients}
 
 
 def stage_gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
@@ -85,23 +94,26 @@ def in_si(machine: dict[str, Any], shown: str) -> Any:
     return number * mpf(sp.N(sp.sympify(factor), WORKING_DIGITS))
 
 
-def _angle(fixed: dict[sp.Symbol, Any], gears: list[Gears], system: System, phi: Any) -> dict[sp.Symbol, mpf]:
-    one = one_side({**fixed, q.phi: phi}, gears, system)
-    two = one_side({**fixed, q.phi: phi - mpmath.pi}, gears, system)
+def _angle(fixed: dict[sp.Symbol, Any], gears: Mapping[str, Gears], lane: Lane, phi: Any) -> dict[sp.Symbol, mpf]:
+    one = one_side({**fixed, q.phi: phi}, gears, lane.steps)
+    two = one_side({**fixed, q.phi: phi - mpmath.pi}, gears, lane.steps)
     both = Point(one | {q.twin(s): v for s, v in two.items() if isinstance(s, Quantity)})
-    for step in system.frame:
+    for step in lane.shared.steps if lane.shared else ():
         both.set(step.symbol, both(step.expr))
     return both.values()
 
 
-def one_side(known: dict[sp.Symbol, Any], gears: list[Gears], system: System) -> dict[sp.Symbol, mpf]:
-    """What is known (machine, mounting, carrier angle), and every quantity that the lane of a system finds from it."""
+def one_side(known: Mapping[sp.Symbol, Any], gears: Mapping[str, Gears], steps: Iterable[Step]) -> dict[sp.Symbol, mpf]:
+    """What is known (machine, mounting, carrier angle), and every quantity that steps of a lane find from it.
+
+    ``gears`` are the stages by the names of the functions that are composed at run time.
+    """
     point = Point(known)
-    for step in system.lane:
+    for step in steps:
         if isinstance(step, Let):
             point.set(step.symbol, point(step.expr))
         elif isinstance(step, Call):
-            found = gears[int(step.function[-1]) - 1].contact(point(step.argument))
+            found = gears[step.function.name].contact(point(step.argument))
             for symbol, value in zip(step.outputs, found, strict=True):
                 if symbol is not None:
                     point.set(symbol, value)

@@ -18,7 +18,7 @@ from ...chain import Chain, ordered
 from ...equations import Equation
 from ...mechanics.bodies import Body, Contact, Mechanism, Part, Pin, about_pin, tangent_angle
 from ...mechanics.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, shorter, unit
-from ...model import Call, Event, Let, Step, System, needed
+from ...model import Call, Event, Lane, Let, RuntimeFunction, Shared, Step, System, needed
 from ...quantity import Quantity, Vector
 from . import quantities as q
 
@@ -60,6 +60,17 @@ CONTACT_P = Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2)
 CONTACT_Q = Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2)
 
 
+CONTACTS = tuple(
+    RuntimeFunction(
+        f"stage{number}",
+        "contact functions of pitch curves",
+        ("t", "parameters", "hoisted"),
+        ("r", "dr", "ddr", "ratio", "dratio", "turned"),
+    )
+    for number in (1, 2)
+)
+
+
 def cam_law(delta: Expr) -> Expr:
     """Swing over the cam angle: a 4-5-6-7 polynomial rise and fall (Norton, Cam Design, 2009)."""
 
@@ -94,7 +105,7 @@ class Kinematics:
         """Contact of a gear stage at the polar angle ``t`` of its inner gear; ``start`` is the rotation at phi = 0."""
         r, dr, ratio, dratio, turned = outputs
         vectors = ((q.PARAMETERS1, q.HOISTED1), (q.PARAMETERS2, q.HOISTED2))[number - 1]
-        contact = partial(Call, function=f"stage{number}", vectors=vectors)
+        contact = partial(Call, function=CONTACTS[number - 1], vectors=vectors)
         self.let(t, argument)
         at_start = argument.xreplace({q.phi: S.Zero, q.phi52: S.Zero})
         self.steps.append(
@@ -309,46 +320,26 @@ def joints() -> tuple[Event, ...]:
     return (*gears, *cam, *teeth)
 
 
-def assemble(
-    name: str,
-    title: str,
-    source: str,
-    side_steps: tuple[Step, ...],
-    reported: tuple[Quantity, ...],
-    frame: Chain,
-) -> System:
-    """A model of the device from the steps of a side and the chain of what both sides share."""
+def assemble(side_steps: tuple[Step, ...], reported: tuple[Quantity, ...], shared: Chain) -> Lane:
+    """The lane of a model from the steps of a side and the chain of what both sides share."""
     balances = (
-        *frame.lets(),
+        *shared.lets(),
         Let(q.F_support, q.F_Oy + q.F_O1y, "wang2017 3.1"),
         Let(q.F_support_x, q.F_Ox + q.F_O1x, "derived: horizontal support force"),
     )
     sums = needed(balances, frozenset(q.TOTALS))
-    shared = frozenset().union(*(step.needs for step in sums))
+    summed = frozenset().union(*(step.needs for step in sums))
     ours = [s for step in side_steps for s in step.defines]
-    passed = [s for s in ours if s in shared or q.twin(s) in shared]
+    passed = [s for s in ours if s in summed or q.twin(s) in summed]
     side = tuple(dict.fromkeys((*reported, *passed)))
     events = joints()
     wanted = frozenset(side).union(*(e.argument.free_symbols for e in events))
-    return System(
-        name,
-        title,
-        source,
-        ASSUMPTIONS,
-        q.phi,
-        q.INPUTS,
-        ("stage1", "stage2"),
-        needed(side_steps, wanted),
-        Vector("side", side),
-        sums,
-        Vector("totals", q.TOTALS),
-        q.twin,
-        events,
-    )
+    frame = Shared(q.twin, sums, Vector("totals", q.TOTALS))
+    return Lane(q.phi, q.INPUTS, needed(side_steps, wanted), Vector("side", side), events, frame)
 
 
-def exact() -> System:
-    """The device from first principles."""
+def exact_lane() -> Lane:
+    """The device from first principles, along the carrier angle."""
     side = build_side()
     kinematic = tuple(side.kinematics.steps)
     lane = ordered(side.mechanism.equations(), side.mechanism.unknowns, q.REPORTED_EXACT)
@@ -356,26 +347,19 @@ def exact() -> System:
     support = build_support(side.kinematics.motion)
     other = OtherSide(frozenset(s for step in steps for s in step.defines))
     frame = ordered(support_equations(side, support, other), support.mechanism.unknowns, q.TOTALS)
-    return assemble(
-        "planting_exact",
-        "Planting device, from first principles",
-        "derived (Newton-Euler)",
-        steps,
-        q.REPORTED_EXACT,
-        frame,
-    )
+    return assemble(steps, q.REPORTED_EXACT, frame)
+
+
+def exact() -> System:
+    """The device from first principles."""
+    title, source = "Planting device, from first principles", "derived (Newton-Euler)"
+    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane())
 
 
 def printed(paper: Chain, frame: Chain) -> System:
     """The device as a paper prints it: its equations on the kinematics of this module."""
     side = build_side()
     loss = next(law for law in side.mechanism.laws if law.symbol == q.F_E_loss)
-    steps = (*side.kinematics.steps, *paper.lets(), loss)
-    return assemble(
-        "planting_printed",
-        "Planting device, as printed",
-        "wang2017 (1)-(31), taken literally",
-        steps,
-        q.REPORTED,
-        frame,
-    )
+    lane = assemble((*side.kinematics.steps, *paper.lets(), loss), q.REPORTED, frame)
+    title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
+    return System("planting_printed", title, source, ASSUMPTIONS, lane)

@@ -7,7 +7,7 @@ turn are one side over a whole one.
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -20,11 +20,11 @@ from sympy import Expr, S, pi
 
 from ...audit.laws import Cycle, Law, Machine, Values
 from ...branches import switch
+from ...dimensions import of_unit
 from ...evaluate import Point
-from ...gearing import meshing
 from ...mechanics.bodies import Contact
 from ...mechanics.frames import Vec
-from ...model import Event, System, needed
+from ...model import Event, needed
 from ...quantity import Quantity
 from . import claims, derivation
 from . import cycle as planting_cycle
@@ -101,34 +101,21 @@ def _pull(push: Expr) -> Expr:
     return switch(push, S.Zero, push)
 
 
-class Remembered(planting_cycle.Gears):
-    """A gear stage that finds the contact at a polar angle once: that at phi = 0 is asked for at every angle."""
-
-    def __init__(self, gears: planting_cycle.Gears) -> None:
-        self.values, self.distance = gears.values, gears.distance
-        self._found = cache(gears.contact)
-
-    def contact(self, t: Any) -> tuple[Any, ...]:
-        return self._found(t)
-
-
 class Motion:
     """The motion of the built-in machine: the kinematic quantities of a side at a carrier angle."""
 
     def __init__(self) -> None:
         data = tomllib.loads(planting_cycle.MACHINE.read_text(encoding="utf-8"))
         stages = ((1, "3"), (2, "6"))
-        self.gears = [Remembered(planting_cycle.stage_gears(data, stage, suffix)) for stage, suffix in stages]
+        self.gears = {f"stage{i}": planting_cycle.stage_gears(data, i, suffix) for i, suffix in stages}
         self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
-        self.fixed |= dict(zip((q.a1, q.a2), (gears.distance for gears in self.gears), strict=True))
-        self.fixed |= dict(zip((q.m31, q.m61), (gears.values[meshing.m] for gears in self.gears), strict=True))
+        self.fixed |= planting_cycle.distances_and_deformations(self.gears)
         self.steps = tuple(derivation.build_side().kinematics.steps)
-        self.system: System = derivation.exact()
 
     def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
         """All quantities, or those that some are found from."""
-        system = replace(self.system, lane=self.steps if wanted is None else needed(self.steps, wanted))
-        return planting_cycle.one_side({**self.fixed, q.phi: phi}, list(self.gears), system)
+        steps = self.steps if wanted is None else needed(self.steps, wanted)
+        return planting_cycle.one_side({**self.fixed, q.phi: phi}, self.gears, steps)
 
     def joints(self) -> list[Any]:
         """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""
@@ -204,10 +191,16 @@ def _between(side: Values, pieces: list[Piece]) -> Values:
     }
 
 
+def _order_in_time(quantity: Quantity) -> int:
+    """Of a rate 1, of an acceleration 2, of all else 0: a force does not go with the speed."""
+    mass, _, time = of_unit(quantity.unit)
+    return 0 if mass else -int(time)
+
+
 def _slowed(cycle: Cycle) -> Cycle:
     """The same motion at next to no speed: rates go with the speed, accelerations with its square."""
     steps = derivation.build_side().kinematics.steps
     moving = [q.omega, *(s for step in steps for s in step.defines)]
-    factors = {s: SLOW ** {"/s2": 2, "d/s": 1, "m/s": 1}.get(s.unit[-3:], 0) for s in moving}
+    factors = {s: SLOW ** _order_in_time(s) for s in moving}
     one, two = ({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)
     return Cycle((one, two), cycle.weights, _slowed(cycle.between) if cycle.between else None)
