@@ -14,7 +14,8 @@ from ...branches import switch
 from ...chain import ordered, solve_linear
 from ...equations import Equation
 from ...evaluate import Point
-from ...mechanics.bodies import Contact, Mechanism
+from ...mechanics.bodies import Mechanism
+from ...mechanics.contacts import Contact
 from ...mechanics.frames import displacement
 from ...model import Let
 from ...quantity import Quantity
@@ -69,7 +70,7 @@ def _definition(claim: str, symbol: Quantity, expr: Expr) -> Equation:
 
 
 def _law(mechanism: Mechanism, symbol: Quantity) -> Expr:
-    return next(law.expr for law in mechanism.laws if law.symbol == symbol)
+    return mechanism.law(symbol).expr
 
 
 def _cam(side: derivation.Side) -> list[Equation]:

@@ -22,7 +22,7 @@ from ...audit.laws import Cycle, Law, Machine, Values
 from ...branches import switch
 from ...dimensions import of_unit
 from ...evaluate import Point
-from ...mechanics.bodies import Contact
+from ...mechanics.contacts import Contact
 from ...mechanics.frames import Vec
 from ...model import Event, needed
 from ...quantity import Quantity
@@ -54,7 +54,7 @@ def laws() -> tuple[Law, ...]:
     other = derivation.OtherSide(claims.moving() | {q.F_E_loss})
     support = q.F_Ox + q.F_O1x, q.F_Oy + q.F_O1y
     rate = [_momentum_rate(side, other, axis) for axis in (0, 1)]
-    loss = next(law.expr for law in side.mechanism.laws if law.symbol == q.F_E_loss)
+    loss = side.mechanism.law(q.F_E_loss).expr
     pushes = {
         "teeth at P": _tooth_push(derivation.CONTACT_P, (q.F_Px, q.F_Py)),
         "teeth at Q": _tooth_push(derivation.CONTACT_Q, (q.F_Qx, q.F_Qy)),
@@ -93,8 +93,8 @@ def _tooth_push(contact: Contact, force: tuple[Quantity, Quantity]) -> Expr:
 
 def _cam_push(side: derivation.Side) -> Expr:
     """Component of the cam's force on the roller along the normal of the roller's path, away from the cam."""
-    laws = {law.symbol: law.expr for law in side.mechanism.laws}
-    return sp.Add(*(f * laws[f].xreplace({q.mu1: S.Zero, q.F_E: S.One}) for f in (q.F_Ex, q.F_Ez)))
+    forces, alone = (q.F_Ex, q.F_Ez), {q.mu1: S.Zero, q.F_E: S.One}
+    return sp.Add(*(force * side.mechanism.law(force).expr.xreplace(alone) for force in forces))
 
 
 def _pull(push: Expr) -> Expr:
