@@ -9,7 +9,7 @@ from typing import TypeVar
 import sympy as sp
 from sympy import Expr
 
-from .quantity import OpenVector, Quantity, Vector
+from .quantity import OpenVector, Quantity, Vector, refuse_name
 
 Input = Vector | OpenVector | Quantity
 
@@ -159,6 +159,7 @@ class ClosedForm:
     outputs: Vector
 
     def __post_init__(self) -> None:
+        refuse_name("function", self.name)
         known = _followed(self.name, self.steps, _entries(self.inputs))
         _refuse_missing(f"{self.name}: its outputs need", frozenset(self.outputs) - known)
 
@@ -173,6 +174,9 @@ class System:
     assumptions: tuple[str, ...]
     lane: Lane | None = None
     closed_forms: tuple[ClosedForm, ...] = ()
+
+    def __post_init__(self) -> None:
+        refuse_name("system", self.name)
 
     @property
     def inputs(self) -> tuple[Input, ...]:

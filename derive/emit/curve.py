@@ -15,6 +15,8 @@ from ..quantity import OpenVector, Quantity, Vector
 from .schedule import share
 from .text import Emitted
 
+LOCALS = frozenset({"cosines", "nodes", "radii", "terms"})
+"""Names of the prologues' own."""
 HOISTED = OpenVector("hoisted", "centre distance, then the cosine series of the ratio, if there is one", {0: meshing.a})
 
 
@@ -73,7 +75,9 @@ def shapes_of(curve: PitchCurve) -> Vector:
 
 
 def functions_of(curve: PitchCurve) -> list[Emitted]:
-    """All but the prologue."""
+    """All but the prologue. Raises ValueError where a parameter has a name that the prologue needs."""
+    if taken := sorted(q.name for q in curve.parameters if q.name in LOCALS):
+        raise ValueError(f"family {curve.name}: its prologue needs the name {taken[0]}; call the parameter otherwise")
     return [contact(curve), curvature(curve), conditions(curve), *convexity(curve), relative(curve)]
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from ..discovery import modules, offered
 from ..gearing.pitch_curve import PitchCurve
 from ..model import System
+from ..quantity import reserve
+from . import targets
 from .text import Emitted
 
 
@@ -14,7 +17,7 @@ from .text import Emitted
 class Target:
     """A language: the place of its files, such as ``array/{name}.py``, and the texts of a model and of a pitch curve.
 
-    ``reserved`` names what a quantity must not be called, because the texts need the name.
+    ``reserved`` are names that the texts need for themselves, so that no quantity can have them.
     """
 
     name: str
@@ -23,6 +26,14 @@ class Target:
     model: Callable[[System, Sequence[Emitted]], str]
     curve: Callable[[PitchCurve, Sequence[Emitted]], str]
 
+    def __post_init__(self) -> None:
+        reserve(self.name, self.reserved)
+
     def path(self, name: str) -> str:
         """Where the file of a model or a curve goes, inside the generated folder."""
         return self.place.format(name=name)
+
+
+def built_in() -> list[Target]:
+    """The languages whose files stand in ``targets``."""
+    return offered(modules(targets), "TARGET")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import sympy as sp
 
@@ -34,19 +35,22 @@ class Emitted:
     functions: tuple[RuntimeFunction, ...] = ()
 
     def __post_init__(self) -> None:
+        if twice := sorted({name for name in self.speaks if self.speaks.count(name) > 1}):
+            raise ValueError(f"function {self.name}: {', '.join(twice)} stands for two things; rename one of them")
+
+    @cached_property
+    def speaks(self) -> list[str]:
+        """Every name that is given a value in it, as often as it is."""
         names = [v.name for v in (*self.inputs, *self.functions)]
         names += [q.name for v in self.inputs if not isinstance(v, Quantity) for q in entries(v) if q in self.used]
         names += [symbol.name for step in self.steps for symbol in step.defines]
-        names += _CLENSHAW if any(isinstance(step, SineSeries) for step in self.steps) else ()
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"function {self.name}: {', '.join(twice)} stands for two things; rename one of them")
+        return [*names, *(_CLENSHAW if any(isinstance(step, SineSeries) for step in self.steps) else ())]
 
     def taking(self, functions: tuple[RuntimeFunction, ...]) -> Emitted:
         """The same, given functions that are composed at run time."""
         return replace(self, functions=functions)
 
-    @property
+    @cached_property
     def used(self) -> frozenset[sp.Symbol]:
         """What the steps and the results speak of."""
         return frozenset().union(*(s.needs for s in self.steps), *(e.free_symbols for e in self.returned))

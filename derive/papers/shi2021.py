@@ -9,6 +9,8 @@ from __future__ import annotations
 from sympy import Expr, Function, Integer, Piecewise, Rational, acos, asin, atan, cos, pi, sin, sqrt, tan
 
 from ..audit.paper import Paper
+from ..model import System
+from ..systems.clutch import beam, model
 from ..systems.clutch.quantities import *
 
 PAPER = Paper("shi2021", "Shi et al. 2021, doi:10.6041/j.issn.1000-1298.2021.02.006")
@@ -118,3 +120,16 @@ COMPLETION = {
 }
 """What it takes to compute with the print, no reading of it: the denominator with which six sides are touched at all
 times, and the printed radius of curvature for the tooth tips, whose polygon is as wide as the shaft."""
+
+
+def printed() -> System:
+    """The clutch as this paper prints it."""
+    return model.printed(PAPER.equations, COMPLETION)
+
+
+def printed_beam() -> System:
+    """The engagement as this paper prints it."""
+    return beam.printed(PAPER.equations)
+
+
+SYSTEMS = (printed, printed_beam)

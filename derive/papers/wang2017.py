@@ -10,6 +10,8 @@ from sympy import Piecewise, Rational, atan, cos, pi, sin, tan
 from ..audit.paper import Paper
 from ..chain import Chain, Solve
 from ..equations import Balance
+from ..model import System
+from ..systems.planting import derivation
 from ..systems.planting.quantities import *
 
 PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006")
@@ -240,3 +242,11 @@ FRAME = Chain(
     READING,
 )  # fmt: skip
 """Order of solution of section 2.2.5, what both sides share."""
+
+
+def printed() -> System:
+    """The device as this paper prints it."""
+    return derivation.printed(SIDE, FRAME)
+
+
+SYSTEMS = (printed,)

@@ -3,14 +3,16 @@
 import pytest
 import sympy as sp
 
+from derive import papers, systems
 from derive.dimensions import DimensionError, dimension, of_unit
+from derive.discovery import modules
 from derive.emit.schedule import expression
+from derive.generation import models
 from derive.model import Let, System, entries
 from derive.papers import wang2017
-from derive.pipeline import systems
 from derive.quantity import Quantity
 
-SYSTEMS = {system.name: system for system in systems()}
+SYSTEMS = {system.name: system for system in models((*modules(systems), *modules(papers)))}
 
 
 def symbols(system: System) -> set[sp.Symbol]:

@@ -175,3 +175,6 @@ def printed(equations: Mapping[str, Equation]) -> System:
     load = extremes(rates, (q.E, q.I, q.l, q.m2, STRUCK))
     title = "Engagement in one mode, as printed"
     return System("clutch_beam_printed", title, "shi2021 (8)-(12), taken literally", ASSUMPTIONS, closed_forms=(load,))
+
+
+SYSTEMS = (exact,)

@@ -211,3 +211,6 @@ def printed(equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr]
         claims.ASSUMPTIONS[:4],
         closed_forms=closed_forms(Source(by_claim, reading)),
     )
+
+
+SYSTEMS = (exact,)

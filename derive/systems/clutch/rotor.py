@@ -211,3 +211,6 @@ def exact() -> System:
         ASSUMPTIONS,
         closed_forms=(_path(), _ellipse(), *_trammel(), _support(), _harmonic()),
     )
+
+
+SYSTEMS = (exact,)

@@ -198,3 +198,6 @@ def bend_of_carrier() -> Expr:
     cosine = sp.Dummy("cosine", real=True)
     (found,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)
     return sp.acos(sp.expand(found))
+
+
+SYSTEMS = (exact,)

@@ -212,3 +212,6 @@ def exact() -> System:
         ASSUMPTIONS,
         closed_forms=(bars(), carrier(), law(), inverse(), motion(), pitch(), contact(), entry()),
     )
+
+
+SYSTEMS = (exact,)

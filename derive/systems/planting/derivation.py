@@ -291,3 +291,6 @@ def printed(paper: Chain, frame: Chain) -> System:
     lane = assemble((*side.kinematics.steps, *paper.lets(), side.mechanism.law(q.F_E_loss)), q.REPORTED, frame)
     title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
     return System("planting_printed", title, source, ASSUMPTIONS, lane)
+
+
+SYSTEMS = (exact,)
