@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -16,6 +14,7 @@ from mpmath import mpf
 from ...evaluate import Point
 from ...gearing import meshing
 from ...gearing.meshing import FAMILIES, PitchCurve
+from ...machine_file import MachineFile
 from ...model import Call, Lane, Let, Step
 from ...quantity import Quantity
 from . import derivation
@@ -23,7 +22,6 @@ from . import quantities as q
 
 MACHINE = Path(__file__).parents[3] / "planter" / "planting" / "examples" / "wang2017.toml"
 WORKING_DIGITS = 25
-_FACTORS = {"mm": "1e-3", "deg": "pi/180", "rpm": "pi/30"}
 
 
 class Gears:
@@ -59,7 +57,7 @@ class Gears:
 def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
     """All quantities of side 1, those of side 2 and the totals at ``points`` carrier angles of a turn."""
     with mpmath.workdps(WORKING_DIGITS):
-        machine = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
+        machine = MachineFile.read(MACHINE)
         fixed = {s: in_si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
         gears = {f"stage{i}": stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))}
         fixed |= distances_and_deformations(gears)
@@ -74,9 +72,9 @@ def distances_and_deformations(gears: Mapping[str, Gears]) -> dict[sp.Symbol, An
     return {q.a1: first.distance, q.a2: second.distance, **coefficients}
 
 
-def stage_gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
+def stage_gears(machine: MachineFile, stage: int, suffix: str) -> Gears:
     """The pitch curve of a gear stage of a machine file; ``suffix`` is the number of its inner gear."""
-    curve = FAMILIES[machine[f"stage{stage}"]["family"]]
+    curve = FAMILIES[machine.tables[f"stage{stage}"]["family"]]
     values: dict[sp.Symbol, Any] = {}
     for parameter in curve.parameters:
         base, dash, unit = parameter.shown.partition("_")
@@ -84,14 +82,9 @@ def stage_gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
     return Gears(curve, values | {meshing.m: in_si(machine, f"m{suffix}1")})
 
 
-def in_si(machine: dict[str, Any], shown: str) -> Any:
+def in_si(machine: MachineFile, shown: str) -> mpf:
     """A number of the machine file in SI: a design parameter, or ``section.key[index]``."""
-    path = shown if "." in shown else f"design.{shown}"
-    section, key, index = re.fullmatch(r"(\w+)\.(\w+)(?:\[(\d)\])?", path).groups()  # type: ignore[union-attr]
-    value = machine[section][key]
-    number = mpf(str(value if index is None else value[int(index)]))
-    factor = _FACTORS.get(key.rpartition("_")[2], "1")
-    return number * mpf(sp.N(sp.sympify(factor), WORKING_DIGITS))
+    return machine.si(shown if "." in shown else f"design.{shown}")
 
 
 def _angle(fixed: dict[sp.Symbol, Any], gears: Mapping[str, Gears], lane: Lane, phi: Any) -> dict[sp.Symbol, mpf]:

@@ -6,7 +6,6 @@ turn are one side over a whole one.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -22,6 +21,7 @@ from ...audit.laws import Cycle, Law, Machine, Values
 from ...branches import switch
 from ...dimensions import of_unit
 from ...evaluate import Point
+from ...machine_file import MachineFile
 from ...mechanics.contacts import Contact
 from ...mechanics.frames import Vec
 from ...model import Event, needed
@@ -105,7 +105,7 @@ class Motion:
     """The motion of the built-in machine: the kinematic quantities of a side at a carrier angle."""
 
     def __init__(self) -> None:
-        data = tomllib.loads(planting_cycle.MACHINE.read_text(encoding="utf-8"))
+        data = MachineFile.read(planting_cycle.MACHINE)
         stages = ((1, "3"), (2, "6"))
         self.gears = {f"stage{i}": planting_cycle.stage_gears(data, i, suffix) for i, suffix in stages}
         self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
