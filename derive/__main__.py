@@ -1,65 +1,74 @@
-"""Write `generated/`: code (`python -m derive`) or verdicts (`python -m derive audit`), or compare (`--check`)."""
+"""Derives equations and writes them as code: `python -m derive` the project's own, `python -m derive FILE` yours."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from .pipeline import PARTS, VERDICTS
+from .own import OwnError
+from .written import GENERATED, add, changes, differences, write
 
-GENERATED = Path(__file__).parents[1] / "generated"
-
-
-def write(folder: Path, content: dict[str, str], others: frozenset[str] = frozenset()) -> None:
-    """Write every text; nothing that stands there besides is kept, but what other parts wrote."""
-    for stray in strays(folder, content):
-        if stray.relative_to(folder).as_posix() not in others:
-            stray.unlink()
-    for name, text in content.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
+WHAT = """code (the default): the models and families of this project; audit: what their papers claim, judged; or a FILE
+or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
+that Python may do: derive only files that you trust."""
+OUT = "folder to write to; else generated/, of this project or beside your file. Nothing else in it is touched"
+CHECK = "derive everything, write nothing, and compare with what was written"
 
 
-def differences(folder: Path, content: dict[str, str]) -> list[str]:
-    """What is missing, changed or stray in a folder, a line each."""
-    found = [f"stray: {path.relative_to(folder)}" for path in strays(folder, content)]
-    for name, text in sorted(content.items()):
-        path = folder / name
-        if not path.is_file():
-            found.append(f"missing: {name}")
-        elif path.read_bytes() != text.encode():
-            found.append(f"changed: {name}")
-    return found
+def main(argv: Sequence[str] | None = None) -> int:
+    arguments = _parser().parse_args(argv)
+    try:
+        return _derived(arguments.what, arguments.out, arguments.check)
+    except OwnError as error:
+        print(error, file=sys.stderr)
+    except ModuleNotFoundError as error:
+        if error.name not in ("sympy", "mpmath"):
+            raise
+        print(f"deriving needs {error.name}, which is not installed: pip install 'planter[derive]'", file=sys.stderr)
+    return 2
 
 
-def strays(folder: Path, content: dict[str, str]) -> list[Path]:
-    files = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
-    return sorted(p for p in files if p.relative_to(folder).as_posix() not in content)
-
-
-def main() -> int:
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m derive", description=__doc__)
-    parser.add_argument("part", nargs="?", choices=PARTS, default="code", help="what to write (default: code)")
-    parser.add_argument("--check", action="store_true", help="derive everything and compare with generated/, both ways")
-    arguments = parser.parse_args()
-    if arguments.check:
+    parser.add_argument("what", nargs="?", default="code", metavar="WHAT", help=WHAT)
+    parser.add_argument("--check", action="store_true", help=CHECK)
+    parser.add_argument("--out", type=Path, metavar="DIR", help=OUT)
+    return parser
+
+
+def _derived(what: str, out: Path | None, check: bool) -> int:
+    """Write or compare one part of our own, or what the user names; the exit status."""
+    from .generation import code_of
+    from .pipeline import PARTS, VERDICTS
+
+    if what not in PARTS:
+        content, beside = code_of(what)
+        folder = out or beside
+        return _compared(folder, changes(folder, content), len(content)) if check else _added(folder, content, what)
+    folder = out or (GENERATED if GENERATED.is_dir() else Path("generated"))
+    if check:
         content = {name: text for part in PARTS.values() for name, text in part(None).items()}
-        found = differences(GENERATED, content)
-        print("\n".join(found) or f"generated/ is up to date: {len(content)} files")
-        return 1 if found else 0
-    content = PARTS[arguments.part](GENERATED / "audit.json")
-    write(GENERATED, content, kept(arguments.part))
-    print(f"generated/: {len(content)} files of {arguments.part}")
+        return _compared(folder, differences(folder, content), len(content))
+    content = PARTS[what](folder / "audit.json")
+    if folder != GENERATED:
+        return _added(folder, content, what)
+    others = VERDICTS if what == "code" else frozenset(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
+    write(folder, content, others)
+    print(f"generated/: {len(content)} files of {what}")
     return 0
 
 
-def kept(part: str) -> frozenset[str]:
-    """Names of the verdicts, when code is written; everything but them, when they are."""
-    if part == "code":
-        return VERDICTS
-    return frozenset(p.relative_to(GENERATED).as_posix() for p in GENERATED.rglob("*"))
+def _added(folder: Path, content: dict[str, str], what: str) -> int:
+    add(folder, content)
+    print(f"{folder}/: {len(content)} files of {what}")
+    return 0
+
+
+def _compared(folder: Path, found: list[str], count: int) -> int:
+    print("\n".join(found) or f"{folder.name}/ is up to date: {count} files")
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

@@ -1,15 +1,30 @@
-"""What derivation hands to the emitters: named steps, stages and systems."""
+"""What derivation hands to the emitters: named steps, and systems of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 import sympy as sp
 from sympy import Expr
 
-from .quantity import OpenVector, Quantity, Vector
+from .quantity import OpenVector, Quantity, Vector, refuse_name
+
+Input = Vector | OpenVector | Quantity
+
+
+@dataclass(frozen=True)
+class RuntimeFunction:
+    """A function that is composed at run time: the names of what it takes and gives.
+
+    ``kind`` says in the plural what it is one of: "contact functions of pitch curves".
+    """
+
+    name: str
+    kind: str
+    takes: tuple[str, ...]
+    gives: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -34,7 +49,7 @@ class Call:
     """``outputs = function(argument, *vectors)``: a function composed at run time; None for an output nobody needs."""
 
     outputs: tuple[Quantity | None, ...]
-    function: str
+    function: RuntimeFunction
     argument: Expr
     vectors: tuple[OpenVector, ...]
     source: str
@@ -73,7 +88,7 @@ Step = Let | Call | SineSeries
 class Event:
     """A joint in a lane: where ``argument - target`` is a whole multiple of ``period`` (or zero, without one).
 
-    ``order`` is the order of the first derivative in the carrier angle that jumps there in the forces.
+    ``order`` is the order of the first derivative in the lane's angle that jumps there in the forces.
     """
 
     name: str
@@ -87,31 +102,56 @@ Twin = Callable[[Quantity], Quantity]
 
 
 @dataclass(frozen=True)
-class System:
-    """A model of a machine with equal sides: the steps of one side along ``angle``, and balances of what they share.
+class Shared:
+    """What equal sides share: ``totals`` from the outputs of both, where ``twin`` names a quantity on side 2."""
 
-    ``lane`` gives ``side`` (the quantities of one side); ``frame`` gives ``totals`` from those of both sides, where
-    ``twin`` names a quantity on side 2. ``callables`` are the functions that are composed at run time.
-    """
-
-    name: str
-    title: str
-    source: str
-    assumptions: tuple[str, ...]
-    angle: Quantity
-    inputs: tuple[Vector | OpenVector, ...]
-    callables: tuple[str, ...]
-    lane: tuple[Step, ...]
-    side: Vector
-    frame: tuple[Let, ...]
-    totals: Vector
     twin: Twin
-    events: tuple[Event, ...]
+    steps: tuple[Let, ...]
+    totals: Vector
 
 
 @dataclass(frozen=True)
-class Stage:
-    """A function on its own: ``outputs`` from packed or single inputs by named steps."""
+class Lane:
+    """``outputs`` along ``angle`` from packed inputs by named steps; those of one side, if the machine has equal ones.
+
+    Raises ValueError where a step needs what nothing gives.
+    """
+
+    angle: Quantity
+    inputs: tuple[Vector | OpenVector, ...]
+    steps: tuple[Step, ...]
+    outputs: Vector
+    events: tuple[Event, ...] = ()
+    shared: Shared | None = None
+
+    def __post_init__(self) -> None:
+        given = _entries((self.angle, *self.inputs))
+        known = _followed("lane", self.steps, given)
+        _refuse_missing("lane: its outputs need", frozenset(self.outputs) - known)
+        for event in self.events:
+            _refuse_missing(f"lane: {event.name} needs", event.argument.free_symbols - known)
+        if self.shared:
+            twins = frozenset(map(self.shared.twin, self.outputs))
+            known = _followed("frame", self.shared.steps, given.union(self.outputs, twins))
+            _refuse_missing("frame: its totals need", frozenset(self.shared.totals) - known)
+
+    @property
+    def functions(self) -> tuple[RuntimeFunction, ...]:
+        """What is composed at run time, in the order of the first call."""
+        return tuple(dict.fromkeys(step.function for step in self.steps if isinstance(step, Call)))
+
+    @property
+    def vectors(self) -> tuple[Vector | OpenVector, ...]:
+        """What it takes and gives."""
+        return (*self.inputs, self.outputs, *((self.shared.totals,) if self.shared else ()))
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """A function on its own: ``outputs`` from packed or single inputs by named steps.
+
+    Raises ValueError where a step needs what nothing gives.
+    """
 
     name: str
     inputs: tuple[Vector | Quantity, ...]
@@ -119,33 +159,48 @@ class Stage:
     outputs: Vector
 
     def __post_init__(self) -> None:
-        known: set[sp.Symbol] = {s for given in self.inputs for s in (given if isinstance(given, Vector) else (given,))}
-        for step in self.steps:
-            if not step.needs <= known:
-                missing = ", ".join(sorted(map(str, step.needs - known)))
-                raise ValueError(f"stage {self.name}: {step.symbol} needs {missing}, which nothing gives")
-            known.add(step.symbol)
+        refuse_name("function", self.name)
+        known = _followed(self.name, self.steps, _entries(self.inputs))
+        _refuse_missing(f"{self.name}: its outputs need", frozenset(self.outputs) - known)
 
 
 @dataclass(frozen=True)
-class Formulas:
-    """A model of a machine as functions in closed form, each on its own."""
+class System:
+    """A model of a machine: a lane along its angle, functions in closed form, or both."""
 
     name: str
     title: str
     source: str
     assumptions: tuple[str, ...]
-    stages: tuple[Stage, ...]
+    lane: Lane | None = None
+    closed_forms: tuple[ClosedForm, ...] = ()
+
+    def __post_init__(self) -> None:
+        refuse_name("system", self.name)
 
     @property
-    def callables(self) -> tuple[str, ...]:
-        """Nothing is composed at run time."""
-        return ()
+    def inputs(self) -> tuple[Input, ...]:
+        """What its functions take, each once, in the order in which it is first taken."""
+        lane: tuple[Input, ...] = (self.lane.angle, *self.lane.inputs) if self.lane else ()
+        return tuple(dict.fromkeys((*lane, *(given for form in self.closed_forms for given in form.inputs))))
 
     @property
-    def inputs(self) -> tuple[Vector | Quantity, ...]:
-        """What the stages take, each once, in the order in which it is first taken."""
-        return tuple(dict.fromkeys(given for stage in self.stages for given in stage.inputs))
+    def functions(self) -> tuple[RuntimeFunction, ...]:
+        """What is composed at run time."""
+        return self.lane.functions if self.lane else ()
+
+    @property
+    def vectors(self) -> tuple[Vector | OpenVector, ...]:
+        """Packed inputs and outputs."""
+        packed = (v for form in self.closed_forms for v in (*form.inputs, form.outputs) if isinstance(v, Vector))
+        return (*(self.lane.vectors if self.lane else ()), *packed)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Every step: of the lane, of what its sides share, of the closed forms."""
+        lane = self.lane.steps if self.lane else ()
+        shared = self.lane.shared.steps if self.lane and self.lane.shared else ()
+        return (*lane, *shared, *(step for form in self.closed_forms for step in form.steps))
 
 
 S = TypeVar("S", bound=Step)
@@ -159,3 +214,27 @@ def needed(steps: Sequence[S], wanted: frozenset[sp.Symbol]) -> tuple[S, ...]:
             kept.append(step)
             wanted = wanted | step.needs
     return tuple(reversed(kept))
+
+
+def entries(given: Input) -> tuple[Quantity, ...]:
+    """The quantities that an input is known to hold."""
+    if isinstance(given, Quantity):
+        return (given,)
+    return tuple(given.known.values()) if isinstance(given, OpenVector) else given.quantities
+
+
+def _entries(inputs: Iterable[Input]) -> frozenset[sp.Symbol]:
+    return frozenset(quantity for given in inputs for quantity in entries(given))
+
+
+def _followed(name: str, steps: Iterable[Step], known: frozenset[sp.Symbol]) -> frozenset[sp.Symbol]:
+    """What is known after the steps of a function."""
+    for step in steps:
+        _refuse_missing(f"{name}: {', '.join(map(str, step.defines))} needs", step.needs - known)
+        known = known.union(step.defines)
+    return known
+
+
+def _refuse_missing(what: str, missing: frozenset[sp.Symbol]) -> None:
+    if missing:
+        raise ValueError(f"{what} {', '.join(sorted(map(str, missing)))}, which nothing gives")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import venv
@@ -20,11 +21,30 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next(folder.glob("planter-*.whl"))
 
 
-def test_the_wheel_ships_generated_code_and_machines_and_no_derivation(wheel: Path) -> None:
+def test_the_wheel_ships_generated_code_and_machines_and_the_derivation(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     assert {"planter/generated/planting_exact.py", "planter/generated/planting_exact.json"} <= names
-    assert {"planter/machines/planting/wang2017.toml", "planter/lanes/turn.c", "planter/py.typed"} <= names
-    assert not [name for name in names if name.startswith(("derive/", "generated/", "tests/"))]
+    assert {"planter/planting/examples/wang2017.toml", "planter/planting/export/machine.c", "planter/py.typed"} <= names
+    assert {"derive/__main__.py", "derive/systems/planting/derivation.py", "derive/papers/wang2017.py"} <= names
+    assert not [name for name in names if name.startswith(("generated/", "tests/"))]
+
+
+def test_the_wheel_derives_a_file_of_a_users_own(wheel: Path, tmp_path: Path) -> None:
+    """Unpacked, far from the checkout; what it writes is what the checkout writes."""
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    own = Path(shutil.copy(ROOT / "tests" / "derive" / "own" / "slider_crank.py", tmp_path))
+    command = [sys.executable, "-m", "derive", str(own), "--out"]
+    for site, out in ((tmp_path / "site", "there"), (ROOT, "here")):
+        clean = os.environ | {"PYTHONPATH": str(site)}
+        subprocess.run([*command, str(tmp_path / out)], cwd=tmp_path, env=clean, check=True, stdout=subprocess.DEVNULL)
+    asked = [sys.executable, "-c", "import derive; print(derive.__file__)"]
+    clean = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
+    found = subprocess.run(asked, cwd=tmp_path, env=clean, check=True, capture_output=True, text=True).stdout
+    assert Path(found.strip()).is_relative_to(tmp_path / "site")
+    written = [{p.relative_to(tmp_path / out): p.read_bytes() for p in (tmp_path / out).rglob("*.*")}
+               for out in ("there", "here")]  # fmt: skip
+    assert written[0] == written[1]
+    assert len(written[0]) == 5
 
 
 def test_the_wheel_optimises_in_an_empty_environment(wheel: Path, tmp_path: Path) -> None:

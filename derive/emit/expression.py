@@ -1,4 +1,4 @@
-"""SymPy expressions to Python text: one table of supported nodes, two dialects, and an error for any other node."""
+"""SymPy expressions to Python text: one table of supported nodes, a dialect a target, an error for any other."""
 
 from __future__ import annotations
 
@@ -19,29 +19,26 @@ class UnsupportedNode(TypeError):
     """An expression holds a node that no emitter knows."""
 
 
+PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "log", "floor", "sign")
+"""Functions of one name everywhere but in some targets."""
+
+
 @dataclass(frozen=True)
 class Dialect:
-    """Names of the functions in the target, by the names used here."""
+    """Names of the functions in the target, by the names used here.
 
-    name: str
+    ``ratio`` and ``length`` are templates of a quotient of two whole numbers and of the length of a vector; ``first``
+    is what every function takes before its own arguments.
+    """
+
     functions: dict[str, str]
     ratio: str
     length: str
+    first: tuple[str, ...] = ()
 
     def call(self, function: str, *arguments: str) -> str:
         return f"{self.functions[function]}({', '.join(arguments)})"
 
-
-_PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "log", "floor", "sign")
-CASADI = Dialect("casadi", {f: f for f in _PLAIN} | {
-    "abs": "fabs", "min": "fmin", "max": "fmax", "select": "if_else", "and": "logic_and", "or": "logic_or",
-    "not": "logic_not", "pi": "pi",
-}, ratio="{0} / {1}", length="{0}.numel()")  # fmt: skip
-ARRAY = Dialect("array", {f: f"xp.{f}" for f in _PLAIN} | {
-    "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.absolute",
-    "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
-    "not": "xp.logical_not", "pi": "xp.pi",
-}, ratio="xp.divide({0}, {1})", length="len({0})")  # fmt: skip
 
 Text = tuple[str, int]
 Handler = Callable[["Printer", Basic], Text]
@@ -182,7 +179,7 @@ TABLE: dict[type[Basic], Handler] = {
     sp.Ne: _relation("!="),
     sp.Abs: _function("abs"),
     Turns: _function("floor"),
-    **{getattr(sp, name): _function(name) for name in _PLAIN if name != "sqrt"},
+    **{getattr(sp, name): _function(name) for name in PLAIN if name != "sqrt"},
 }  # fmt: skip
 
 

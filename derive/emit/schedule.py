@@ -1,13 +1,14 @@
-"""From a system's steps to the texts of its functions: common subexpressions, hoisting, order."""
+"""From a lane's steps to the texts of its functions: common subexpressions, hoisting, order."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 import sympy as sp
 
-from ..model import Let, Step, System
+from ..model import Event, Lane, Let, Step
 from ..quantity import Quantity, Vector
 from .expression import operations
 
@@ -16,31 +17,37 @@ COMMON = "common subexpression"
 
 @dataclass(frozen=True)
 class Schedule:
-    """The steps of the emitted functions of a system."""
+    """The steps of the emitted functions of a lane."""
 
-    system: System
+    lane: Lane
     prologue: tuple[Step, ...]
     hoisted: Vector
-    lane: tuple[Step, ...]
+    moving: tuple[Step, ...]
     events: tuple[Let, ...]
     frame: tuple[Step, ...]
 
 
-def schedule(system: System) -> Schedule:
+def schedule(lane: Lane) -> Schedule:
     """Share common subexpressions, then move to the prologue what the angle does not change."""
-    event_lets = tuple(
-        Let(Quantity(f"g{i}", "1", f"{e.name}: {e.argument} less {e.target}", "derived: joint"), e.argument - e.target,
-            f"joint: {e.name}")
-        for i, e in enumerate(system.events))  # fmt: skip
-    steps = share((*system.lane, *event_lets), prefix="c")
-    still, moving = split(steps, frozenset({system.angle}))
-    events = tuple(s for s in moving if isinstance(s, Let) and s.source.startswith("joint: "))
-    lane = tuple(step for step in moving if step not in events)
-    needed_later = frozenset().union(
-        *(s.needs for s in moving), *(s.needs for s in system.frame), system.side.quantities
-    )
+    joints = tuple(_joint(i, event) for i, event in enumerate(lane.events))
+    steps = share((*lane.steps, *joints), prefix="c")
+    still, moving = split(steps, frozenset({lane.angle}))
+    at_joints = frozenset(joint.symbol for joint in joints)
+    events = tuple(s for s in moving if isinstance(s, Let) and s.symbol in at_joints)
+    if len(events) < len(joints):
+        raise ValueError(f"lane: an event does not depend on {lane.angle}, so it never happens")
+    needed_later = frozenset(lane.outputs).union(*(step.needs for step in moving))
     hoisted = tuple(s for step in still for s in step.defines if s in needed_later)
-    return Schedule(system, still, Vector("hoisted", hoisted), lane, events, share(system.frame, prefix="d"))
+    own = tuple(step for step in moving if step not in events)
+    frame = share(lane.shared.steps, prefix="d") if lane.shared else ()
+    return Schedule(lane, still, Vector("hoisted", hoisted), own, events, frame)
+
+
+def _joint(index: int, event: Event) -> Let:
+    """What is zero at an event, or a whole number of its periods."""
+    meaning = f"{event.name}: {event.argument} less {event.target}"
+    symbol = Quantity(f"g{index}", "1", meaning, "derived: joint")
+    return Let(symbol, event.argument - event.target, f"joint: {event.name}")
 
 
 def split(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
@@ -58,7 +65,8 @@ def split(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[St
 
 def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
     """The same steps with common subexpressions computed once, each in a step of its own before its first use."""
-    names = (sp.Symbol(f"{prefix}{i}", real=True) for i in range(1, 10_000))
+    taken = {symbol.name for step in steps for symbol in (*step.needs, *step.defines)}
+    names = (sp.Symbol(name, real=True) for i in count(1) if (name := f"{prefix}{i}") not in taken)
     common, reduced = sp.cse([expression(step) for step in steps], symbols=names, order="canonical")
     pending = dict(common)
     ordered: list[Step] = []

@@ -9,42 +9,30 @@ from typing import Any
 import sympy as sp
 
 from ..gearing.meshing import PitchCurve
-from ..model import Formulas, System
+from ..model import Event, System
 from ..quantity import OpenVector, Quantity, Vector
-from .curve import all_conditions, functions_of, parameters_of
+from .curve import all_conditions, parameters_of
 from .schedule import COMMON
 from .text import Emitted
 
 
 def of_system(system: System, functions: Sequence[Emitted]) -> str:
+    """The sidecar of a model; names of composed functions and joints only where there are any."""
+    events = system.lane.events if system.lane else ()
     return _json({
         "name": system.name,
         "title": system.title,
         "source": system.source,
         "assumptions": system.assumptions,
-        "callables": system.callables,
-        "vectors": {v.name: _vector(v) for v in (*system.inputs, system.side, system.totals)},
-        "events": [{"name": e.name, "order": e.order, "period": float(e.period) if e.period else None}
-                   for e in system.events],
+        **({"callables": [f.name for f in system.functions]} if system.functions else {}),
+        "vectors": {v.name: _vector(v) for v in system.vectors},
+        **({"events": [_event(e) for e in events]} if events else {}),
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip
 
 
-def of_formulas(formulas: Formulas, functions: Sequence[Emitted]) -> str:
-    packed = (v for f in functions for v in (*f.inputs, f.output) if isinstance(v, Vector))
-    return _json({
-        "name": formulas.name,
-        "title": formulas.title,
-        "source": formulas.source,
-        "assumptions": formulas.assumptions,
-        "vectors": {v.name: _vector(v) for v in packed},
-        "functions": {f.name: _function(f) for f in functions},
-        "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
-    })  # fmt: skip
-
-
-def of_curve(curve: PitchCurve) -> str:
+def of_curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     return _json({
         "name": curve.name,
         "title": curve.title,
@@ -54,8 +42,12 @@ def of_curve(curve: PitchCurve) -> str:
         "series": not isinstance(curve.turned(), sp.Expr),
         "conditions": [{"name": c.name, "allowed": c.allowed} for c in all_conditions(curve)],
         "shapes": [_entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)} for s in curve.shapes],
-        "functions": {f.name: _function(f) for f in functions_of(curve)},
+        "functions": {f.name: _function(f) for f in functions},
     })  # fmt: skip
+
+
+def _event(event: Event) -> dict[str, Any]:
+    return {"name": event.name, "order": event.order, "period": float(event.period) if event.period else None}
 
 
 def _function(function: Emitted) -> dict[str, Any]:

@@ -6,13 +6,11 @@ derived from its radius (Litvin, Fuentes-Aznar, Gonzalez-Perez, Hayasaka: Noncir
 
 from __future__ import annotations
 
-import pkgutil
-from importlib import import_module
-
 import sympy as sp
 from sympy import Expr, pi
 
 from ..branches import Turns, switch, wrap
+from ..discovery import modules
 from ..model import Let
 from ..quantity import Quantity, Vector
 from . import families
@@ -20,17 +18,11 @@ from .pitch_curve import FAMILIES, STEEPER, BySeries, Condition, PitchCurve, a, 
 
 __all__ = [
     "CONTACT", "CURVATURE", "FAMILIES", "STEEPER", "BySeries", "Condition", "PitchCurve", "a", "contact_steps",
-    "curvature_steps", "find_families", "m", "parameter_steps", "swing", "t", "u",
+    "curvature_steps", "m", "parameter_steps", "swing", "t", "u",
 ]  # fmt: skip
 
 
-def find_families() -> None:
-    """Import every file in ``derive.gearing.families``, so that its families register themselves."""
-    for name in sorted(found.name for found in pkgutil.iter_modules(families.__path__)):
-        import_module(f"{families.__name__}.{name}")
-
-
-find_families()
+modules(families)
 
 _SOURCE = "pitch curve"
 tau = Quantity("tau", "rad", "polar angle within the turn", _SOURCE)

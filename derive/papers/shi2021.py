@@ -11,6 +11,8 @@ from sympy import Expr, Function, Integer, Piecewise, Rational, acos, asin, atan
 from ..audit.case import Case
 from ..audit.paper import Paper
 from ..equations import Definition
+from ..model import System
+from ..systems.clutch import beam, model
 from ..systems.clutch.quantities import *
 from ..systems.clutch.subject import SUBJECT
 from ..systems.clutch.vocabulary import ClutchClaim
@@ -126,4 +128,16 @@ COMPLETION = {
 """What it takes to compute with the print, no reading of it: the denominator with which six sides are touched at all
 times, and the printed radius of curvature for the tooth tips, whose polygon is as wide as the shaft."""
 
+
+def printed() -> System:
+    """The clutch as this paper prints it."""
+    return model.printed(PAPER.equations, COMPLETION, LACKING)
+
+
+def printed_beam() -> System:
+    """The engagement as this paper prints it."""
+    return beam.printed(PAPER.equations)
+
+
+SYSTEMS = (printed, printed_beam)
 CASE = Case(PAPER, SUBJECT)

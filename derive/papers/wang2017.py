@@ -11,6 +11,8 @@ from ..audit.case import Case
 from ..audit.paper import Paper
 from ..chain import Chain, Solve
 from ..equations import Balance, Definition
+from ..model import System
+from ..systems.planting import derivation
 from ..systems.planting.quantities import *
 from ..systems.planting.subject import SUBJECT
 from ..systems.planting.vocabulary import PlantingClaim
@@ -254,4 +256,11 @@ FRAME = Chain(
 )  # fmt: skip
 """Order of solution of section 2.2.5, what both sides share."""
 
+
+def printed() -> System:
+    """The device as this paper prints it."""
+    return derivation.printed(SIDE, FRAME)
+
+
+SYSTEMS = (printed,)
 CASE = Case(PAPER, SUBJECT, (SIDE, FRAME))

@@ -67,12 +67,12 @@ def test_replacing_an_unknown_equation_is_refused() -> None:
 
 
 def text_of(system: System) -> dict[str, str]:
-    return {str(let.symbol): str(let.expr) for let in (*system.lane, *system.frame) if hasattr(let, "expr")}
+    return {str(let.symbol): str(let.expr) for let in system.steps if hasattr(let, "expr")}
 
 
 def dependents(changed: set[str], system: System) -> set[str]:
     """Names that depend on the changed ones, through any number of steps."""
-    for step in (*system.lane, *system.frame):
+    for step in system.steps:
         if {str(s).removesuffix("_2") for s in step.needs} & changed:
             changed = changed | {str(s) for s in step.defines}
     return changed
@@ -93,7 +93,7 @@ def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> 
     """Every reaction of the printed model is solved from a numbered equation of the paper."""
     system = derivation.printed(wang2017.SIDE, wang2017.FRAME)
     kinematic = {s for step in derivation.build_side().kinematics.steps for s in step.defines}
-    others = {str(step.symbol): step.source for step in (*system.lane, *system.frame)
+    others = {str(step.symbol): step.source for step in system.steps
               if not set(step.defines) & kinematic}  # fmt: skip
     assert {name for name, source in others.items() if not source.startswith("wang2017")} == {"F_E_loss", "F_support_x"}
     assert len(others) > 25

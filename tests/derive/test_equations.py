@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 from derive import papers
+from derive.discovery import modules
 from derive.equations import (
     Balance,
     Claim,
@@ -100,7 +101,7 @@ def test_what_is_derived_is_numbered_and_sourced_by_its_claim() -> None:
     assert derived(MadeUpClaim.SUM, sp.S.Zero, relation=">").relation == ">"
 
 
-@pytest.mark.parametrize("module", papers.modules(), ids=lambda m: m.PAPER.name)
+@pytest.mark.parametrize("module", modules(papers), ids=lambda m: m.PAPER.name)
 def test_every_equation_of_a_paper_claims_a_value(module: object) -> None:
     equations: list[Equation] = list(module.PAPER.equations.values())  # type: ignore[attr-defined]
     assert all(isinstance(e.claims, Balance | Claim | ClaimOf | Definition) for e in equations)

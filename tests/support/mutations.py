@@ -12,15 +12,16 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
+from derive import papers
 from derive.audit.judge import Judgement, aligned, judge
 from derive.audit.verdicts import cases
 from derive.dimensions import DimensionError, dimension
+from derive.discovery import modules
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point
-from derive.papers import modules
 from tests.support.errors import KINDS
 
-CASES = {case.paper.name: case for case in cases(modules()).values()}
+CASES = {case.paper.name: case for case in cases(modules(papers)).values()}
 SLOW = 20
 """Equations that are not confirmed and have more terms than this, both sides together, are slow to judge."""
 EQUAL = mpf(10) ** -42

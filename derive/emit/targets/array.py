@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...model import Formulas, System
-from ...quantity import OpenVector
-from ..expression import ARRAY
-from ..text import Emitted
-from .casadi import NOTICE
+from ...gearing.meshing import PitchCurve
+from ...model import System
+from ..curve import in_closed_form
+from ..expression import PLAIN, Dialect, Printer
+from ..target import Target
+from ..text import NOTICE, Emitted, composed, filled, unpacked
 
-COMPOSED = """ `stage1` and `stage2` are contact
-functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, dratio, turned)."""
+ARRAY = Dialect({f: f"xp.{f}" for f in PLAIN} | {
+    "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.absolute",
+    "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
+    "not": "xp.logical_not", "pi": "xp.pi",
+}, ratio="xp.divide({0}, {1})", length="len({0})", first=("xp",))  # fmt: skip
+MEANT = """`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath.
+Packed inputs are indexed along their first axis, so an entry may itself be an array."""
+WIDTH = 118
 
 
-def system_module(system: System | Formulas, functions: Sequence[Emitted]) -> str:
-    """The text of a module with one function per stage."""
-    texts = "\n\n\n".join(_function(f, system) for f in functions)
+def model(system: System, functions: Sequence[Emitted]) -> str:
+    """The text of a module with the functions of a model."""
+    texts = "\n\n\n".join(map(_function, functions))
+    meant = "\n".join(filled(f"{MEANT} {composed(system.functions, ARRAY.first)}", WIDTH))
     return f'''"""{system.title}: array code.
 
 {NOTICE}
-`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath. Packed
-inputs are indexed along their first axis, so an entry may itself be an array.{COMPOSED if system.callables else ""}
+{meant}
 """
 
 
@@ -29,12 +36,59 @@ inputs are indexed along their first axis, so an entry may itself be an array.{C
 '''
 
 
-def _function(function: Emitted, system: System | Formulas) -> str:
-    composed = any(isinstance(v, OpenVector) for v in function.inputs)
-    stages = "".join(f", {c}" for c in system.callables) if composed else ""
-    return f'''def {function.name}(xp, {function.names()}{stages}):
+def _function(function: Emitted) -> str:
+    given = "".join(f", {composed.name}" for composed in function.functions)
+    return f'''def {function.name}(xp, {function.names()}{given}):
     """{function.output.name}: {len(function.output)} entries in the order of the CasADi function."""
 {function.body(ARRAY)}
     return (
 {function.packed(ARRAY)},
     )'''
+
+
+def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
+    """The text of a module with the functions of a pitch curve and its prologue."""
+    texts = "\n\n\n".join((_prologue(curve), *map(_curve_function, functions)))
+    return f'''"""{curve.title.capitalize()}: array code of a pitch curve and its conjugate.
+
+{NOTICE}
+`xp` is a module of elementary functions under NumPy's names.
+"""
+
+
+{texts}
+'''
+
+
+def _curve_function(function: Emitted) -> str:
+    return f'''def {function.name}(xp, {function.names()}):
+    """{", ".join(q.name for q in function.output)}."""
+{function.body(ARRAY)}
+    return (
+{function.packed(ARRAY)},
+    )'''
+
+
+def _prologue(curve: PitchCurve) -> str:
+    if in_closed_form(curve):
+        return f'''def prologue(xp, parameters, terms):
+    """Centre distance in closed form; the rotation needs no series."""
+{unpacked(curve.parameters, "parameters")}
+    return [{Printer(ARRAY)(curve.centre_distance())}, *([0] * terms)]'''
+    return f'''def prologue(xp, parameters, terms):
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+{unpacked(curve.parameters, "parameters")}
+    nodes = [xp.pi * (2 * j + 1) / (4 * terms) for j in range(2 * terms)]
+    radii = [{Printer(ARRAY)(curve.radius())} for u in nodes]
+    a = sum(radii) / terms
+    for r in radii:
+        a = xp.maximum(a, r * (1 + 1e-6))
+    for _ in range(50):
+        ratios = [r / (a - r) for r in radii]
+        slope = -sum(r / (a - r) ** 2 for r in radii)
+        a = a - (sum(ratios) - 2 * terms) / slope
+    series = [sum(f * xp.cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]
+    return [a, *series]'''
+
+
+TARGET = Target("array", "array/{name}.py", frozenset({"xp", "len"}), model, curve)

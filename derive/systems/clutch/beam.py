@@ -13,7 +13,7 @@ from sympy import Expr, S, cos, cosh, pi, sin, sinh
 
 from ...chain import Chain
 from ...equations import Claimed, Equation, by_claim
-from ...model import Formulas, Let, Stage
+from ...model import ClosedForm, Let, System
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .geometry import apothem
@@ -101,7 +101,7 @@ def _solved(equations: Mapping[Claimed, Equation], *order: tuple[Claimed, Quanti
     return Chain.of_claims(equations, order).lets()
 
 
-def beam_stage(name: str, shape: Expr) -> Stage:
+def modal(name: str, shape: Expr) -> ClosedForm:
     """Modal mass and stiffness of the shaft in a shape, and the mass of the whole overhang."""
     mass, stiffness = coefficients(shape)
     (edge,) = sp.solve(2 * apothem(q.a1) - FLATS, q.a1)
@@ -118,7 +118,7 @@ def beam_stage(name: str, shape: Expr) -> Stage:
         Let(q.M_1, MASS * q.m2, SOURCE),
         Let(q.K_1, STIFFNESS * q.E * q.I / q.l**3, SOURCE),
     )
-    return Stage(name, (BEAM,), steps, Vector(name, (MASS, STIFFNESS, q.M_1, q.K_1, q.m2, q.I)))
+    return ClosedForm(name, (BEAM,), steps, Vector(name, (MASS, STIFFNESS, q.M_1, q.K_1, q.m2, q.I)))
 
 
 def frequency() -> tuple[Let, ...]:
@@ -133,7 +133,7 @@ def load() -> Expr:
     return found.expr
 
 
-def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> Stage:
+def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> ClosedForm:
     """The load as a swing about the driving force: largest, when, and when it is gone."""
     found = sp.expand(load())
     sine, cosine = found.coeff(sin(q.B1 * q.t)), found.coeff(cos(q.B1 * q.t))
@@ -147,30 +147,35 @@ def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> S
         Let(T_LOSS, (pi + LAG + sp.asin(sp.Min(S.One, q.F_M / SWING))) / q.B1, SOURCE),
     )
     given = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS)
-    return Stage("extremes", inputs, steps, Vector("extremes", given))
+    return ClosedForm("extremes", inputs, steps, Vector("extremes", given))
 
 
-def motion() -> Stage:
+def motion() -> ClosedForm:
     """Deflection at the contact, its rate and the load at a time."""
     steps = (
         *_solved(_claims(), (ClutchClaim.CONTACT_DEFLECTION, q.y_max)),
         *_solved(_claims(), (ClutchClaim.CONTACT_LOAD, q.N)),
     )
     rate = Let(RATE, steps[0].expr.diff(q.t), SOURCE)
-    return Stage("motion", (q.t, q.B1, q.B2, STRUCK), (*steps, rate), Vector("motion", (q.y_max, RATE, q.N)))
+    return ClosedForm("motion", (q.t, q.B1, q.B2, STRUCK), (*steps, rate), Vector("motion", (q.y_max, RATE, q.N)))
 
 
-def exact() -> Formulas:
+def exact() -> System:
     """The engagement from first principles."""
-    beams = (beam_stage(name, shape) for name, shape in shapes().items())
-    stages = (*beams, extremes(frequency(), (q.M_1, q.K_1, STRUCK)), motion())
-    return Formulas("clutch_beam", "Engagement in one mode, from first principles", "derived", ASSUMPTIONS, stages)
+    beams = (modal(name, shape) for name, shape in shapes().items())
+    forms = (*beams, extremes(frequency(), (q.M_1, q.K_1, STRUCK)), motion())
+    return System(
+        "clutch_beam", "Engagement in one mode, from first principles", "derived", ASSUMPTIONS, closed_forms=forms
+    )
 
 
-def printed(equations: Mapping[str, Equation]) -> Formulas:
+def printed(equations: Mapping[str, Equation]) -> System:
     """The engagement with the frequency and the acceleration that a paper prints; from there on it follows (11)."""
     said = by_claim(equations.values())
     rates = _solved(said, (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2))
-    stage = extremes(rates, (q.E, q.I, q.l, q.m2, STRUCK))
+    load = extremes(rates, (q.E, q.I, q.l, q.m2, STRUCK))
     title = "Engagement in one mode, as printed"
-    return Formulas("clutch_beam_printed", title, "shi2021 (8)-(12), taken literally", ASSUMPTIONS, (stage,))
+    return System("clutch_beam_printed", title, "shi2021 (8)-(12), taken literally", ASSUMPTIONS, closed_forms=(load,))
+
+
+SYSTEMS = (exact,)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import tomllib
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -15,6 +14,7 @@ from mpmath import mpf
 
 from ...chain import Chain
 from ...equations import Claimed, Equation, by_claim
+from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import polygon_claims, taper_claims, tooth_claims
@@ -33,13 +33,6 @@ ASSUMPTIONS = (
 Values = dict[Quantity, mpf]
 DATA = Path(__file__).parents[3] / "planter" / "clutch" / "examples" / "shi2021.toml"
 DIGITS = 60
-_SCALES: dict[str, Callable[[], Any]] = {
-    "_mm_s": lambda: mpf("1e-3"),
-    "_mm": lambda: mpf("1e-3"),
-    "_deg": lambda: mpmath.pi / 180,
-    "_rpm": lambda: mpmath.pi / 30,
-    "_GPa": lambda: mpf("1e9"),
-}
 _ORDER: tuple[tuple[Claimed, Quantity], ...] = (
     (ClutchClaim.DIRECTION_BC, q.beta),
     (ClutchClaim.HEXAGON_SIDE, q.a),
@@ -163,20 +156,9 @@ def admissible(rng: random.Random) -> Values:
         return completed(v)
 
 
-def _tables() -> dict[str, Any]:
-    return tomllib.loads(DATA.read_text(encoding="utf-8"), parse_float=mpf)
-
-
-def _given() -> Values:
+def _given(machine: MachineFile) -> Values:
     """The data of the built-in clutch in SI units and radians."""
-    tables = _tables()
-    return {s: _at(tables, s.shown) for s in vars(q).values() if isinstance(s, Quantity) and s.shown}
-
-
-def _at(tables: Mapping[str, Any], path: str) -> mpf:
-    table, _, key = path.partition(".")
-    scale = next((factor() for suffix, factor in _SCALES.items() if key.endswith(suffix)), mpf(1))
-    return mpf(tables[table][key]) * scale
+    return {s: machine.si(s.shown) for s in vars(q).values() if isinstance(s, Quantity) and s.shown}
 
 
 def reference(points: int) -> list[Values]:
@@ -202,12 +184,13 @@ def reference(points: int) -> list[Values]:
 
 def _machine() -> Values:
     """The built-in clutch with what follows from its data at once."""
-    tables, v = _tables(), _given()
+    machine = MachineFile.read(DATA)
+    v = _given(machine)
     v[q.R] = mpmath.sqrt(3) * v[q.a]
-    v[q.a1] = _at(tables, "shaft.flat_to_flat_mm") / mpmath.sqrt(3)
+    v[q.a1] = machine.si("shaft.flat_to_flat_mm") / mpmath.sqrt(3)
     v[q.R1] = v[q.R2] + v[q.d] * mpmath.tan(v[q.phi])
-    v[q.Delta_omega] = _at(tables, "engagement.input_speed_rpm")
-    v[q.F_M] = _at(tables, "engagement.load_Nm") / v[q.r1]
+    v[q.Delta_omega] = machine.si("engagement.input_speed_rpm")
+    v[q.F_M] = machine.si("engagement.load_Nm") / v[q.r1]
     return v
 
 

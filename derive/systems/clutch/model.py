@@ -1,7 +1,7 @@
-"""What is computed of the clutch: the same stages from the derived equations and from those in print.
+"""What is computed of the clutch: the same functions from the derived equations and from those in print.
 
-A stage solves equations in the order given here, each linear in its unknown, found by what it claims to be. A source
-that makes no such claim says so; what hangs on it, its stages do not give.
+Each solves equations in the order given here, each linear in its unknown, found by what it claims to be. A source that
+makes no such claim says so; what hangs on it, its functions do not give.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from sympy import Expr
 
 from ...chain import Chain
 from ...equations import Claim, Claimed, ClaimError, Definition, Equation, among, by_claim
-from ...model import Formulas, Let, Stage
+from ...model import ClosedForm, Let, System
 from ...quantity import Quantity, Vector
 from . import claims
 from . import quantities as q
@@ -110,11 +110,11 @@ class Source:
         made = [(claim, unknown) for claim, unknown in order if claim not in self.lacking]
         return Chain.of_claims(self.equations, made, self.bind).lets()
 
-    def stage(
+    def closed_form(
         self, name: str, inputs: tuple[Vector | Quantity, ...], order: Sequence[tuple[Claim, Quantity]],
         before: tuple[Let, ...] = (),
-    ) -> Stage:  # fmt: skip
-        """A stage that gives every unknown of its order but those that hang on what the source lacks."""
+    ) -> ClosedForm:  # fmt: skip
+        """A function that gives every unknown of its order but those that hang on what the source lacks."""
         missing = {unknown for claim, unknown in order if claim in self.lacking}
         steps: list[Let] = []
         for step in self.lets(order):
@@ -122,7 +122,7 @@ class Source:
                 missing.add(step.symbol)
             else:
                 steps.append(step)
-        return Stage(name, inputs, (*before, *steps), Vector(name, tuple(step.symbol for step in steps)))
+        return ClosedForm(name, inputs, (*before, *steps), Vector(name, tuple(step.symbol for step in steps)))
 
     def outline(self) -> Let:
         """Outline radius at the left end from the axial angle."""
@@ -130,11 +130,11 @@ class Source:
         (radius,) = sp.solve(equation.residual, q.R1)
         return Let(q.R1, radius, equation.source)
 
-    def conditions(self) -> Stage:
+    def conditions(self) -> ClosedForm:
         """By how much each inequality holds."""
         margins = [self._margin(claim, *name) for claim, name in _CONDITIONS.items()]
         steps = (_edge(), *self.lets(_TRAVEL), self.outline(), *margins)
-        return Stage("conditions", (CLUTCH,), steps, Vector("conditions", tuple(m.symbol for m in margins)))
+        return ClosedForm("conditions", (CLUTCH,), steps, Vector("conditions", tuple(m.symbol for m in margins)))
 
     def _margin(self, claim: Claim, name: str, unit: str) -> Let:
         equation = among(self.equations, claim)
@@ -148,28 +148,28 @@ def _edge() -> Let:
     return Let(q.a1, edge, "derived: regular hexagon")
 
 
-def stages(source: Source) -> tuple[Stage, ...]:
-    """The stages that both models have."""
+def closed_forms(source: Source) -> tuple[ClosedForm, ...]:
+    """The functions that both models have."""
     return (
-        source.stage("polygon", (q.a,), _POLYGON),
-        source.stage("path", (q.theta, q.a), _PATH),
-        source.stage("fillet", (FLATS,), [(ClutchClaim.FILLET, q.r)], (_edge(),)),
-        source.stage("teeth", (FLATS, q.r), _TEETH, (_edge(),)),
-        source.stage("face", (FLATS, q.b1), _TEETH[2:], (_edge(),)),
-        source.stage("travel", (q.a, q.phi, q.mu, q.F1, q.F2), _TRAVEL),
-        source.stage(
+        source.closed_form("polygon", (q.a,), _POLYGON),
+        source.closed_form("path", (q.theta, q.a), _PATH),
+        source.closed_form("fillet", (FLATS,), [(ClutchClaim.FILLET, q.r)], (_edge(),)),
+        source.closed_form("teeth", (FLATS, q.r), _TEETH, (_edge(),)),
+        source.closed_form("face", (FLATS, q.b1), _TEETH[2:], (_edge(),)),
+        source.closed_form("travel", (q.a, q.phi, q.mu, q.F1, q.F2), _TRAVEL),
+        source.closed_form(
             "angle",
             (q.a, q.c),
             [(ClutchClaim.OUTLINE_RADIUS, q.b), (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi)],
         ),
-        Stage("taper", (q.R2, q.d, q.phi), (source.outline(),), Vector("taper", (q.R1,))),
-        source.stage("gears", (q.alpha, q.k, q.gamma), _GEARS),
-        source.stage("limit", (CRANK, q.c, q.r_A, q.m), _LIMIT),
+        ClosedForm("taper", (q.R2, q.d, q.phi), (source.outline(),), Vector("taper", (q.R1,))),
+        source.closed_form("gears", (q.alpha, q.k, q.gamma), _GEARS),
+        source.closed_form("limit", (CRANK, q.c, q.r_A, q.m), _LIMIT),
         source.conditions(),
     )
 
 
-def rotor(source: Source) -> Stage:
+def rotor(source: Source) -> ClosedForm:
     """How far the polygon is from a rotor of its hexagon: each of three pairs of sides gives way by a third."""
     pieces = [with_angles(piece) for piece, _ in third_overlap().args]
     rest, cosine, sine = split(pieces[0])
@@ -187,34 +187,34 @@ def rotor(source: Source) -> Stage:
         Let(MISS, miss, "derived: largest overlap of a piece between two contacts"),
         Let(FREE, widened, "derived: the three pairs of sides share the overlap"),
     )
-    return Stage("rotor", (q.a,), steps, Vector("rotor", (MISS, FREE)))
+    return ClosedForm("rotor", (q.a,), steps, Vector("rotor", (MISS, FREE)))
 
 
-def body(source: Source) -> Stage:
+def body(source: Source) -> ClosedForm:
     """Hexagon side with which a body of full outline at its left end keeps its wall outside the tooth roots."""
     side = source.lets([(ClutchClaim.OUTLINE_RADIUS, q.b)])[0].expr
     steepness = (side - apothem(q.a)) / q.c
     (least,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
-    return Stage(
+    return ClosedForm(
         "body", (q.b2, WALL, q.d, q.c), (Let(q.a, sp.simplify(least), "derived: tapered body"),), Vector("body", (q.a,))
     )
 
 
-def exact() -> Formulas:
+def exact() -> System:
     """The clutch from first principles."""
     source = Source(claims.claims())
-    return Formulas(
+    return System(
         "clutch_exact",
         "Reuleaux-pentagon clutch, from first principles",
         "derived (kinematics, statics)",
         claims.ASSUMPTIONS[:4],
-        (*stages(source), rotor(source), body(source), *slider()),
+        closed_forms=(*closed_forms(source), rotor(source), body(source), *slider()),
     )
 
 
 def printed(
     equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr], lacking: frozenset[Claim] = frozenset()
-) -> Formulas:
+) -> System:
     """The clutch as a paper prints it, ``lacking`` what it does not state.
 
     Raises ClaimError where it states what nothing derives, the same twice, or not what is asked for.
@@ -223,10 +223,13 @@ def printed(
     for claim in (*said, *lacking):
         if not isinstance(claim, Definition):
             among(claims.claims(), claim)
-    return Formulas(
+    return System(
         "clutch_printed",
         "Reuleaux-pentagon clutch, as printed",
         "shi2021 (1)-(7), taken literally",
         claims.ASSUMPTIONS[:4],
-        stages(Source(said, reading, lacking)),
+        closed_forms=closed_forms(Source(said, reading, lacking)),
     )
+
+
+SYSTEMS = (exact,)

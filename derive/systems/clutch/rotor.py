@@ -11,7 +11,7 @@ from sympy import Expr, Matrix, S, cos, pi, sin, sqrt
 
 from ...branches import switch, wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import Formulas, Let, Stage
+from ...model import ClosedForm, Let, System
 from ...quantity import Quantity, Vector
 from .geometry import chord_direction, radial
 
@@ -104,15 +104,15 @@ def _coordinates() -> dict[str, tuple[Expr, Expr]]:
     return {name: (pair[0].subs(x_A, held), pair[1].subs(x_A, held)) for name, pair in found.items()}
 
 
-def _path() -> Stage:
+def _path() -> ClosedForm:
     places = _coordinates()
     steps = [
         _let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "the loop A-C-B closes") for symbol in PLACES
     ]
-    return Stage("path", (THETA, SHAPE), (*_shape(), *steps), Vector("path", PLACES))
+    return ClosedForm("path", (THETA, SHAPE), (*_shape(), *steps), Vector("path", PLACES))
 
 
-def _ellipse() -> Stage:
+def _ellipse() -> ClosedForm:
     """Centre, axes and direction of C's path, centre + cos(theta) u + sin(theta) v, and what follows at the side."""
     x, y = (sp.expand(sp.expand_trig(e)) for e in _coordinates()["C"])
     u, v = (Matrix([x.coeff(f(THETA)), y.coeff(f(THETA))]) / WIDTH for f in (cos, sin))
@@ -138,7 +138,7 @@ def _ellipse() -> Stage:
         ),
     )
     outputs = (*CENTRE, MAJOR, MINOR, AXIS, TANGENCY, FILLET, LEAD, RHO, ARC)
-    return Stage("ellipse", (SHAPE,), (*_shape(), *steps), Vector("ellipse", outputs))
+    return ClosedForm("ellipse", (SHAPE,), (*_shape(), *steps), Vector("ellipse", outputs))
 
 
 def _slid() -> dict[str, tuple[Expr, Expr]]:
@@ -153,7 +153,7 @@ def _slid() -> dict[str, tuple[Expr, Expr]]:
     return {p: (held[x] + arm[0], held[y] + arm[1]) for p, arm in (*arms.items(), ("M", (S.Zero, S.Zero)))}
 
 
-def _trammel() -> tuple[Stage, Stage]:
+def _trammel() -> tuple[ClosedForm, ClosedForm]:
     """Path of a vertex while any two others slide on any two sides: places, and the ellipse."""
     places = _slid()
     steps = [
@@ -172,12 +172,12 @@ def _trammel() -> tuple[Stage, Stage]:
         _let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
     )
     return (
-        Stage("slid", (ROTATION, TRAMMEL), tuple(steps), Vector("slid", PLACES)),
-        Stage("slid_ellipse", (TRAMMEL,), oval, Vector("slid_ellipse", (*CENTRE, MAJOR, MINOR, AXIS))),
+        ClosedForm("slid", (ROTATION, TRAMMEL), tuple(steps), Vector("slid", PLACES)),
+        ClosedForm("slid_ellipse", (TRAMMEL,), oval, Vector("slid_ellipse", (*CENTRE, MAJOR, MINOR, AXIS))),
     )
 
 
-def _support() -> Stage:
+def _support() -> ClosedForm:
     """A vertex has the normals within half an arc of its own direction; the others belong to arcs about vertices."""
     normal = radial(INSIDE)
     about = RHO * radial(pi + ARC).dot(normal), RHO * radial(pi - ARC).dot(normal)
@@ -189,23 +189,28 @@ def _support() -> Stage:
         _let(SUPPORT, switch(-beyond, RHO * radial(S.Zero).dot(normal), arc)),
         _let(RADIUS, switch(-beyond, S.Zero, WIDTH)),
     )
-    return Stage("support", (PSI, SHAPE), steps, Vector("support", (SUPPORT, RADIUS)))
+    return ClosedForm("support", (PSI, SHAPE), steps, Vector("support", (SUPPORT, RADIUS)))
 
 
-def _harmonic() -> Stage:
+def _harmonic() -> ClosedForm:
     """Fourier coefficient of the radius of curvature h + h'', and from it that of the support h: divide by 1 - k^2."""
     k, psi = sp.Dummy("k", positive=True), sp.Dummy("psi", real=True)
     mean = 2 * sp.integrate(cos(k * psi), (psi, ARC / 2, ARC)) * WIDTH / ARC
     amplitude = (mean / (1 - k**2)).subs(k, ORDER * VERTICES)
-    return Stage("harmonic", (ORDER, SHAPE), (*_shape(), _let(HARMONIC, amplitude)), Vector("harmonic", (HARMONIC,)))
+    return ClosedForm(
+        "harmonic", (ORDER, SHAPE), (*_shape(), _let(HARMONIC, amplitude)), Vector("harmonic", (HARMONIC,))
+    )
 
 
-def exact() -> Formulas:
+def exact() -> System:
     """A Reuleaux polygon in a regular polygon, from first principles."""
-    return Formulas(
+    return System(
         "clutch_rotor",
         "Reuleaux polygon in a regular polygon",
         "derived (kinematics)",
         ASSUMPTIONS,
-        (_path(), _ellipse(), *_trammel(), _support(), _harmonic()),
+        closed_forms=(_path(), _ellipse(), *_trammel(), _support(), _harmonic()),
     )
+
+
+SYSTEMS = (exact,)

@@ -10,7 +10,7 @@ from sympy import Expr, S, cos, sin, sqrt
 
 from ...branches import clip
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import Let, Stage
+from ...model import ClosedForm, Let
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .motion import MESH, WORLD, crank_angle, gear_rate
@@ -36,7 +36,7 @@ SHARE = _found("share", "1", "travel as a share of the largest that this crank m
 RODS = (_found("l_BC_1", "m", "rod, the one"), _found("l_BC_2", "m", "rod, the other"))
 
 
-def slider() -> tuple[Stage, ...]:
+def slider() -> tuple[ClosedForm, ...]:
     """The linkage along the way, what it takes to push the sleeve, its gears, and its rod for a wanted travel."""
     crank = Frame("crank", WORLD, Z, ANGLE)
     A = Point("A")
@@ -59,14 +59,14 @@ def slider() -> tuple[Stage, ...]:
         _let(SIDE, q.F1 * sp.tan(ROD), "balance of the sleeve: the rod pulls along itself"),
     )
     return (
-        Stage("slider", (SHIFT, CRANK), pose, Vector("slider", (ANGLE, X_B, Y_B, ROD, LEVER))),
-        Stage("push", (SHIFT, CRANK, q.F1, q.r_A), push, Vector("push", (LEVER, ROD, TOOTH, SIDE))),
+        ClosedForm("slider", (SHIFT, CRANK), pose, Vector("slider", (ANGLE, X_B, Y_B, ROD, LEVER))),
+        ClosedForm("push", (SHIFT, CRANK, q.F1, q.r_A), push, Vector("push", (LEVER, ROD, TOOTH, SIDE))),
         _drive(),
         _rod(),
     )
 
 
-def _drive() -> Stage:
+def _drive() -> ClosedForm:
     """Pitch radii for a ratio at a fixed distance of axes, and how far the link turns for a rotation of the crank."""
     radii = sp.solve([q.r_A + q.r_D - SPAN, q.r_A - q.k * q.r_D], (q.r_A, q.r_D))
     (alpha,) = sp.solve((gear_rate() - 1) * (q.alpha - MESH) - q.theta_Amax, q.alpha)
@@ -77,10 +77,10 @@ def _drive() -> Stage:
         _let(LIFT, sp.expand(alpha - MESH), "rotation of the crank gear relative to the link"),
     )
     inputs = (q.k, SPAN, q.gamma, q.theta_Amax)
-    return Stage("drive", inputs, steps, Vector("drive", (q.r_A, q.r_D, LIMIT, LIFT)))
+    return ClosedForm("drive", inputs, steps, Vector("drive", (q.r_A, q.r_D, LIMIT, LIFT)))
 
 
-def _rod() -> Stage:
+def _rod() -> ClosedForm:
     """Both rods with which the crank makes a travel in a rotation: B is as far from C before as after.
 
     P cos(angle) + Q sin(angle) = K at the engaged place; both sides of the direction of (P, Q) solve it.
@@ -106,7 +106,7 @@ def _rod() -> Stage:
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
     steps = (_let(SHARE, share, "rod for a travel in a rotation"), *rods)
-    return Stage("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), steps, Vector("rod", (SHARE, *RODS)))
+    return ClosedForm("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), steps, Vector("rod", (SHARE, *RODS)))
 
 
 def _let(symbol: Quantity, expr: Expr, reason: str) -> Let:

@@ -6,7 +6,6 @@ The derivation stands in ``mapping_dyads`` (from poses to dyads) and ``mapping_t
 from __future__ import annotations
 
 import random
-import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,7 @@ import sympy as sp
 from scipy.interpolate import CubicSpline
 
 from ...equations import Claimed, Equation, among, by_claim
+from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import dyads, train
 from . import quantities as q
@@ -34,7 +34,6 @@ DIGITS = 70
 REAL = mp.mpf(10) ** -25
 """Share of a root up to which its imaginary part is rounding."""
 Point = dict[Quantity, mp.mpf]
-MM = mp.mpf(1) / 1000
 
 
 def claims() -> dict[Claimed, Equation]:
@@ -110,22 +109,22 @@ def complex_pairs(rows: Iterable[Point]) -> mp.mpf:
     return mp.mpf(len(roots) - real) / 2
 
 
-def pose_rows(machine: dict[str, Any]) -> list[Point]:
+def pose_rows(machine: MachineFile) -> list[Point]:
     """The rows of the matrix for the poses of a machine file."""
-    places = [{q.d1: p["x_mm"] * MM, q.d2: p["y_mm"] * MM, q.phi: mp.radians(p["phi_deg"])} for p in machine["pose"]]
-    return [row(place) for place in places]
+    keys = {q.d1: "x_mm", q.d2: "y_mm", q.phi: "phi_deg"}
+    poses = range(len(machine.tables["pose"]))
+    return [row({s: machine.si(f"pose[{i}].{key}") for s, key in keys.items()}) for i in poses]
 
 
-def _dyad(machine: dict[str, Any]) -> Point:
-    dyad = machine["dyad"]
+def _dyad(machine: MachineFile) -> Point:
     names = (q.x, q.y, q.X_c, q.Y_c, q.L1)
-    values = (*dyad["moving_point_mm"], *dyad["centre_mm"], dyad["radius_mm"])
-    return {name: mp.mpf(str(value)) * MM for name, value in zip(names, values, strict=True)} | {q.a0: mp.mpf(1)}
+    hinges = (*machine.all_si("dyad.moving_point_mm"), *machine.all_si("dyad.centre_mm"))
+    return {**dict(zip(names, (*hinges, machine.si("dyad.radius_mm")), strict=True)), q.a0: mp.mpf(1)}
 
 
-def _curve(machine: dict[str, Any]) -> CubicSpline:
+def _curve(machine: MachineFile) -> CubicSpline:
     """The absolute angle of the arm over that of the carrier, periodic."""
-    theta, relative = (np.radians(machine["curve"][key]) for key in ("carrier_deg", "relative_deg"))
+    theta, relative = (np.array(machine.all_si(f"curve.{key}"), float) for key in ("carrier_deg", "relative_deg"))
     arm = relative + theta
     return CubicSpline(theta, [*arm[:-1], arm[0]], bc_type="periodic")
 
@@ -139,12 +138,12 @@ def mean_root(curve: CubicSpline, samples: int = 3600) -> mp.mpf:
 def reference(points: int) -> list[dict[Quantity, mp.mpf]]:
     """All quantities along a turn of the built-in train; the poses of its matrix are five of that turn."""
     with mp.workdps(DIGITS):
-        machine = tomllib.loads(DATA.read_text(encoding="utf-8"))
+        machine = MachineFile.read(DATA)
         curve, dyad = _curve(machine), _dyad(machine)
-        speed = mp.mpf(machine["train"]["carrier_speed_rpm"]) * mp.pi / 30
+        speed = machine.si("train.carrier_speed_rpm")
         start = mp.mpf(float(curve(0)))
         shared = {
-            **dyad, q.w1: speed, q.a: mp.mpf(machine["train"]["centre_distance_mm"]) * MM,
+            **dyad, q.w1: speed, q.a: machine.si("train.centre_distance_mm"),
             q.mean_root: mean_root(curve), q.n_pairs: complex_pairs(pose_rows(machine)), q.y_first: start,
             q.y_last: start + mp.mpf(sp.N(train.rise(), DIGITS)),
         }  # fmt: skip

@@ -9,7 +9,7 @@ from sympy import Expr, S
 
 from ...mechanics.frames import Frame, Motion, Vec, displacement
 from ...mechanics.frames import Z as UP
-from ...model import Formulas, Let, Stage
+from ...model import ClosedForm, Let, System
 from ...quantity import Quantity, Vector
 from . import claims, dyads, linkage, train
 from . import quantities as q
@@ -45,22 +45,23 @@ CURVATURES = tuple(
 RADII = (q.r1, q.r2, q.r3, q.r4)
 
 
-def exact() -> Formulas:
+def exact() -> System:
     """Everything from a pose to the pitch curves of the train."""
     assumptions = claims.ASSUMPTIONS
     title = "Design of a gear train by kinematic mapping"
-    return Formulas("mapping_exact", title, SOURCE, assumptions, (*_of_dyads(), *_of_linkages(), *_of_train()))
+    forms = (*_of_dyads(), *_of_linkages(), *_of_train())
+    return System("mapping_exact", title, SOURCE, assumptions, closed_forms=forms)
 
 
 def _lets(named: Named, text: str) -> tuple[Let, ...]:
     return tuple(Let(symbol, expr, f"derived: {text}") for symbol, expr in named.items())
 
 
-def _stage(name: str, inputs: tuple[Vector | Quantity, ...], named: Named, text: str) -> Stage:
-    return Stage(name, inputs, _lets(named, text), Vector(f"{name}_out", tuple(named)))
+def _closed_form(name: str, inputs: tuple[Vector | Quantity, ...], named: Named, text: str) -> ClosedForm:
+    return ClosedForm(name, inputs, _lets(named, text), Vector(f"{name}_out", tuple(named)))
 
 
-def _of_dyads() -> tuple[Stage, ...]:
+def _of_dyads() -> tuple[ClosedForm, ...]:
     half = q.phi / 2
     image = dict(zip(q.MAPPED, dyads.quaternion(sp.cos(half), sp.sin(half)), strict=True))
     at_pose = dict(zip(q.MAPPED_J, q.MAPPED, strict=True))
@@ -68,14 +69,14 @@ def _of_dyads() -> tuple[Stage, ...]:
     hinge = dict(zip((q.X, q.Y), dyads.hinge(), strict=True))
     first, second = dyads.conics()
     return (
-        _stage("image", (POSE,), image, "mapping parameters of a pose"),
-        _stage("row", (MAPPED,), row, "the circle as a linear form"),
-        _stage("conics", BASIS, {**first, **second}, "conditions on the null space"),
-        _stage("dyad", (COEFFICIENTS,), dyad_by_coefficients(), "dyad of a vector of the null space"),
-        _stage("slider", (COEFFICIENTS,), slider_by_coefficients(), "fixed hinge at infinity"),
-        _stage("swinging", (COEFFICIENTS,), swinging_by_coefficients(), "moving hinge at infinity"),
-        _stage("hinge", (POSE, POINT), hinge, "moving hinge in the fixed frame"),
-        _stage("distance", (POSE, DYAD), {square: _distance()}, "moving hinge on a circle about the fixed hinge"),
+        _closed_form("image", (POSE,), image, "mapping parameters of a pose"),
+        _closed_form("row", (MAPPED,), row, "the circle as a linear form"),
+        _closed_form("conics", BASIS, {**first, **second}, "conditions on the null space"),
+        _closed_form("dyad", (COEFFICIENTS,), dyad_by_coefficients(), "dyad of a vector of the null space"),
+        _closed_form("slider", (COEFFICIENTS,), slider_by_coefficients(), "fixed hinge at infinity"),
+        _closed_form("swinging", (COEFFICIENTS,), swinging_by_coefficients(), "moving hinge at infinity"),
+        _closed_form("hinge", (POSE, POINT), hinge, "moving hinge in the fixed frame"),
+        _closed_form("distance", (POSE, DYAD), {square: _distance()}, "moving hinge on a circle about the fixed hinge"),
     )
 
 
@@ -128,21 +129,21 @@ def swinging_by_coefficients() -> Named:
     return {**centre, **normal, offset: -line.coeff_monomial(1)}
 
 
-def _of_linkages() -> tuple[Stage, ...]:
+def _of_linkages() -> tuple[ClosedForm, ...]:
     crank, follower = linkage.CRANK, linkage.FOLLOWER
     place = {**train.tip(), **_carried()}
     angles = (q.theta, q.phi)
     return (
-        _stage("arm", (*angles, crank), place, "tip and moving hinge by the angles of carrier and arm"),
+        _closed_form("arm", (*angles, crank), place, "tip and moving hinge by the angles of carrier and arm"),
         _loop("loop", (q.theta, crank, follower), linkage.loop()),
         _loop("closed", (*angles, crank, follower), linkage.closed()),
         _loop("transmission", (*angles, crank, follower), linkage.transmission()),
     )
 
 
-def _loop(name: str, inputs: tuple[Vector | Quantity, ...], named: Named) -> Stage:
+def _loop(name: str, inputs: tuple[Vector | Quantity, ...], named: Named) -> ClosedForm:
     steps = (*_lets(linkage.GAPS, "coupler and frame"), *_lets(named, "closed loop"))
-    return Stage(name, inputs, steps, Vector(f"{name}_out", tuple(named)))
+    return ClosedForm(name, inputs, steps, Vector(f"{name}_out", tuple(named)))
 
 
 def _carried() -> Named:
@@ -151,7 +152,7 @@ def _carried() -> Named:
     return {q.X: held[0], q.Y: held[1]}
 
 
-def _of_train() -> tuple[Stage, ...]:
+def _of_train() -> tuple[ClosedForm, ...]:
     ratios: dict[Quantity, Expr] = {q.i: train.ratio_by_slope(), **train.split()}
     radii = {**dict(zip(RADII[:2], train.pitch_radii(q.i1, q.r1), strict=True)),
              **dict(zip(RADII[2:], train.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
@@ -160,9 +161,9 @@ def _of_train() -> tuple[Stage, ...]:
     given = (q.slope, q.x_s, q.a)
     steps = _lets(by_slope, "ratios, pitch radii and rates of the polar angles")
     return (
-        Stage("gears", given, steps, Vector("gears_out", tuple(by_slope))),
-        _stage("curvature", (q.slope, dslope, ddslope, q.x_s, q.a), _curvatures(by_slope), "curvature"),
-        _stage("bend", (q.L1, q.a), {bend: bend_of_carrier()}, "three hinges of the carrier"),
+        ClosedForm("gears", given, steps, Vector("gears_out", tuple(by_slope))),
+        _closed_form("curvature", (q.slope, dslope, ddslope, q.x_s, q.a), _curvatures(by_slope), "curvature"),
+        _closed_form("bend", (q.L1, q.a), {bend: bend_of_carrier()}, "three hinges of the carrier"),
     )
 
 
@@ -197,3 +198,6 @@ def bend_of_carrier() -> Expr:
     cosine = sp.Dummy("cosine", real=True)
     (found,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)
     return sp.acos(sp.expand(found))
+
+
+SYSTEMS = (exact,)

@@ -12,7 +12,7 @@ from sympy import Expr, S, cos, pi
 from ...branches import wrap
 from ...equations import Claimed
 from ...mechanics.frames import Frame, Vec, Z
-from ...model import Formulas, Let, Stage
+from ...model import ClosedForm, Let, System
 from ...quantity import Quantity, Vector
 from . import points
 from . import quantities as q
@@ -63,17 +63,19 @@ def named(*claims: Claimed) -> tuple[Let, ...]:
     return tuple(Let(*formula(claim), f"derived: {claim}") for claim in claims)
 
 
-def stage(name: str, inputs: tuple[Vector | Quantity, ...], steps: tuple[Let, ...], *outputs: Quantity) -> Stage:
-    return Stage(name, inputs, steps, Vector(f"{name}_outputs", outputs or tuple(step.symbol for step in steps)))
+def closed_form(
+    name: str, inputs: tuple[Vector | Quantity, ...], steps: tuple[Let, ...], *outputs: Quantity
+) -> ClosedForm:
+    return ClosedForm(name, inputs, steps, Vector(f"{name}_outputs", outputs or tuple(step.symbol for step in steps)))
 
 
-def bars() -> Stage:
+def bars() -> ClosedForm:
     """Lengths of the bars from the extremes of the tip's distance."""
     steps = named(PickupClaim.BAR_L1, PickupClaim.BAR_L2)
-    return stage("bars", (q.L3_max, q.L3_min), steps)
+    return closed_form("bars", (q.L3_max, q.L3_min), steps)
 
 
-def carrier() -> Stage:
+def carrier() -> ClosedForm:
     """Helical pair and triangle of the carrier from the centre distance of stage 2."""
     symbol, distance = formula(PickupClaim.CENTRE_DISTANCE_2)
     helix = next(root for root in sp.solve(distance - symbol, q.beta) if 0 < root.subs(_PAIR) < pi / 2)
@@ -87,10 +89,10 @@ def carrier() -> Stage:
             PickupClaim.CENTRE_DISTANCE_1,
         ),
     )
-    return stage("carrier", (CARRIER_DATA,), steps)
+    return closed_form("carrier", (CARRIER_DATA,), steps)
 
 
-def law() -> Stage:
+def law() -> ClosedForm:
     """The assumed slope c (1 + p cos t) on the teeth, none in the dwell; one turn of the arm in a turn."""
     plain = 1 + p * cos(t)
     grown = sp.integrate(plain, (t, 0, t))
@@ -109,10 +111,10 @@ def law() -> Stage:
         Let(dslope, c * plain.diff(t), "derived: slope of the slope"),
         Let(ddslope, c * plain.diff(t, 2), "derived: bend of the slope"),
     )
-    return stage("law", (t, LAW), steps, q.phi1, slope, dslope, ddslope)
+    return closed_form("law", (t, LAW), steps, q.phi1, slope, dslope, ddslope)
 
 
-def inverse() -> Stage:
+def inverse() -> ClosedForm:
     """Angles of arm and carrier from the tip, well conditioned at the ends of the arm's swing.
 
     Square distances are taken from their extremes: near those, arccosines of (12), (13) lose half of the digits.
@@ -133,10 +135,10 @@ def inverse() -> Stage:
         Let(q.phi4, sp.atan2(q.y_S, q.x_S), "derived: direction of the tip"),
         *named(PickupClaim.DIRECTION_O_O1),
     )
-    return stage("inverse", (q.x_S, q.y_S, short, over, way, BARS), steps)
+    return closed_form("inverse", (q.x_S, q.y_S, short, over, way, BARS), steps)
 
 
-def motion() -> Stage:
+def motion() -> ClosedForm:
     """Axes, tip and its velocity from the angles of carrier and arm; headings as derived, not as printed."""
     rate = formula(PickupClaim.PLANET_RATE)[1].subs(q.iZ, 1 / slope)
     steps = (
@@ -148,10 +150,10 @@ def motion() -> Stage:
         *named(PickupClaim.TIP_DISTANCE),
     )  # fmt: skip
     wanted = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
-    return stage("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), steps, *wanted)
+    return closed_form("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), steps, *wanted)
 
 
-def pitch() -> Stage:
+def pitch() -> ClosedForm:
     """Pitch curves from the slope of the arm's angle: radii, places in their own gears, curvatures, arc."""
     by_law = dict(zip(points.LAW, (slope, dslope, ddslope), strict=True))
     slopes = points.pitch_slopes(formulas())
@@ -169,17 +171,17 @@ def pitch() -> Stage:
         *(Let(kappa, bend, f"derived: {kappa.meaning}") for kappa, bend in bends.items()),
         Let(arc, sp.sqrt(q.R1**2 + q.dR1**2), "derived: arc of the sun's pitch curve"),
     )
-    return stage("pitch", (SLOPES, q.phi5, q.phi2, q.a1), steps)
+    return closed_form("pitch", (SLOPES, q.phi5, q.phi2, q.a1), steps)
 
 
-def contact() -> Stage:
+def contact() -> ClosedForm:
     """Contact ratio from curvatures, so that a straight pitch curve is no exception."""
     steps = tuple(
         Let(g, by_curvature(kappa, ha * q.m, q.alpha0), f"derived: {g.meaning}")
         for g, kappa, ha in ((q.g1, kappa1, q.ha1), (q.g2, kappa2, q.ha2))
     )
     ratio = Let(q.epsilon, (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0), "derived: contact ratio")
-    return stage("contact", (kappa1, kappa2, TEETH), (*steps, ratio))
+    return closed_form("contact", (kappa1, kappa2, TEETH), (*steps, ratio))
 
 
 def by_curvature(kappa: Expr, addendum: Expr, angle: Expr) -> Expr:
@@ -193,7 +195,7 @@ def by_curvature(kappa: Expr, addendum: Expr, angle: Expr) -> Expr:
     return (top / below).subs({known: kappa, h: addendum, alpha: angle})
 
 
-def entry() -> Stage:
+def entry() -> ClosedForm:
     """Where the tip lies in the frame of a tray's cell."""
     cell = Frame("cell, x along its axis", WORLD, Z, axis)
     gap = Vec(WORLD, (q.x_S - x_bottom, q.y_S - y_bottom, S.Zero)).resolved(cell)
@@ -201,12 +203,18 @@ def entry() -> Stage:
         Let(along_axis, gap[0], "derived: place along the cell's axis"),
         Let(across_axis, gap[1], "derived: place beside the cell's axis"),
     )
-    return stage("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), steps)
+    return closed_form("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), steps)
 
 
-def exact() -> Formulas:
+def exact() -> System:
     """All of it, under the name of its module."""
-    stages = (bars(), carrier(), law(), inverse(), motion(), pitch(), contact(), entry())
-    return Formulas(
-        "pickup_exact", "Seedling pick-up, from first principles", "derived (geometry)", ASSUMPTIONS, stages
+    return System(
+        "pickup_exact",
+        "Seedling pick-up, from first principles",
+        "derived (geometry)",
+        ASSUMPTIONS,
+        closed_forms=(bars(), carrier(), law(), inverse(), motion(), pitch(), contact(), entry()),
     )
+
+
+SYSTEMS = (exact,)

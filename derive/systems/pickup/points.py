@@ -6,18 +6,17 @@ Only independent quantities are chosen; the others follow from the derived formu
 from __future__ import annotations
 
 import random
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import mpmath as mp
 import sympy as sp
 from mpmath import mpf
 
 from ...equations import Claimed, among
+from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import Formula
@@ -115,25 +114,20 @@ class ArmSlope:
         return t + self.p * mp.sin(t)
 
 
-def machine_file() -> dict[str, Any]:
-    """The built-in machine, its decimal numbers to the working precision."""
-    return tomllib.loads(MACHINE.read_text(encoding="utf-8"), parse_float=mpf)
+_PLACES = {
+    q.L1: "bars.L1_mm", q.L2: "bars.L2_mm", q.gamma: "carrier.gamma_deg", q.a2: "carrier.a2_mm",
+    q.omega: "carrier.speed_deg_per_s", q.phi50: "law.phi5_far_deg", q.m_n: "helical_stage.mn_mm",
+    q.z_1: "helical_stage.z1", q.z_2: "helical_stage.z2", q.B: "helical_stage.B_mm",
+    q.alpha_n: "helical_stage.alpha_n_deg", q.ha_n: "helical_stage.ha", q.alpha0: "noncircular_stage.alpha0_deg",
+    q.m: "noncircular_stage.m_mm", q.ha1: "noncircular_stage.ha1", q.ha2: "noncircular_stage.ha2",
+    q.theta_box: "tray.box_inclination_deg",
+}  # fmt: skip
 
 
-def fixed(data: Mapping[str, Any], formulas: Mapping[Claimed, Formula]) -> Values:
+def fixed(machine: MachineFile, formulas: Mapping[Claimed, Formula]) -> Values:
     """What of the built-in machine does not change over the cycle; the helix angle follows from a2."""
-    mm, deg = mpf(1) / 1000, mp.pi / 180
-    bars, carrier, helical, teeth, law = (
-        data[name] for name in ("bars", "carrier", "helical_stage", "noncircular_stage", "law")
-    )
-    values = {
-        q.L1: bars["L1_mm"] * mm, q.L2: bars["L2_mm"] * mm, q.gamma: carrier["gamma_deg"] * deg,
-        q.a2: carrier["a2_mm"] * mm, q.omega: carrier["speed_deg_per_s"] * deg, q.phi50: law["phi5_far_deg"] * deg,
-        q.m_n: helical["mn_mm"] * mm, q.z_1: mpf(helical["z1"]), q.z_2: mpf(helical["z2"]), q.B: helical["B_mm"] * mm,
-        q.alpha_n: helical["alpha_n_deg"] * deg, q.ha_n: helical["ha"], q.alpha0: teeth["alpha0_deg"] * deg,
-        q.m: teeth["m_mm"] * mm, q.ha1: teeth["ha1"], q.ha2: teeth["ha2"],
-        q.theta_box: data["tray"]["box_inclination_deg"] * deg, q.n: data["spline"]["value_points"] + 2, q.k: mpf(3),
-    }  # fmt: skip
+    values = {symbol: machine.si(place) for symbol, place in _PLACES.items()}
+    values |= {q.n: machine.si("spline.value_points") + 2, q.k: mpf(3)}
     symbol, distance = among(formulas, PickupClaim.CENTRE_DISTANCE_2)
     helix = (evaluate(root, values) for root in sp.solve(distance - symbol, q.beta))
     return values | {q.beta: min(root for root in helix if root > 0)}
@@ -188,16 +182,16 @@ class ValuePoints:
 def cycle(formulas: Mapping[Claimed, Formula], points: int) -> list[Values]:
     """Independent quantities of the built-in machine at the middle of equal steps, those in the dwell left out."""
     with mp.workdps(DIGITS):
-        data = machine_file()
-        base = fixed(data, formulas)
-        start, end = (mp.radians(t) for t in data["law"]["dwell_t_deg"])
-        law, far = ArmSlope(data["law"]["p"], (start, end)), mp.radians(data["law"]["phi1_far_deg"])
+        machine = MachineFile.read(MACHINE)
+        base = fixed(machine, formulas)
+        start, end = machine.all_si("law.dwell_t_deg")
+        law, far = ArmSlope(machine.si("law.p"), (start, end)), machine.si("law.phi1_far_deg")
 
         def moment(turn: mpf) -> Values:
             t = 2 * mp.pi * turn
             return base | {q.phi5: base[q.phi50] + t, q.phi1: far + law.gained(t)}
 
-        count = int(data["spline"]["value_points"])
+        count = int(machine.si("spline.value_points"))
         tips = [follow(formulas, moment(mpf(j) / count)) for j in range(count)]
         spline = ValuePoints(formulas, [(tip[q.x_S], tip[q.y_S]) for tip in tips])
         radius = pitch_slopes(formulas)

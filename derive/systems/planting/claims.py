@@ -14,7 +14,8 @@ from ...branches import switch
 from ...chain import ordered, solve_linear
 from ...equations import Balance, Claimed, Equation, among, by_claim, defined
 from ...evaluate import Point
-from ...mechanics.bodies import Contact, Mechanism
+from ...mechanics.bodies import Mechanism
+from ...mechanics.contacts import Contact
 from ...mechanics.frames import displacement
 from ...model import Let
 from ...quantity import Quantity
@@ -66,7 +67,7 @@ def balances(side: derivation.Side) -> list[Equation]:
 
 
 def _law(mechanism: Mechanism, symbol: Quantity) -> Expr:
-    return next(law.expr for law in mechanism.laws if law.symbol == symbol)
+    return mechanism.law(symbol).expr
 
 
 def _cam(side: derivation.Side) -> list[Equation]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
+from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,14 @@ from mpmath import mpf
 from ...evaluate import Point
 from ...gearing import meshing
 from ...gearing.meshing import FAMILIES, PitchCurve
-from ...model import Call, Let, System
+from ...machine_file import MachineFile
+from ...model import Call, Lane, Let, Step
 from ...quantity import Quantity
 from . import derivation
 from . import quantities as q
 
 MACHINE = Path(__file__).parents[3] / "planter" / "planting" / "examples" / "wang2017.toml"
 WORKING_DIGITS = 25
-_FACTORS = {"mm": "1e-3", "deg": "pi/180", "rpm": "pi/30"}
 
 
 class Gears:
@@ -31,6 +31,8 @@ class Gears:
         self.curve, self.values = curve, values
         self.steps = (*meshing.parameter_steps(), *meshing.contact_steps(curve))
         self.distance = self._closed()
+        self.contact = cache(self._contact)
+        """r, dr, ddr, ratio, dratio, turned at a polar angle, found once: that at phi = 0 is asked for often."""
 
     def _closed(self) -> Any:
         known = self.curve.centre_distance()
@@ -43,8 +45,7 @@ class Gears:
     def _turned(self, u: Any, a: Any) -> Any:
         return mpmath.quad(lambda v: Point({**self.values, meshing.u: v, meshing.a: a})(self.curve.ratio()), [0, u])
 
-    def contact(self, t: Any) -> tuple[Any, ...]:
-        """r, dr, ddr, ratio, dratio, turned."""
+    def _contact(self, t: Any) -> tuple[Any, ...]:
         point = Point({**self.values, meshing.a: self.distance, meshing.t: t})
         for step in self.steps:
             if step.symbol == meshing.turned:
@@ -56,18 +57,24 @@ class Gears:
 def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
     """All quantities of side 1, those of side 2 and the totals at ``points`` carrier angles of a turn."""
     with mpmath.workdps(WORKING_DIGITS):
-        machine = tomllib.loads(MACHINE.read_text(encoding="utf-8"))
+        machine = MachineFile.read(MACHINE)
         fixed = {s: in_si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
-        gears = [stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))]
-        fixed |= {q.a1: gears[0].distance, q.a2: gears[1].distance}
-        fixed |= {q.m31: gears[0].values[meshing.m], q.m61: gears[1].values[meshing.m]}
-        system = derivation.exact()
-        return [_angle(fixed, gears, system, 2 * mpmath.pi * k / points) for k in range(points)]
+        gears = {f"stage{i}": stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))}
+        fixed |= distances_and_deformations(gears)
+        lane = derivation.exact_lane()
+        return [_angle(fixed, gears, lane, 2 * mpmath.pi * k / points) for k in range(points)]
 
 
-def stage_gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
+def distances_and_deformations(gears: Mapping[str, Gears]) -> dict[sp.Symbol, Any]:
+    """What the lane takes of both stages beside their contacts."""
+    first, second = gears["stage1"], gears["stage2"]
+    coefficients = {q.m31: first.values[meshing.m], q.m61: second.values[meshing.m]}
+    return {q.a1: first.distance, q.a2: second.distance, **coefficients}
+
+
+def stage_gears(machine: MachineFile, stage: int, suffix: str) -> Gears:
     """The pitch curve of a gear stage of a machine file; ``suffix`` is the number of its inner gear."""
-    curve = FAMILIES[machine[f"stage{stage}"]["family"]]
+    curve = FAMILIES[machine.tables[f"stage{stage}"]["family"]]
     values: dict[sp.Symbol, Any] = {}
     for parameter in curve.parameters:
         base, dash, unit = parameter.shown.partition("_")
@@ -75,33 +82,31 @@ def stage_gears(machine: dict[str, Any], stage: int, suffix: str) -> Gears:
     return Gears(curve, values | {meshing.m: in_si(machine, f"m{suffix}1")})
 
 
-def in_si(machine: dict[str, Any], shown: str) -> Any:
+def in_si(machine: MachineFile, shown: str) -> mpf:
     """A number of the machine file in SI: a design parameter, or ``section.key[index]``."""
-    path = shown if "." in shown else f"design.{shown}"
-    section, key, index = re.fullmatch(r"(\w+)\.(\w+)(?:\[(\d)\])?", path).groups()  # type: ignore[union-attr]
-    value = machine[section][key]
-    number = mpf(str(value if index is None else value[int(index)]))
-    factor = _FACTORS.get(key.rpartition("_")[2], "1")
-    return number * mpf(sp.N(sp.sympify(factor), WORKING_DIGITS))
+    return machine.si(shown if "." in shown else f"design.{shown}")
 
 
-def _angle(fixed: dict[sp.Symbol, Any], gears: list[Gears], system: System, phi: Any) -> dict[sp.Symbol, mpf]:
-    one = one_side({**fixed, q.phi: phi}, gears, system)
-    two = one_side({**fixed, q.phi: phi - mpmath.pi}, gears, system)
+def _angle(fixed: dict[sp.Symbol, Any], gears: Mapping[str, Gears], lane: Lane, phi: Any) -> dict[sp.Symbol, mpf]:
+    one = one_side({**fixed, q.phi: phi}, gears, lane.steps)
+    two = one_side({**fixed, q.phi: phi - mpmath.pi}, gears, lane.steps)
     both = Point(one | {q.twin(s): v for s, v in two.items() if isinstance(s, Quantity)})
-    for step in system.frame:
+    for step in lane.shared.steps if lane.shared else ():
         both.set(step.symbol, both(step.expr))
     return both.values()
 
 
-def one_side(known: dict[sp.Symbol, Any], gears: list[Gears], system: System) -> dict[sp.Symbol, mpf]:
-    """What is known (machine, mounting, carrier angle), and every quantity that the lane of a system finds from it."""
+def one_side(known: Mapping[sp.Symbol, Any], gears: Mapping[str, Gears], steps: Iterable[Step]) -> dict[sp.Symbol, mpf]:
+    """What is known (machine, mounting, carrier angle), and every quantity that steps of a lane find from it.
+
+    ``gears`` are the stages by the names of the functions that are composed at run time.
+    """
     point = Point(known)
-    for step in system.lane:
+    for step in steps:
         if isinstance(step, Let):
             point.set(step.symbol, point(step.expr))
         elif isinstance(step, Call):
-            found = gears[int(step.function[-1]) - 1].contact(point(step.argument))
+            found = gears[step.function.name].contact(point(step.argument))
             for symbol, value in zip(step.outputs, found, strict=True):
                 if symbol is not None:
                     point.set(symbol, value)

@@ -1,14 +1,13 @@
 """The planting device with a two-stage non-circular planetary gear train, from first principles (wang2017, figs. 1-7).
 
 One side is derived; the other is the same half a turn behind. Frames, bodies and what touches what are stated here;
-every acceleration, inertia term and balance comes out of ``derive.mechanics.bodies``.
+every acceleration, inertia term and balance comes out of ``derive.mechanics``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 
 import sympy as sp
 from sympy import Expr, S, pi
@@ -16,9 +15,11 @@ from sympy import Expr, S, pi
 from ...branches import clip, wrap
 from ...chain import Chain, ordered
 from ...equations import Equation
-from ...mechanics.bodies import Body, Contact, Mechanism, Part, Pin, about_pin, tangent_angle
-from ...mechanics.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, shorter, unit
-from ...model import Call, Event, Let, Step, System, needed
+from ...mechanics.bodies import Body, Mechanism, Part, Pin, about_pin
+from ...mechanics.contacts import Contact, follower, mesh, tangent_angle
+from ...mechanics.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, unit
+from ...mechanics.kinematics import GearStage, Kinematics
+from ...model import Event, Lane, Let, Shared, Step, System, needed
 from ...quantity import Quantity, Vector
 from . import quantities as q
 
@@ -60,6 +61,10 @@ CONTACT_P = Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2)
 CONTACT_Q = Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2)
 
 
+STAGE1 = GearStage(1, q.PARAMETERS1, q.HOISTED1)
+STAGE2 = GearStage(2, q.PARAMETERS2, q.HOISTED2)
+
+
 def cam_law(delta: Expr) -> Expr:
     """Swing over the cam angle: a 4-5-6-7 polynomial rise and fall (Norton, Cam Design, 2009)."""
 
@@ -68,70 +73,6 @@ def cam_law(delta: Expr) -> Expr:
         return x**4 * (35 + x * (-84 + x * (70 - 20 * x)))
 
     return q.H * (flank(*q.delta_r) - flank(*q.delta_f))
-
-
-@dataclass
-class Kinematics:
-    """The prescribed motion of one side: named steps, and how the named quantities change in time."""
-
-    motion: Motion = field(default_factory=Motion)
-    steps: list[Step] = field(default_factory=list)
-
-    def let(self, symbol: Quantity, expr: Expr) -> Quantity:
-        self.steps.append(Let(symbol, expr, f"derived: {symbol.meaning}"))
-        return symbol
-
-    def coordinate(self, symbols: tuple[Quantity, Quantity, Quantity], expr: Expr) -> None:
-        """Name a coordinate, its rate and its acceleration."""
-        value, rate, acceleration = symbols
-        self.let(value, expr)
-        velocity = self.motion.rate(expr)
-        self.let(rate, velocity)
-        self.let(acceleration, self.motion.rate(velocity))
-        self.motion.rates |= {value: rate, rate: acceleration}
-
-    def stage(self, number: int, t: Quantity, argument: Expr, start: Quantity, outputs: tuple[Quantity, ...]) -> None:
-        """Contact of a gear stage at the polar angle ``t`` of its inner gear; ``start`` is the rotation at phi = 0."""
-        r, dr, ratio, dratio, turned = outputs
-        vectors = ((q.PARAMETERS1, q.HOISTED1), (q.PARAMETERS2, q.HOISTED2))[number - 1]
-        contact = partial(Call, function=f"stage{number}", vectors=vectors)
-        self.let(t, argument)
-        at_start = argument.xreplace({q.phi: S.Zero, q.phi52: S.Zero})
-        self.steps.append(
-            contact((None,) * 5 + (start,), argument=at_start, source=f"derived: stage {number}, phi = 0")
-        )
-        self.steps.append(contact((r, dr, None, ratio, dratio, turned), argument=t, source=f"derived: stage {number}"))
-        rate = self.motion.rate(argument)
-        self.motion.rates |= {t: rate, r: dr * rate, ratio: dratio * rate, turned: ratio * rate}
-
-    def name_acceleration(self, point: Point, frame: Frame, symbols: tuple[Quantity, Quantity]) -> None:
-        acceleration = self.motion.acceleration(point, frame)
-        for symbol, component in zip(symbols, acceleration.components, strict=False):
-            self.let(symbol, component)
-        self.motion.accelerations[point] = Vec(frame, (*symbols, S.Zero))
-
-    def name_place(self, point: Point, base: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
-        """Name a point's coordinates from ``base`` along ``frame``."""
-        place = displacement(base, point, frame)
-        for symbol, component in zip(symbols, place.components, strict=False):
-            self.let(symbol, component)
-        named = Vec(frame, (*symbols, *place.components[len(symbols) :]))
-        self.motion.places[point] = base, named
-        drift = shorter(self.motion.drift(base, point, frame))
-        self.motion.rates |= dict(zip(symbols, drift.components, strict=False))
-
-    def hang(self, point: Point, hinge: Point) -> None:
-        """Count a named place from the hinge that the point swings about, so that its motion is told from there."""
-        base, named = self.motion.places[point]
-        self.motion.places[point] = hinge, named - self.motion.arm(base, hinge, named.frame)
-
-    def mirror_place(self, image: Point, point: Point, plane: Expr) -> None:
-        """Name the place of a mirror image by that of its original, which it must be, in ``z = plane``."""
-        place, meant = self.motion.arm(B1, point, PLANET), displacement(B1, point, PLANET)
-        difference = displacement(B1, image, PLANET) - Vec(PLANET, (meant[0], meant[1], 2 * plane - meant[2]))
-        if any(sp.simplify(c) != 0 for c in difference.components):
-            raise ValueError(f"{image.name} is not the mirror image of {point.name}")
-        self.motion.places[image] = B1, Vec(PLANET, (place[0], place[1], 2 * plane - place[2]))
 
 
 @dataclass(frozen=True)
@@ -164,11 +105,10 @@ def half(name: str, hinge: Point, side: int, axis: Axis) -> Half:
 
 def kinematics(inner: Half) -> Kinematics:
     """Angles of the train, swing of the cam, places and accelerations of the points (wang2017 2-3; digest of [10])."""
-    k = Kinematics()
-    k.motion.rates[q.phi] = q.omega
-    k.stage(1, q.t1, q.phi + q.alpha3, q.T1_0, (q.r3, q.dr3, q.i1, q.di1, q.T1))
-    k.coordinate((q.phi52, q.phi52_dot, q.phi52_ddot), q.T1 - q.T1_0)
-    k.stage(2, q.t2, q.beta6 + q.phi52, q.T2_0, (q.r6, q.dr6, q.i2, q.di2, q.T2))
+    k = Kinematics.along(q.phi, q.omega)
+    k.stage(STAGE1, q.t1, q.phi + q.alpha3, r=q.r3, dr=q.dr3, ratio=q.i1, dratio=q.di1, turned=q.T1, start=q.T1_0)
+    k.coordinate((q.phi52, q.phi52_dot, q.phi52_ddot), q.T1 - q.T1_0, at_start=S.Zero)
+    k.stage(STAGE2, q.t2, q.beta6 + q.phi52, r=q.r6, dr=q.dr6, ratio=q.i2, dratio=q.di2, turned=q.T2, start=q.T2_0)
     k.coordinate((q.phi72, q.phi72_dot, q.phi72_ddot), q.T2_0 - q.T2)
     k.let(q.r5, q.a1 - q.r3)
     k.let(q.r7, q.a2 - q.r6)
@@ -224,7 +164,7 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     outer_half = half("outer half", opposite, -1, hinge_axis)
     k = kinematics(inner_half)
     for image, original in ((outer_half.C1, inner_half.C1), (outer_half.C2, inner_half.C2)):
-        k.mirror_place(image, original, q.z_mirror)
+        k.mirror_place(image, original, B1, PLANET, q.z_mirror)
         k.hang(image, opposite)
         k.hang(original, hinge)
     middle_part = Part(q.m2, CA, about_pin(q.J_56, q.m2, FROM_A1))
@@ -239,15 +179,15 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     outer = mech.add(Body("outer half", outer_half.frame, outer_half.parts, Pin(opposite, PLANET)))
 
     across, pull = unit(PLANET, hinge_axis), Vec(PLANET, (S.Zero, S.Zero, q.S))
-    mech.mesh("P", sun, middle, CONTACT_P)
+    mesh(mech, "P", sun, middle, CONTACT_P)
     mech.joint("F_A1", middle, carrier, A1, WORLD, free=Z)
-    mech.mesh("Q", middle, planet, CONTACT_Q)
+    mesh(mech, "Q", middle, planet, CONTACT_Q)
     mech.joint("F_B1", planet, carrier, B1, WORLD, free=Z)
     mech.joint("F_A", inner, planet, hinge, PLANET, free=hinge_axis)
     mech.joint("F_Ao", outer, planet, opposite, PLANET, free=hinge_axis)
     mech.couple("M_K", inner, outer, planet, (hinge, opposite), across, ratio=S.NegativeOne)
     mech.act("F_F", inner, outer, inner_half.F, pull)
-    mech.follower("F_E", inner, carrier, inner_half.E, B1, across=across, friction=q.mu1)
+    follower(mech, "F_E", inner, carrier, inner_half.E, B1, across=across, friction=q.mu1)
     return Side(k, mech, sun, carrier, middle, planet, inner, outer)
 
 
@@ -309,46 +249,26 @@ def joints() -> tuple[Event, ...]:
     return (*gears, *cam, *teeth)
 
 
-def assemble(
-    name: str,
-    title: str,
-    source: str,
-    side_steps: tuple[Step, ...],
-    reported: tuple[Quantity, ...],
-    frame: Chain,
-) -> System:
-    """A model of the device from the steps of a side and the chain of what both sides share."""
+def assemble(side_steps: tuple[Step, ...], reported: tuple[Quantity, ...], shared: Chain) -> Lane:
+    """The lane of a model from the steps of a side and the chain of what both sides share."""
     balances = (
-        *frame.lets(),
+        *shared.lets(),
         Let(q.F_support, q.F_Oy + q.F_O1y, "wang2017 3.1"),
         Let(q.F_support_x, q.F_Ox + q.F_O1x, "derived: horizontal support force"),
     )
     sums = needed(balances, frozenset(q.TOTALS))
-    shared = frozenset().union(*(step.needs for step in sums))
+    summed = frozenset().union(*(step.needs for step in sums))
     ours = [s for step in side_steps for s in step.defines]
-    passed = [s for s in ours if s in shared or q.twin(s) in shared]
+    passed = [s for s in ours if s in summed or q.twin(s) in summed]
     side = tuple(dict.fromkeys((*reported, *passed)))
     events = joints()
     wanted = frozenset(side).union(*(e.argument.free_symbols for e in events))
-    return System(
-        name,
-        title,
-        source,
-        ASSUMPTIONS,
-        q.phi,
-        q.INPUTS,
-        ("stage1", "stage2"),
-        needed(side_steps, wanted),
-        Vector("side", side),
-        sums,
-        Vector("totals", q.TOTALS),
-        q.twin,
-        events,
-    )
+    frame = Shared(q.twin, sums, Vector("totals", q.TOTALS))
+    return Lane(q.phi, q.INPUTS, needed(side_steps, wanted), Vector("side", side), events, frame)
 
 
-def exact() -> System:
-    """The device from first principles."""
+def exact_lane() -> Lane:
+    """The device from first principles, along the carrier angle."""
     side = build_side()
     kinematic = tuple(side.kinematics.steps)
     lane = ordered(side.mechanism.equations(), side.mechanism.unknowns, q.REPORTED_EXACT)
@@ -356,26 +276,21 @@ def exact() -> System:
     support = build_support(side.kinematics.motion)
     other = OtherSide(frozenset(s for step in steps for s in step.defines))
     frame = ordered(support_equations(side, support, other), support.mechanism.unknowns, q.TOTALS)
-    return assemble(
-        "planting_exact",
-        "Planting device, from first principles",
-        "derived (Newton-Euler)",
-        steps,
-        q.REPORTED_EXACT,
-        frame,
-    )
+    return assemble(steps, q.REPORTED_EXACT, frame)
+
+
+def exact() -> System:
+    """The device from first principles."""
+    title, source = "Planting device, from first principles", "derived (Newton-Euler)"
+    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane())
 
 
 def printed(paper: Chain, frame: Chain) -> System:
     """The device as a paper prints it: its equations on the kinematics of this module."""
     side = build_side()
-    loss = next(law for law in side.mechanism.laws if law.symbol == q.F_E_loss)
-    steps = (*side.kinematics.steps, *paper.lets(), loss)
-    return assemble(
-        "planting_printed",
-        "Planting device, as printed",
-        "wang2017 (1)-(31), taken literally",
-        steps,
-        q.REPORTED,
-        frame,
-    )
+    lane = assemble((*side.kinematics.steps, *paper.lets(), side.mechanism.law(q.F_E_loss)), q.REPORTED, frame)
+    title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
+    return System("planting_printed", title, source, ASSUMPTIONS, lane)
+
+
+SYSTEMS = (exact,)

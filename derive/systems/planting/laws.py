@@ -6,8 +6,7 @@ turn are one side over a whole one.
 
 from __future__ import annotations
 
-import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -22,10 +21,10 @@ from ...audit.laws import Cycle, Dynamics, Law, Values
 from ...branches import switch
 from ...dimensions import of_unit
 from ...evaluate import Point
-from ...gearing import meshing
-from ...mechanics.bodies import Contact
+from ...machine_file import MachineFile
+from ...mechanics.contacts import Contact
 from ...mechanics.frames import Vec
-from ...model import Event, System, needed
+from ...model import Event, needed
 from ...quantity import Quantity
 from . import claims, derivation
 from . import cycle as planting_cycle
@@ -55,7 +54,7 @@ def laws() -> tuple[Law, ...]:
     other = derivation.OtherSide(claims.moving() | {q.F_E_loss})
     support = q.F_Ox + q.F_O1x, q.F_Oy + q.F_O1y
     rate = [_momentum_rate(side, other, axis) for axis in (0, 1)]
-    loss = next(law.expr for law in side.mechanism.laws if law.symbol == q.F_E_loss)
+    loss = side.mechanism.law(q.F_E_loss).expr
     pushes = {
         "teeth at P": _tooth_push(derivation.CONTACT_P, (q.F_Px, q.F_Py)),
         "teeth at Q": _tooth_push(derivation.CONTACT_Q, (q.F_Qx, q.F_Qy)),
@@ -94,42 +93,29 @@ def _tooth_push(contact: Contact, force: tuple[Quantity, Quantity]) -> Expr:
 
 def _cam_push(side: derivation.Side) -> Expr:
     """Component of the cam's force on the roller along the normal of the roller's path, away from the cam."""
-    laws = {law.symbol: law.expr for law in side.mechanism.laws}
-    return sp.Add(*(f * laws[f].xreplace({q.mu1: S.Zero, q.F_E: S.One}) for f in (q.F_Ex, q.F_Ez)))
+    forces, alone = (q.F_Ex, q.F_Ez), {q.mu1: S.Zero, q.F_E: S.One}
+    return sp.Add(*(force * side.mechanism.law(force).expr.xreplace(alone) for force in forces))
 
 
 def _pull(push: Expr) -> Expr:
     return switch(push, S.Zero, push)
 
 
-class Remembered(planting_cycle.Gears):
-    """A gear stage that finds the contact at a polar angle once: that at phi = 0 is asked for at every angle."""
-
-    def __init__(self, gears: planting_cycle.Gears) -> None:
-        self.values, self.distance = gears.values, gears.distance
-        self._found = cache(gears.contact)
-
-    def contact(self, t: Any) -> tuple[Any, ...]:
-        return self._found(t)
-
-
 class Motion:
     """The motion of the built-in machine: the kinematic quantities of a side at a carrier angle."""
 
     def __init__(self) -> None:
-        data = tomllib.loads(planting_cycle.MACHINE.read_text(encoding="utf-8"))
+        data = MachineFile.read(planting_cycle.MACHINE)
         stages = ((1, "3"), (2, "6"))
-        self.gears = [Remembered(planting_cycle.stage_gears(data, stage, suffix)) for stage, suffix in stages]
+        self.gears = {f"stage{i}": planting_cycle.stage_gears(data, i, suffix) for i, suffix in stages}
         self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
-        self.fixed |= dict(zip((q.a1, q.a2), (gears.distance for gears in self.gears), strict=True))
-        self.fixed |= dict(zip((q.m31, q.m61), (gears.values[meshing.m] for gears in self.gears), strict=True))
+        self.fixed |= planting_cycle.distances_and_deformations(self.gears)
         self.steps = tuple(derivation.build_side().kinematics.steps)
-        self.system: System = derivation.exact()
 
     def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
         """All quantities, or those that some are found from."""
-        system = replace(self.system, lane=self.steps if wanted is None else needed(self.steps, wanted))
-        return planting_cycle.one_side({**self.fixed, q.phi: phi}, list(self.gears), system)
+        steps = self.steps if wanted is None else needed(self.steps, wanted)
+        return planting_cycle.one_side({**self.fixed, q.phi: phi}, self.gears, steps)
 
     def joints(self) -> list[Any]:
         """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""
@@ -205,16 +191,16 @@ def _between(side: Values, pieces: list[Piece]) -> Values:
     }
 
 
+def _order_in_time(quantity: Quantity) -> int:
+    """Of a rate 1, of an acceleration 2, of all else 0: a force does not go with the speed."""
+    mass, _, time = of_unit(quantity.unit)
+    return 0 if mass else -int(time)
+
+
 def _slowed(cycle: Cycle) -> Cycle:
     """The same motion at next to no speed: rates go with the speed, accelerations with its square."""
     steps = derivation.build_side().kinematics.steps
     moving = [q.omega, *(s for step in steps for s in step.defines)]
-    factors = {s: SLOW ** _time_power(s) for s in moving}
+    factors = {s: SLOW ** _order_in_time(s) for s in moving}
     one, two = ({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)
     return Cycle((one, two), cycle.weights, _slowed(cycle.between) if cycle.between else None)
-
-
-def _time_power(symbol: Quantity) -> int:
-    """How often a quantity of the motion is taken per second: 0 of a place, an angle or a force."""
-    mass, _, time = of_unit(symbol.unit)
-    return 0 if mass else int(-time)

@@ -145,13 +145,25 @@ xi2 = _kinematic("xi2", "rad", "angle from gear 6's radius vector to its tangent
 m31 = Quantity("m31", "1", "deformation coefficient of the sun", "wang2017 3.4", shown="m31")
 m61 = Quantity("m61", "1", "deformation coefficient of gear 6", "wang2017 3.4", shown="m61")
 PARAMETERS1 = OpenVector(
-    "parameters1", "parameters of the sun's pitch curve, its deformation coefficient last", {-1: m31}, "3"
+    "parameters1",
+    "parameters of the sun's pitch curve, its deformation coefficient last",
+    {-1: m31},
+    "3",
+    ("stage1", "parameters"),
 )
 PARAMETERS2 = OpenVector(
-    "parameters2", "parameters of gear 6's pitch curve, its deformation coefficient last", {-1: m61}, "6"
+    "parameters2",
+    "parameters of gear 6's pitch curve, its deformation coefficient last",
+    {-1: m61},
+    "6",
+    ("stage2", "parameters"),
 )
-HOISTED1 = OpenVector("hoisted1", "prologue of the sun's pitch curve, its centre distance first", {0: a1})
-HOISTED2 = OpenVector("hoisted2", "prologue of gear 6's pitch curve, its centre distance first", {0: a2})
+HOISTED1 = OpenVector(
+    "hoisted1", "prologue of the sun's pitch curve, its centre distance first", {0: a1}, sized_by=("stage1", "hoisted")
+)
+HOISTED2 = OpenVector(
+    "hoisted2", "prologue of gear 6's pitch curve, its centre distance first", {0: a2}, sized_by=("stage2", "hoisted")
+)
 
 
 def _reaction(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:

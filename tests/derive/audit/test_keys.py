@@ -18,12 +18,13 @@ import sympy as sp
 from derive import papers
 from derive.__main__ import GENERATED
 from derive.audit import key, page, record, verdicts
+from derive.discovery import modules
 from derive.papers import shi2021, wang2017, yu2023
 from derive.systems.planting import laws
 from tests.support.made_up import tampered
 
 ROOT = Path(__file__).parents[3]
-CASES = verdicts.cases(papers.modules())
+CASES = verdicts.cases(modules(papers))
 PRINT_KEYS = """
 from derive.audit import key
 from derive.papers import shi2021, wang2017
@@ -67,7 +68,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
 
 
 def audited(known: tuple[list[record.Record], list[record.Record]]) -> tuple[list[record.Record], list[record.Record]]:
-    return verdicts.judged(papers.modules(), record.keyed(known[0]), known[1])
+    return verdicts.judged(modules(papers), record.keyed(known[0]), known[1])
 
 
 def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:

@@ -15,6 +15,7 @@ from derive import papers
 from derive.audit import key, verdicts
 from derive.audit.case import Case
 from derive.audit.paper import Paper
+from derive.discovery import modules
 from derive.equations import ClaimError
 from tests.support.made_up import MadeUp
 
@@ -174,9 +175,9 @@ def case(name: str, place: int | None = None) -> Case:
 
 
 def test_papers_of_the_project_stand_in_their_order() -> None:
-    names = [found.paper.name for found in verdicts.cases(papers.modules()).values()]
+    names = [found.paper.name for found in verdicts.cases(modules(papers)).values()]
     assert names == ["wang2017", "shi2021", "yu2023", "sun2019"]
-    assert verdicts.cases(reversed(papers.modules())) == verdicts.cases(papers.modules())
+    assert verdicts.cases(reversed(modules(papers))) == verdicts.cases(modules(papers))
 
 
 def test_papers_without_a_place_come_after_those_with_one_by_name() -> None:

@@ -8,7 +8,9 @@ import sympy as sp
 
 from derive.branches import Turns, clip, switch, wrap
 from derive.emit import expression
-from derive.emit.expression import ARRAY, CASADI, Printer, UnsupportedNode, operations
+from derive.emit.expression import Printer, UnsupportedNode, operations
+from derive.emit.targets.array import ARRAY
+from derive.emit.targets.casadi import CASADI
 
 x, y, z = sp.symbols("x y z", real=True)
 NODES = {

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from derive.__main__ import GENERATED, differences, write
 from derive.pipeline import VERDICTS, code
+from derive.written import GENERATED, differences, write
 
 ROOT = Path(__file__).parents[3]
 BASELINE = json.loads((Path(__file__).parent / "operations.json").read_text())

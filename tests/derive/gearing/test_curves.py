@@ -11,6 +11,7 @@ import sympy as sp
 from derive.emit import curve as emit_curve
 from derive.gearing import families, meshing
 from derive.gearing.meshing import FAMILIES, PitchCurve
+from derive.quantity import Quantity
 from generated.array import curve_eccentric_circle, curve_ellipse
 
 MODULES = {"eccentric_circle": curve_eccentric_circle, "ellipse": curve_ellipse}
@@ -38,6 +39,14 @@ def test_names_of_parameters_do_not_meet_those_of_the_generated_code(family: Pit
         defined = [s.name for step in function.steps for s in step.defines]
         given = [q.name for q in (*family.parameters, meshing.m, meshing.a)]
         assert len({*defined, *given}) == len(defined) + len(given)
+
+
+def test_a_parameter_with_a_name_of_the_prologue_is_refused() -> None:
+    class Named(type(FAMILIES["ellipse"])):  # type: ignore[misc]
+        parameters = (Quantity("terms", "m", "test", "test"), FAMILIES["ellipse"].parameters[1])
+
+    with pytest.raises(ValueError, match="family ellipse: its prologue needs the name terms"):
+        emit_curve.functions_of(Named())
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)

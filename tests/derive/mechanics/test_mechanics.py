@@ -8,6 +8,7 @@ from sympy import S, cos, sin
 
 from derive.chain import ordered
 from derive.mechanics.bodies import Body, Mechanism, Part, Pin
+from derive.mechanics.contacts import follower
 from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit, zero
 from derive.model import Let
 from derive.quantity import Quantity
@@ -174,7 +175,7 @@ def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
     centroid = Point("CG", hinge, Vec(flap_frame, (length, length, length)))
     flap = mech.add(Body("flap", flap_frame, (Part(mass, centroid, (Ix, Iy, Iz)),), Pin(hinge, planet)))
     mech.joint("F_G", flap, side.planet, hinge, planet, free=Y)
-    mech.follower("F_H", flap, side.carrier, centroid, derivation.B1, across=unit(planet, Y), friction=q.mu1)
+    follower(mech, "F_H", flap, side.carrier, centroid, derivation.B1, across=unit(planet, Y), friction=q.mu1)
 
     force = next(u for u in mech.unknowns if u.name == "F_H")
     without, with_flap = solved(derivation.build_side()), solved(side, (force,))
@@ -188,13 +189,13 @@ def test_a_follower_that_does_not_slide_is_refused() -> None:
     side = derivation.build_side()
     across = unit(derivation.PLANET, Y)
     with pytest.raises(ValueError, match="does not slide"):
-        side.mechanism.follower("F_H", side.planet, side.carrier, derivation.TIP, derivation.B1, across, q.mu1)
+        follower(side.mechanism, "F_H", side.planet, side.carrier, derivation.TIP, derivation.B1, across, q.mu1)
 
 
 def test_the_mirror_plane_cancels() -> None:
     """The paper does not say where the outer half sits; no step of the exact model depends on it."""
     system = derivation.exact()
-    assert all(q.z_mirror not in step.needs for step in (*system.lane, *system.frame))
+    assert all(q.z_mirror not in step.needs for step in system.steps)
 
 
 def test_no_force_balance_is_typed_into_the_system() -> None:

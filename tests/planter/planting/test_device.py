@@ -11,13 +11,15 @@ import pytest
 import scipy.special
 
 import planter
-from derive.__main__ import GENERATED
-from derive.emit import curve as emit_curve
-from derive.emit import sidecar as emit_sidecar
-from derive.gearing import families, meshing
+from derive.discovery import modules
+from derive.emit.folder import of_curve
+from derive.emit.targets import casadi
+from derive.gearing import families
 from derive.gearing.meshing import FAMILIES, PitchCurve
+from derive.written import GENERATED
 from planter.errors import GeometryError, InputError
 from planter.files import examples
+from planter.gearing import families as curves
 from planter.gearing.sizing import Size, Sizing
 from planter.kernels import generated
 from planter.planting import file
@@ -89,7 +91,7 @@ NEW_FAMILY = '''
 
 import sympy as sp
 
-from derive.pitchcurve import Condition, PitchCurve, register, swing, u
+from derive.gearing.pitch_curve import Condition, PitchCurve, register, swing, u
 from derive.quantity import Quantity
 
 
@@ -120,11 +122,11 @@ def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator
     (tmp_path / "families").mkdir()
     (tmp_path / "families" / "exponential.py").write_text(NEW_FAMILY)
     monkeypatch.setattr(families, "__path__", [*families.__path__, str(tmp_path / "families")])
-    meshing.find_families()
+    modules(families)
     _generated_beside(tmp_path / "with_new_family", FAMILIES["exponential"])
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(generated, "_package", lambda: "with_new_family")
-    cached = generated.module, generated.sidecar, generated.families
+    cached = generated._places, generated.module, generated.sidecar, curves.module, curves.sidecar
     for function in cached:
         function.cache_clear()
     yield
@@ -141,8 +143,8 @@ def _generated_beside(folder: Path, family: PitchCurve) -> None:
     folder.mkdir()
     for path in GENERATED.iterdir():
         (folder / path.name).symlink_to(path)
-    (folder / "curve_exponential.py").write_text(emit_curve.casadi_module(family))
-    (folder / "curve_exponential.json").write_text(emit_sidecar.of_curve(family))
+    for path, content in of_curve(family, [casadi.TARGET]).items():
+        (folder / path).write_text(content)
 
 
 @pytest.mark.usefixtures("with_new_family")

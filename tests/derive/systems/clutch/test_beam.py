@@ -110,8 +110,8 @@ def test_extremes_are_those_of_the_integrated_motion() -> None:
 
 
 def test_print_swings_the_whole_overhang_instead_of_body_and_modal_mass() -> None:
-    (stage,) = beam.printed(shi2021.PAPER.equations).stages
-    rates = {str(step.symbol): step.expr for step in stage.steps[:2]}
+    (form,) = beam.printed(shi2021.PAPER.equations).closed_forms
+    rates = {str(step.symbol): step.expr for step in form.steps[:2]}
     assert sp.simplify(rates["B1"] ** 2 - sp.pi**4 / 32 * q.E * q.I / (q.m2 * q.l**3)) == 0
     assert sp.simplify(rates["B2"] - q.F_M / q.m2) == 0
     derived = {str(step.symbol): step.expr for step in beam.frequency()}

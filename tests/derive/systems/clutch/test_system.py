@@ -1,4 +1,4 @@
-"""What is emitted of the clutch: the derivation's and the paper's own equations, stage by stage, in every target."""
+"""What is emitted of the clutch: the derivation's and the paper's own equations, each function in every target."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from derive.dimensions import dimension, of_unit
 from derive.emit import functions
 from derive.emit.schedule import expression
 from derive.equations import Claim, ClaimError, Equation
-from derive.model import Formulas, Let, Stage
+from derive.model import ClosedForm, Let, System
 from derive.papers import shi2021
 from derive.quantity import Quantity, Vector
 from derive.systems.clutch import claims, geometry, rotor
@@ -38,7 +38,7 @@ MODELS = {
         rotor.exact(),
     )
 }
-STAGES = [(name, stage.name) for name, model in MODELS.items() for stage in model.stages]
+FORMS = [(name, form.name) for name, model in MODELS.items() for form in model.closed_forms]
 XP = SimpleNamespace(**{**vars(xp_complex), "arccos": np.arccos, "arcsin": np.arcsin})
 START: dict[str, Any] = {
     "a": 0.017, "theta": 1.3, "flats": 0.02, "r": 0.0048, "b1": 0.0107, "b2": 0.011, "phi": 0.3, "mu": 0.15, "F1": 60.0,
@@ -50,35 +50,33 @@ START: dict[str, Any] = {
 """A value for every input."""
 
 
-def stage_of(name: str, stage: str) -> Stage:
-    return next(s for s in MODELS[name].stages if s.name == stage)
+def form_of(name: str, form: str) -> ClosedForm:
+    return next(s for s in MODELS[name].closed_forms if s.name == form)
 
 
-def inputs(stage: Stage, values: dict[str, Any]) -> dict[str, Any]:
-    return {g.name: [values[s.name] for s in g] if isinstance(g, Vector) else values[g.name] for g in stage.inputs}
+def inputs(form: ClosedForm, values: dict[str, Any]) -> dict[str, Any]:
+    return {g.name: [values[s.name] for s in g] if isinstance(g, Vector) else values[g.name] for g in form.inputs}
 
 
-def array(name: str, stage: str, xp: Any, given: dict[str, Any]) -> tuple[Any, ...]:
-    return getattr(importlib.import_module(f"generated.array.{name}"), stage)(xp, **given)
+def array(name: str, form: str, xp: Any, given: dict[str, Any]) -> tuple[Any, ...]:
+    return getattr(importlib.import_module(f"generated.array.{name}"), form)(xp, **given)
 
 
-@pytest.mark.parametrize(("name", "stage"), STAGES)
-def test_casadi_and_arrays_agree(name: str, stage: str) -> None:
-    given = inputs(stage_of(name, stage), START)
-    found = load(name).at(stage, **given)
-    assert list(found) == [s.name for s in stage_of(name, stage).outputs]
-    assert list(found.values()) == pytest.approx(
-        [float(v) for v in array(name, stage, np, given)], rel=1e-12, abs=1e-15
-    )
+@pytest.mark.parametrize(("name", "form"), FORMS)
+def test_casadi_and_arrays_agree(name: str, form: str) -> None:
+    given = inputs(form_of(name, form), START)
+    found = load(name).at(form, **given)
+    assert list(found) == [s.name for s in form_of(name, form).outputs]
+    assert list(found.values()) == pytest.approx([float(v) for v in array(name, form, np, given)], rel=1e-12, abs=1e-15)
 
 
-@pytest.mark.parametrize(("name", "stage"), STAGES)
-def test_casadi_differentiates_as_complex_steps_do(name: str, stage: str) -> None:
+@pytest.mark.parametrize(("name", "form"), FORMS)
+def test_casadi_differentiates_as_complex_steps_do(name: str, form: str) -> None:
     import casadi as ca
 
     from planter.kernels import Kernel
 
-    given, function = inputs(stage_of(name, stage), START), load(name).function(stage)
+    given, function = inputs(form_of(name, form), START), load(name).function(form)
     flat = [(key, i) for key, value in given.items() for i in range(len(value) if isinstance(value, list) else 1)]
     symbols = [ca.SX.sym(key, len(value) if isinstance(value, list) else 1) for key, value in given.items()]
     slopes = ca.densify(ca.jacobian(function(*symbols), ca.vertcat(*symbols)))
@@ -91,30 +89,30 @@ def test_casadi_differentiates_as_complex_steps_do(name: str, stage: str) -> Non
             stepped[key][i] += xp_complex.STEP * 1j
         else:
             stepped[key] += xp_complex.STEP * 1j
-        step = [np.imag(v) / xp_complex.STEP for v in array(name, stage, XP, stepped)]
+        step = [np.imag(v) / xp_complex.STEP for v in array(name, form, XP, stepped)]
         assert found[:, column] == pytest.approx(np.array(step, dtype=float), rel=1e-9, abs=1e-12), key
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("stage", ["polygon", "path", "travel", "gears", "limit", "taper", "face", "angle"])
-def test_exact_stages_are_the_derived_claims_to_forty_digits(stage: str, seed: int) -> None:
+@pytest.mark.parametrize("form", ["polygon", "path", "travel", "gears", "limit", "taper", "face", "angle"])
+def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int) -> None:
     """The claims speak of several pentagons; here the sleeve's alone: its width is that of its side."""
     with mpmath.workdps(60):
         point = claims.admissible(random.Random(seed))
         values = {s.name: v for s, v in point.items()} | {"flats": mpmath.sqrt(3) * point[q.a1]}
-        if stage == "angle":
+        if form == "angle":
             values["c"] = point[q.c_min]
-        given = inputs(stage_of("clutch_exact", stage), values)
-        found = array("clutch_exact", stage, SimpleNamespace(**vars(xp_mpmath)), given)
-        for symbol, value in zip(stage_of("clutch_exact", stage).outputs, found, strict=True):
+        given = inputs(form_of("clutch_exact", form), values)
+        found = array("clutch_exact", form, SimpleNamespace(**vars(xp_mpmath)), given)
+        for symbol, value in zip(form_of("clutch_exact", form).outputs, found, strict=True):
             assert abs(value - point[symbol]) <= mpmath.mpf(10) ** -40 * max(abs(point[symbol]), 1), symbol
 
 
-@pytest.mark.parametrize("stage", ["polygon", "path", "travel", "taper", "gears", "limit"])
-def test_printed_stages_satisfy_the_printed_equations_and_no_others(stage: str) -> None:
+@pytest.mark.parametrize("form", ["polygon", "path", "travel", "taper", "gears", "limit"])
+def test_printed_forms_satisfy_the_printed_equations_and_no_others(form: str) -> None:
     given = START | {"alpha": 0.5}
-    known = given | load("clutch_printed").at(stage, **inputs(stage_of("clutch_printed", stage), given))
-    sources = {step.source for step in stage_of("clutch_printed", stage).steps}
+    known = given | load("clutch_printed").at(form, **inputs(form_of("clutch_printed", form), given))
+    sources = {step.source for step in form_of("clutch_printed", form).steps}
     equations = [e for e in shi2021.PAPER.equations.values() if e.source in sources and e.legibility == "printed"]
     assert len(equations) == len(sources - {"shi2021 (a)"})
     for equation in equations:
@@ -125,11 +123,11 @@ def test_printed_stages_satisfy_the_printed_equations_and_no_others(stage: str) 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_every_symbol_is_described_and_every_step_has_its_dimension(name: str) -> None:
-    for stage in MODELS[name].stages:
-        for step in stage.steps:
+    for form in MODELS[name].closed_forms:
+        for step in form.steps:
             assert isinstance(step.symbol, Quantity)
-            assert all(isinstance(s, Quantity) for s in step.needs), (stage.name, step.symbol)
-            assert dimension(expression(step)) in (None, of_unit(step.symbol.unit)), (stage.name, step.symbol)
+            assert all(isinstance(s, Quantity) for s in step.needs), (form.name, step.symbol)
+            assert dimension(expression(step)) in (None, of_unit(step.symbol.unit)), (form.name, step.symbol)
 
 
 def test_a_misprint_changes_the_printed_model_alone() -> None:
@@ -138,16 +136,17 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
     once = q.c_min - (q.b - sp.sqrt(3) * q.a / 2) / sp.tan(q.phi)
     equations["4b"] = Equation("4b", once, printed.source, printed.claims, defines=q.c_min)
     mended = clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
-    before, after = (next(s for s in m.stages if s.name == "travel") for m in (MODELS["clutch_printed"], mended))
+    before, after = (next(s for s in m.closed_forms if s.name == "travel") for m in (MODELS["clutch_printed"], mended))
     ratio = before.steps[1].expr / after.steps[1].expr
     assert sp.simplify(ratio) == 2
-    assert stage_of("clutch_exact", "travel") == next(s for s in clutch_model.exact().stages if s.name == "travel")
+    assert form_of("clutch_exact", "travel") == next(s for s in clutch_model.exact().closed_forms if s.name == "travel")
 
 
 def test_an_equation_that_is_missing_gives_nothing() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
     lacking = shi2021.LACKING | {ClutchClaim.PATH_Y}
-    path = next(s for s in clutch_model.printed(equations, shi2021.COMPLETION, lacking).stages if s.name == "path")
+    found = clutch_model.printed(equations, shi2021.COMPLETION, lacking)
+    path = next(s for s in found.closed_forms if s.name == "path")
     assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
 
 
@@ -181,7 +180,7 @@ def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> N
 
 def test_a_wrong_claim_in_an_order_is_refused() -> None:
     with pytest.raises(ClaimError, match="nothing here states MadeUpClaim 'made-up sum'"):
-        clutch_model.Source(claims.claims()).stage("bad", (q.a,), [(MadeUpClaim.SUM, q.R)])
+        clutch_model.Source(claims.claims()).closed_form("bad", (q.a,), [(MadeUpClaim.SUM, q.R)])
 
 
 def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
@@ -190,9 +189,9 @@ def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
         clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL})
 
 
-def test_a_stage_that_needs_what_nothing_gives_is_refused() -> None:
-    with pytest.raises(ValueError, match="stage bad: b needs a, which nothing gives"):
-        Stage("bad", (q.theta,), (Let(q.b, 2 * q.a, "here"),), Vector("bad", (q.b,)))
+def test_a_function_that_needs_what_nothing_gives_is_refused() -> None:
+    with pytest.raises(ValueError, match="bad: b needs a, which nothing gives"):
+        ClosedForm("bad", (q.theta,), (Let(q.b, 2 * q.a, "here"),), Vector("bad", (q.b,)))
 
 
 def test_an_order_that_cannot_be_solved_is_refused() -> None:
@@ -202,8 +201,8 @@ def test_an_order_that_cannot_be_solved_is_refused() -> None:
 
 def test_functions_keep_the_steps_that_their_outputs_need() -> None:
     spare = Let(q.f, q.a * 3, "spare")
-    stage = Stage("one", (q.a,), (spare, Let(q.b, 2 * q.a, "kept")), Vector("one", (q.b,)))
-    (emitted,) = functions.of_formulas(Formulas("x", "x", "x", (), (stage,)))
+    form = ClosedForm("one", (q.a,), (spare, Let(q.b, 2 * q.a, "kept")), Vector("one", (q.b,)))
+    (emitted,) = functions.of_system(System("x", "x", "x", (), closed_forms=(form,)))
     assert [s.source for s in emitted.steps] == ["kept"]
 
 

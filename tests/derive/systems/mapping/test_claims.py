@@ -14,6 +14,7 @@ import sympy as sp
 
 from derive.dimensions import DimensionError, dimension
 from derive.equations import ClaimError, Definition, Equation
+from derive.machine_file import MachineFile
 from derive.papers import sun2019
 from derive.quantity import Quantity
 from derive.systems.mapping import claims, dyads, train
@@ -231,7 +232,8 @@ def test_conics_are_the_conditions_on_every_vector_of_the_null_space() -> None:
 def test_real_solutions_of_the_poses(first_angle: float, pairs: int) -> None:
     """Two belong to the first angle with the minus sign; without it, as the pose is printed, there are four."""
     poses = [(235, 120, first_angle), *POSES[1:]]
-    machine = {"pose": [dict(zip(("x_mm", "y_mm", "phi_deg"), pose, strict=True)) for pose in poses]}
+    keys = ("x_mm", "y_mm", "phi_deg")
+    machine = MachineFile({"pose": [dict(zip(keys, pose, strict=True)) for pose in poses]})
     with mp.workdps(claims.DIGITS):
         assert claims.complex_pairs(claims.pose_rows(machine)) == pairs
     assert 4 - 2 * pairs == real_dyads(poses)

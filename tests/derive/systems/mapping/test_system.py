@@ -10,7 +10,7 @@ import sympy as sp
 from derive.dimensions import DimensionError, dimension, of_unit
 from derive.emit import functions, sidecar
 from derive.emit.targets import array, casadi
-from derive.model import Formulas, Stage
+from derive.model import ClosedForm, System
 from derive.quantity import Quantity
 from derive.systems.mapping import linkage
 from derive.systems.mapping import model as formulas
@@ -18,21 +18,21 @@ from derive.systems.mapping import quantities as q
 from planter.kernels import generated
 
 EXACT = formulas.exact()
-STAGES = {stage.name: stage for stage in EXACT.stages}
+FORMS = {form.name: form for form in EXACT.closed_forms}
 
 
-def run(stage: Stage, known: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
-    """The outputs of a stage by its own steps."""
+def run(form: ClosedForm, known: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
+    """The outputs of a function by its own steps."""
     found = dict(known)
-    for step in stage.steps:
+    for step in form.steps:
         found[step.symbol] = mp.mpf(sp.N(step.expr.xreplace(found), 30))
-    return {out.name: found[out] for out in stage.outputs}
+    return {out.name: found[out] for out in form.outputs}
 
 
 def point(seed: int) -> dict[sp.Symbol, mp.mpf]:
     """Random values of all inputs."""
     rng = random.Random(seed)
-    symbols = {s for stage in EXACT.stages for given in stage.inputs for s in _entries(given)}
+    symbols = {s for form in EXACT.closed_forms for given in form.inputs for s in _entries(given)}
     return {s: mp.mpf(rng.uniform(0.3, 1.5)) for s in sorted(symbols, key=str)}
 
 
@@ -53,9 +53,9 @@ def placed(at: dict[sp.Symbol, mp.mpf]) -> tuple[complex, complex, complex, comp
 def test_closure_is_the_gap_of_the_follower(seed: int) -> None:
     at = point(seed)
     _, other, _, pivot = placed(at)
-    found = run(STAGES["closed"], at)
+    found = run(FORMS["closed"], at)
     assert found["closure"] == pytest.approx(float(abs(other - pivot) ** 2 - at[linkage.L_f] ** 2), rel=1e-12)
-    loop = run(STAGES["loop"], at)
+    loop = run(FORMS["loop"], at)
     by_loop = loop["of_cos"] * mp.cos(at[q.phi]) + loop["of_sin"] * mp.sin(at[q.phi]) + loop["alone"]
     assert float(by_loop) == pytest.approx(float(found["closure"]), rel=1e-12)
 
@@ -63,15 +63,15 @@ def test_closure_is_the_gap_of_the_follower(seed: int) -> None:
 @pytest.mark.parametrize("angle", [q.theta, q.phi])
 def test_derivatives_of_the_closure(angle: Quantity) -> None:
     at, step = point(4), mp.mpf("1e-5")
-    ahead, behind = (run(STAGES["closed"], {**at, angle: at[angle] + s})["closure"] for s in (step, -step))
-    slope = run(STAGES["closed"], at)["by_theta" if angle == q.theta else "by_phi"]
+    ahead, behind = (run(FORMS["closed"], {**at, angle: at[angle] + s})["closure"] for s in (step, -step))
+    slope = run(FORMS["closed"], at)["by_theta" if angle == q.theta else "by_phi"]
     assert float(slope) == pytest.approx(float((ahead - behind) / (2 * step)), rel=1e-8)
 
 
 def test_transmission_angle_is_between_coupler_and_follower() -> None:
     at = point(5)
     hinge, other, _, pivot = placed(at)
-    found = run(STAGES["transmission"], at)
+    found = run(FORMS["transmission"], at)
     ratio = (other - pivot) * mp.conj(other - hinge)
     assert float(found["along"]) == pytest.approx(float(ratio.real))
     assert float(found["across"]) == pytest.approx(float(ratio.imag))
@@ -81,7 +81,7 @@ def test_arm_carries_tip_and_hinge() -> None:
     at = point(6)
     hinge = placed(at)[0]
     tip = hinge - mp.expj(at[q.phi]) * mp.mpc(at[q.x], at[q.y])
-    found = run(STAGES["arm"], at)
+    found = run(FORMS["arm"], at)
     assert [float(found[n]) for n in ("d1", "d2", "X", "Y")] == pytest.approx(
         [float(v) for v in (tip.real, tip.imag, hinge.real, hinge.imag)]
     )
@@ -89,8 +89,8 @@ def test_arm_carries_tip_and_hinge() -> None:
 
 def row(x: float, y: float, phi: float) -> np.ndarray:
     at = {q.d1: mp.mpf(x), q.d2: mp.mpf(y), q.phi: mp.mpf(phi)}
-    image = run(STAGES["image"], at)
-    found = run(STAGES["row"], {z: image[z.name] for z in q.MAPPED})
+    image = run(FORMS["image"], at)
+    found = run(FORMS["row"], {z: image[z.name] for z in q.MAPPED})
     return np.array([float(found[entry.name]) for entry in q.ENTRIES])
 
 
@@ -114,7 +114,7 @@ def test_slider_keeps_its_point_on_its_line() -> None:
     moving, along = complex(0.3, -0.4), np.exp(0.6j)
     tips = [0.2 + 0.5j + s * along - np.exp(1j * a) * moving for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)]
     p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 1, 2])
-    found = {n: float(v) for n, v in run(STAGES["slider"], coefficients(p)).items()}
+    found = {n: float(v) for n, v in run(FORMS["slider"], coefficients(p)).items()}
     assert complex(found["x"], found["y"]) == pytest.approx(moving)
     normal = complex(found["normal_X"], found["normal_Y"])
     assert (normal * np.conj(along)).real == pytest.approx(0, abs=1e-12)
@@ -127,7 +127,7 @@ def test_swinging_line_keeps_its_place() -> None:
     seen = [0.2 + 0.5j + s * along for s in (0, 1, -0.5, 0.3, 2)]
     tips = [fixed - np.exp(1j * a) * z for z, a in zip(seen, ANGLES, strict=True)]
     p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 3, 4])
-    found = {n: float(v) for n, v in run(STAGES["swinging"], coefficients(p)).items()}
+    found = {n: float(v) for n, v in run(FORMS["swinging"], coefficients(p)).items()}
     assert complex(found["X_c"], found["Y_c"]) == pytest.approx(fixed)
     normal = complex(found["normal_X"], found["normal_Y"])
     assert (normal * np.conj(along)).real == pytest.approx(0, abs=1e-12)
@@ -139,7 +139,7 @@ def test_dyad_of_a_vector_is_the_one_that_made_it() -> None:
     square = at[q.L1] ** 2 - at[q.X_c] ** 2 - at[q.Y_c] ** 2
     p = [-1, at[q.x], at[q.y], at[q.X_c], at[q.Y_c], -at[q.X_c] * at[q.y] + at[q.Y_c] * at[q.x],
          -(at[q.X_c] * at[q.x] + at[q.Y_c] * at[q.y]) / 2, (square - at[q.x] ** 2 - at[q.y] ** 2) / 4]  # fmt: skip
-    found = run(STAGES["dyad"], coefficients(3 * np.array([float(v) for v in p])))
+    found = run(FORMS["dyad"], coefficients(3 * np.array([float(v) for v in p])))
     for name in (q.x, q.y, q.X_c, q.Y_c):
         assert float(found[name.name]) == pytest.approx(float(at[name]))
 
@@ -150,7 +150,7 @@ def train(slope: float) -> dict[sp.Symbol, mp.mpf]:
 
 def test_curvature_of_circles() -> None:
     at = {**train(1.0), q.x_s: mp.mpf(1), formulas.dslope: mp.mpf(0), formulas.ddslope: mp.mpf(0)}
-    assert [float(v) for v in run(STAGES["curvature"], at).values()] == pytest.approx([2 / 0.07] * 4)
+    assert [float(v) for v in run(FORMS["curvature"], at).values()] == pytest.approx([2 / 0.07] * 4)
 
 
 def test_curvature_of_mates_is_that_of_euler_and_savary() -> None:
@@ -159,13 +159,13 @@ def test_curvature_of_mates_is_that_of_euler_and_savary() -> None:
     With the angle psi between the tangent and the line of centres, (kappa1 + kappa2) = (1/r1 + 1/r2) sin(psi).
     """
     at = {**train(0.7), formulas.dslope: mp.mpf("0.4"), formulas.ddslope: mp.mpf("-0.9")}
-    kappa = run(STAGES["curvature"], at)
+    kappa = run(FORMS["curvature"], at)
     step = mp.mpf("1e-8")
     for (r1, r2, rate), (k1, k2) in zip(
         (("r1", "r2", "dpsi1"), ("r3", "r4", "dpsi3")), (("kappa1", "kappa2"), ("kappa3", "kappa4")), strict=True
     ):
-        gears = run(STAGES["gears"], train(0.7))
-        ahead, behind = (run(STAGES["gears"], {**train(0.7), q.slope: mp.mpf("-0.7") + s}) for s in (step, -step))
+        gears = run(FORMS["gears"], train(0.7))
+        ahead, behind = (run(FORMS["gears"], {**train(0.7), q.slope: mp.mpf("-0.7") + s}) for s in (step, -step))
         drift = (ahead[r1] - behind[r1]) / (2 * step) * mp.mpf("0.4")
         sine = gears[r1] * gears[rate] / mp.sqrt((gears[r1] * gears[rate]) ** 2 + drift**2)
         assert float(kappa[k1] + kappa[k2]) == pytest.approx(float((1 / gears[r1] + 1 / gears[r2]) * sine), rel=1e-7)
@@ -183,28 +183,28 @@ def test_either_reading_of_the_split_gives_the_same_gears() -> None:
 
 
 def test_every_step_has_one_dimension() -> None:
-    for stage in EXACT.stages:
-        for step in stage.steps:
+    for form in EXACT.closed_forms:
+        for step in form.steps:
             assert dimension(step.expr) in (None, of_unit(step.symbol.unit))
-    first = STAGES["image"].steps[0]
+    first = FORMS["image"].steps[0]
     with pytest.raises(DimensionError):
         dimension(first.expr + q.d1**2)
 
 
 def test_bend_is_that_of_the_triangle() -> None:
-    found = run(STAGES["bend"], {q.L1: mp.mpf("0.099724"), q.a: mp.mpf("0.07")})
+    found = run(FORMS["bend"], {q.L1: mp.mpf("0.099724"), q.a: mp.mpf("0.07")})
     assert float(found["bend"]) == pytest.approx(2 * np.arcsin(0.099724 / 0.14))
 
 
-def written(system: Formulas) -> dict[str, str]:
-    made = functions.of_formulas(system)
-    return {"py": casadi.system_module(system, made), "array": array.system_module(system, made),
-            "json": sidecar.of_formulas(system, made)}  # fmt: skip
+def written(system: System) -> dict[str, str]:
+    made = functions.of_system(system)
+    return {"py": casadi.model(system, made), "array": array.model(system, made),
+            "json": sidecar.of_system(system, made)}  # fmt: skip
 
 
 def test_generated_module_is_that_of_the_derivation() -> None:
     made = written(EXACT)
     with open(generated.module("mapping_exact").__file__, encoding="utf-8") as file:
         assert file.read() == made["py"]
-    assert generated.sidecar("mapping_exact")["functions"].keys() == STAGES.keys()
+    assert generated.sidecar("mapping_exact")["functions"].keys() == FORMS.keys()
     assert written(formulas.exact()) == made

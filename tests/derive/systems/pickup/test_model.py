@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from derive.equations import Claimed, ClaimError
+from derive.machine_file import MachineFile
 from derive.quantity import Quantity
 from derive.systems.pickup import claims, model, points
 from derive.systems.pickup import quantities as q
@@ -42,9 +43,9 @@ def test_places_and_velocities(point: Point) -> None:
 @pytest.mark.parametrize("point", CYCLE)
 def test_law_pitch_curves_and_contact(point: Point) -> None:
     t = float(point[q.phi5] - point[q.phi50])
-    data = points.machine_file()["law"]
-    dwell = [float(mp.radians(angle)) for angle in data["dwell_t_deg"]]
-    law = MODEL.at("law", t=t, law=np.array([float(data["p"]), *dwell, np.pi]))
+    machine = MachineFile.read(points.MACHINE)
+    dwell = [float(angle) for angle in machine.all_si("law.dwell_t_deg")]
+    law = MODEL.at("law", t=t, law=np.array([float(machine.si("law.p")), *dwell, np.pi]))
     assert law["phi1"] == pytest.approx(float(point[q.phi1]), abs=1e-13)
     assert law["g"] == pytest.approx(float(1 / point[q.iZ]), abs=1e-13)
     slopes = np.array([law[name] for name in ("g", "dg", "ddg")])
@@ -104,9 +105,9 @@ def test_place_in_the_cell_is_a_rotation() -> None:
 
 
 def test_every_step_says_where_it_comes_from() -> None:
-    for stage in model.exact().stages:
-        assert all(step.source.startswith(("derived", "assumed")) for step in stage.steps)
-        symbols = set().union(*(step.expr.free_symbols for step in stage.steps))
+    for form in model.exact().closed_forms:
+        assert all(step.source.startswith(("derived", "assumed")) for step in form.steps)
+        symbols = set().union(*(step.expr.free_symbols for step in form.steps))
         assert [s for s in symbols if not isinstance(s, Quantity)] == []
 
 

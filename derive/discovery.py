@@ -1,0 +1,65 @@
+"""Finds modules that offer something: in a package's own folder, in installed packages, in files of a user's own.
+
+A module offers ``SYSTEMS`` (a tuple of functions that derive a model each) or ``SYSTEM`` (a model), ``PAPER``,
+``TARGET`` (a language to write in), and families of pitch curves by ``@register``. Nothing heavy is imported here.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+GROUPS = ("derive.systems", "derive.papers", "derive.families")
+"""Entry points by which an installed package adds what can be derived: a name, and the module that offers it."""
+TARGETS = "derive.targets"
+"""Entry points by which an installed package adds a language."""
+
+
+def modules(package: ModuleType) -> list[ModuleType]:
+    """Every module in a package's folder and in the packages there."""
+    found = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    return [import_module(name) for name in sorted(module.name for module in found)]
+
+
+def installed(*groups: str) -> dict[str, EntryPoint]:
+    """What installed packages add to some groups, by name."""
+    return {found.name: found for group in groups for found in sorted(entry_points(group=group))}
+
+
+def offered(some: Iterable[ModuleType], name: str) -> list[Any]:
+    """What modules offer under a name, in their order."""
+    return [getattr(module, name) for module in some if hasattr(module, name)]
+
+
+def files(path: Path) -> list[Path]:
+    """The file itself, or those of a folder whose names do not begin with an underscore."""
+    return [path] if path.is_file() else sorted(p for p in path.glob("*.py") if not p.name.startswith("_"))
+
+
+@contextmanager
+def loaded(path: Path) -> Iterator[list[ModuleType]]:
+    """The modules of a file or folder, run by path; while they are used, they may import what lies beside them."""
+    folder = str(path.parent if path.is_file() else path)
+    sys.path.append(folder)
+    try:
+        yield [_run(file) for file in files(path)]
+    finally:
+        sys.path.remove(folder)
+
+
+def _run(file: Path) -> ModuleType:
+    name = f"derive_own_{file.stem}"
+    spec = spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} cannot be run as Python")
+    sys.modules[name] = module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,72 @@
+"""What a generated folder holds, as texts by path: of everything of our own, or of what a user names."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from types import ModuleType
+
+from . import papers, systems
+from .discovery import GROUPS, TARGETS, installed, loaded, modules, offered
+from .emit.folder import texts
+from .emit.target import Target, built_in
+from .gearing.meshing import FAMILIES, PitchCurve
+from .model import System
+from .own import OwnError, blamed
+
+NOTHING = (
+    "nothing to derive in it; a file offers SYSTEMS (a tuple of functions that derive a model each), SYSTEM (a model), "
+    "or a family of pitch curves under @register"
+)
+
+
+def code() -> dict[str, str]:
+    """Path inside `generated/` -> content: models, families and targets of our own, none of an installed package."""
+    return texts(models((*modules(systems), *modules(papers))), FAMILIES.values(), built_in())
+
+
+def code_of(what: str) -> tuple[dict[str, str], Path]:
+    """The same of a file, of a folder, or of what an installed package offers, and the folder beside it to write to.
+
+    Raises OwnError where there is nothing to derive, or where it raises.
+    """
+    path = Path(what)
+    targets = [*built_in(), *(found.load().TARGET for found in installed(TARGETS).values())]
+    if path.exists():
+        with blamed(path), loaded(path) as found:
+            return _code_of(what, found, targets), (path.parent if path.is_file() else path) / "generated"
+    known = installed(*GROUPS)
+    if what not in known:
+        offers = f" (they offer {', '.join(sorted(known))})" if known else ""
+        raise OwnError(f"{what}: there is no such file or folder, and no installed package offers it{offers}")
+    room = known[what].load()
+    return _code_of(what, [room], targets), _file(room).parent / "generated"
+
+
+def models(rooms: Iterable[ModuleType]) -> list[System]:
+    """The models that modules offer, derived. Raises TypeError where one offers something else."""
+    rooms = tuple(rooms)
+    found = [one() if callable(one) else one for some in offered(rooms, "SYSTEMS") for one in some]
+    found += offered(rooms, "SYSTEM")
+    for one in found:
+        if not isinstance(one, System):
+            raise TypeError(f"SYSTEMS and SYSTEM offer models, and {one!r} is not a System")
+    return found
+
+
+def _code_of(what: str, rooms: Sequence[ModuleType], targets: Sequence[Target]) -> dict[str, str]:
+    found, families = models(rooms), _families(rooms)
+    if not found and not families:
+        raise OwnError(f"{what}: {NOTHING}")
+    return texts(found, families, [*targets, *offered(rooms, "TARGET")])
+
+
+def _families(rooms: Iterable[ModuleType]) -> list[PitchCurve]:
+    """The families that were registered from the folders of some modules."""
+    folders = {_file(room).parent for room in rooms}
+    return [family for family in FAMILIES.values() if _file(sys.modules[type(family).__module__]).parent in folders]
+
+
+def _file(module: ModuleType) -> Path:
+    return Path(str(module.__file__)).resolve()

@@ -1,0 +1,93 @@
+"""Contacts between bodies that only push: teeth of gears, and a follower on a cam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy import Expr, S
+
+from ..branches import switch
+from ..model import Let
+from .bodies import Body, Mechanism
+from .frames import Frame, Motion, Point, Vec, Z, displacement, unit
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Where two gears touch: on the line of centres, which is x of ``frame``, from the inner gear's centre outwards.
+
+    ``tangent`` is the angle from there to the tangent of the pitch curves, counter-clockwise, in (0, pi).
+    """
+
+    world: Frame
+    frame: Frame
+    outer: Point
+    outer_radius: Expr
+    tangent: Expr
+    pressure_angle: Expr
+    friction: Expr
+
+    def normal(self, bearing: int) -> Expr:
+        """Direction of the normal force on the inner gear, from its radius vector: into the gear."""
+        return self.tangent + self.pressure_angle if bearing > 0 else self.tangent + sp.pi - self.pressure_angle
+
+    def across(self, bearing: int) -> Expr:
+        """Direction of friction on the inner gear, from its radius vector: outwards."""
+        return self.normal(bearing) - bearing * sp.pi / 2
+
+    def flank(self, bearing: int) -> tuple[Expr, Expr, Expr]:
+        """Force on the inner gear per normal force, on the flank that turns the outer one with (+1) or against it (-1).
+
+        The normal makes the pressure angle with the tangent and points into the inner gear; friction is perpendicular
+        to it, outwards.
+        """
+        normal, across = self.normal(bearing), self.across(bearing)
+        drag = sp.tan(self.friction)
+        return sp.cos(normal) + drag * sp.cos(across), sp.sin(normal) + drag * sp.sin(across), S.Zero
+
+
+def mesh(mechanism: Mechanism, tag: str, inner: Body, outer: Body, contact: Contact) -> None:
+    """Tooth contact at the pitch point: the flank that gives the required moment bears, and pushes."""
+    moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
+    plus, minus = contact.flank(1), contact.flank(-1)
+    normal = mechanism.unknown(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}")
+    lever = switch(moment, contact.outer_radius * plus[1], contact.outer_radius * minus[1])
+    mechanism.laws.append(Let(normal, moment / lever, f"derived: {normal.meaning}"))
+    force = Vec(contact.frame, tuple(normal * switch(moment, p, m) for p, m in zip(plus, minus, strict=True)))
+    named = mechanism.name_vector(f"F_{tag}", force.resolved(contact.world), "N", f"tooth force of {outer} on {inner}")
+    mechanism.act(f"F_{tag}", inner, outer, contact.outer, named, (-moment) * unit(contact.world, Z))
+
+
+def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, radius: Expr, slope: Expr) -> Expr:
+    """Angle from a gear's radius vector at the contact to its pitch curve's tangent, counter-clockwise, in (0, pi).
+
+    ``slope`` is along the curve's own parameter; whether that runs with the polar angle of the gear or against it
+    follows from the motion of the line of centres and the gear.
+    """
+    polar_rate = (motion.spin(line) - motion.spin(gear).resolved(line))[2]
+    return sp.atan2(radius, sp.cancel(motion.rate(parameter) / polar_rate) * slope)
+
+
+def follower(
+    mechanism: Mechanism, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, across: Vec, friction: Expr
+) -> None:
+    """One-sided contact of a follower with a cam.
+
+    The contact works in the plane normal to ``across``. Without friction the force is perpendicular to the
+    follower's velocity relative to the cam; friction turns it by the angle ``friction`` against that velocity.
+    The force is named by its size, positive when it pushes the follower to the side ``velocity x across``.
+    """
+    frame = across.frame
+    velocity = mechanism.motion.relative_derivative(displacement(cam_axis, at, frame), cam.frame)
+    sliding = velocity - velocity.dot(across) * across
+    if not any(sliding.components):
+        raise ValueError(f"{name}: {on} does not slide on {cam} at {at.name}, so the contact has no normal")
+    speed = sp.sqrt(sliding.dot(sliding))
+    normal = sliding.cross(across)
+    size = mechanism.unknown(name, "N", f"contact force of {cam} on {on} at {at.name}")
+    direction = (sp.cos(friction) / speed) * normal - (sp.sin(friction) / speed) * sliding
+    components = mechanism.name_vector(name, size * direction, "N", f"contact force of {cam} on {on} at {at.name}")
+    mechanism.act(name, on, cam, at, components)
+    loss = mechanism.unknown(f"{name}_loss", "W", f"power lost to friction between {cam} and {on} at {at.name}")
+    mechanism.laws.append(Let(loss, -components.dot(sliding), f"derived: {loss.meaning}"))

@@ -1,0 +1,108 @@
+"""The builder of prescribed motions against textbook results: named coordinates, places, accelerations, gear stages."""
+
+from pathlib import Path
+
+import pytest
+import sympy as sp
+from sympy import S, cos, sin
+
+from derive import mechanics
+from derive.mechanics.frames import Frame, Point, Vec, Z
+from derive.mechanics.kinematics import GearStage, Kinematics
+from derive.model import Call, Let
+from derive.quantity import OpenVector, Quantity
+from derive.systems.planting import derivation
+from derive.systems.planting import quantities as q
+
+
+def quantity(name: str, unit: str = "1") -> Quantity:
+    return Quantity(name, unit, f"{name} of the test", "test")
+
+
+phi, omega, length = quantity("phi", "rad"), quantity("omega", "rad/s"), quantity("length", "m")
+swing = (quantity("swing", "rad"), quantity("swing_dot", "rad/s"), quantity("swing_ddot", "rad/s2"))
+x, y, ax, ay = (quantity(name, unit) for name, unit in (("x", "m"), ("y", "m"), ("ax", "m/s2"), ("ay", "m/s2")))
+WORLD = Frame("world")
+CRANK = Frame("crank", WORLD, Z, phi)
+O = Point("O")  # noqa: E741
+PIN = Point("pin", O, Vec(CRANK, (length, S.Zero, S.Zero)))
+STAGE = GearStage(7, OpenVector("parameters7", "test", {}), OpenVector("hoisted7", "test", {}))
+CONTACT = {name: quantity(f"{name}7") for name in ("r", "dr", "ratio", "dratio", "turned", "start")}
+
+
+def lets(kinematics: Kinematics) -> dict[Quantity, sp.Expr]:
+    return {step.symbol: step.expr for step in kinematics.steps if isinstance(step, Let)}
+
+
+def test_a_coordinate_brings_its_rate_and_its_acceleration() -> None:
+    k = Kinematics.along(phi, omega)
+    k.coordinate(swing, sin(phi))
+    assert lets(k) == {swing[0]: sin(phi), swing[1]: omega * cos(phi), swing[2]: -(omega**2) * sin(phi)}
+    assert k.motion.rate(swing[0] ** 2) == 2 * swing[0] * swing[1]
+
+
+def test_a_pin_on_a_crank_falls_towards_the_axis() -> None:
+    """r omega^2 inwards (any mechanics text); a wrong sign would leave a remainder."""
+    k = Kinematics.along(phi, omega)
+    k.name_acceleration(PIN, WORLD, (ax, ay))
+    assert [sp.simplify(e) for e in lets(k).values()] == [-length * omega**2 * f(phi) for f in (cos, sin)]
+    assert k.motion.accelerations[PIN].components == (ax, ay, 0)
+
+
+def test_what_has_no_name_keeps_its_component() -> None:
+    k = Kinematics.along(phi, omega)
+    k.name_acceleration(PIN, WORLD, (ax,))
+    assert sp.simplify(k.motion.accelerations[PIN][1] + length * omega**2 * sin(phi)) == 0
+
+
+def test_a_named_place_moves_as_its_point_does() -> None:
+    k = Kinematics.along(phi, omega)
+    k.name_place(PIN, O, WORLD, (x, y))
+    at = lets(k)
+    for symbol in (x, y):
+        assert sp.simplify(k.motion.rate(symbol).xreplace(at) - k.motion.rate(at[symbol])) == 0
+
+
+def test_a_stage_is_called_at_the_start_and_along_the_angle() -> None:
+    k = Kinematics.along(phi, omega)
+    t = quantity("t7", "rad")
+    k.stage(STAGE, t, 2 * phi + 1, **CONTACT)
+    start, moving = (step for step in k.steps if isinstance(step, Call))
+    assert (start.argument, start.defines) == (1, (CONTACT["start"],))
+    assert start.source == "derived: stage 7, phi = 0"
+    assert set(moving.defines) == set(CONTACT.values()) - {CONTACT["start"]}
+    assert k.motion.rate(CONTACT["turned"]) == 2 * omega * CONTACT["ratio"]
+
+
+def test_a_stage_whose_start_nobody_knows_is_refused() -> None:
+    """The same is taken where the coordinate says what it is at the start."""
+    t = quantity("t7", "rad")
+    k = Kinematics.along(phi, omega)
+    k.coordinate(swing, phi**2)
+    with pytest.raises(ValueError, match="stage 7: nothing says what swing is at phi = 0"):
+        k.stage(STAGE, t, swing[0], **CONTACT)
+    known = Kinematics.along(phi, omega)
+    known.coordinate(swing, phi**2, at_start=S.Zero)
+    known.stage(STAGE, t, swing[0], **CONTACT)
+
+
+def test_a_mirror_image_must_be_one() -> None:
+    k = Kinematics.along(phi, omega)
+    left, right = (Point(name, O, Vec(CRANK, (length, S.Zero, side * length))) for name, side in (("l", 1), ("r", -1)))
+    k.mirror_place(right, left, O, CRANK, S.Zero)
+    with pytest.raises(ValueError, match="r is not the mirror image of l"):
+        k.mirror_place(right, left, O, CRANK, length)
+
+
+def test_the_law_of_an_unknown_is_found_and_a_missing_one_refused() -> None:
+    mechanism = derivation.build_side().mechanism
+    assert mechanism.law(q.F_E_loss).symbol == q.F_E_loss
+    with pytest.raises(ValueError, match="no contact says what F_Ax is"):
+        mechanism.law(q.F_Ax)
+
+
+def test_the_mechanics_knows_no_machine() -> None:
+    for path in Path(mechanics.__path__[0]).glob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert "systems" not in text, path.name
+        assert "planting" not in text.lower(), path.name
