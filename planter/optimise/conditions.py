@@ -1,7 +1,12 @@
-"""What the two ways to take a turn, samples and true extremes, offer to the optimisers and to the certificate."""
+"""Rows and a smooth function: what objectives offer to the optimisers and to the certificate.
+
+The maximum is the largest of some rows, the minimum the least of others, and a smooth function stands beside them: of a
+turn of a response it is the variance, and an objective makes of it what it likes.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,24 +15,28 @@ from planter.kernels import Array
 
 @dataclass(frozen=True)
 class Look:
-    """Extremes [N], mean [N] and population variance [N2] of the force over a turn."""
+    """Extremes, mean and population variance of a response over a turn; without one, the extremes of no rows."""
 
-    high: float
-    low: float
-    mean: float
-    variance: float
+    high: float = -math.inf
+    low: float = math.inf
+    mean: float = math.nan
+    variance: float = math.nan
 
     @classmethod
     def at(cls, force: Array) -> Look:
         """Of samples (n,)."""
         return cls(float(force.max()), float(force.min()), float(force.mean()), float(force.var()))
 
+    @property
+    def range(self) -> float:
+        return self.high - self.low
+
 
 @dataclass(frozen=True)
 class Values:
-    """Variance, the force in the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
+    """The smooth function, the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
 
-    variance: float
+    smooth: float
     upper: Array
     lower: Array
     holds: Array
@@ -37,25 +46,20 @@ class Values:
 class Slopes:
     """Gradients in the design of what `Values` holds: (p,), (a, p), (b, p), (k, p)."""
 
-    variance: Array
+    smooth: Array
     upper: Array
     lower: Array
     holds: Array
 
 
-class Local(Protocol):
-    """The force over a turn near a design, as functions that are smooth there: a fixed set of rows.
+class Functions(Protocol):
+    """Functions of the design that are smooth near one: a fixed set of rows.
 
     `bounds` (2, k) are those of the values' `holds`.
     """
 
     @property
     def bounds(self) -> Array: ...
-
-    def look(self, x: Array) -> Look: ...
-
-    def grown(self, x: Array, high: float, low: float) -> Local:
-        """With the rows that are missing if the force at x is to stay within [low, high] [N]."""
 
     def values(self, x: Array) -> Values: ...
 
@@ -65,28 +69,36 @@ class Local(Protocol):
         """Weighted sum (p, p) of the Hessians of all that `values` gives."""
 
 
+class Rows(Functions, Protocol):
+    """A turn of a response near a design, its variance the smooth function."""
+
+    def look(self, x: Array) -> Look: ...
+
+    def grown(self, x: Array, high: float, low: float) -> Rows:
+        """With the rows that are missing if the response at x is to stay within [low, high]."""
+
+
 @dataclass(frozen=True)
 class Conditions:
-    """First-order data of a turn at a design, complete: every row, active or not, and every kink.
+    """First-order data at a design, complete: every row, active or not, and every kink.
 
-    `upper` (a,) and `lower` (b,) are values whose largest and least are the maximum and the minimum [N], with gradients
-    (a, p), (b, p). A sample that sits on a joint stands twice, with the gradient of either side. `variance` (p,) is the
-    gradient of the variance with every such sample taken on the first side, `kinks` (k, p) what each adds on the other.
+    `upper` (a,) and `lower` (b,) are values whose largest and least are the maximum and the minimum, with gradients
+    (a, p), (b, p). A sample that sits on a joint stands twice, with the gradient of either side. `smooth` (p,) is the
+    gradient of the smooth function with every such sample taken on the first side, `kinks` (k, p) what each adds on
+    the other.
     """
 
     upper: Array
     upper_gradients: Array
     lower: Array
     lower_gradients: Array
-    variance: Array
+    smooth: Array
     kinks: Array
 
 
 class Turn(Protocol):
-    """A way to take a turn of the force: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
+    """A way to take a turn of a response: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
 
     def look(self, x: Array) -> Look: ...
-
-    def local(self, x: Array) -> Local: ...
 
     def conditions(self, x: Array) -> Conditions: ...

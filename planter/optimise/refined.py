@@ -184,7 +184,7 @@ class Refined:
 
 
 class RefinedRows:
-    """One row for each window between fixed angles: its greatest force, or its least. Implements `Local`.
+    """One row for each window between fixed angles: its greatest force, or its least. Implements `Rows`.
 
     The windows of maxima are parted by `valleys`, those of minima by `peaks`: the angles of the extremes where the rows
     were made. All windows together cover the period, so no new extreme can be missed. Two peaks in one window give its
@@ -223,7 +223,7 @@ class RefinedRows:
     def curvature(self, x: Array, weights: Values) -> Array:
         state = self._state(x)
         each = np.concatenate([weights.upper, weights.lower])
-        return weights.variance * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
+        return weights.smooth * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
 
 
 class _State:
