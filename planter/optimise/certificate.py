@@ -1,8 +1,9 @@
 """Is a point optimal? Karush, Kuhn and Tucker's conditions of a minimax problem in a box, checked without a solver.
 
-The objective is weight (max f - min f) + s, with rows f and a smooth function s. At a local minimum u in the box there
-are shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum, summing to the weight
-each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that sits on a joint, with
+The objective is weight (max f - min f) + s, with rows f and s what it makes of a smooth function. At a local minimum u
+in the box there are shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum,
+summing to the weight each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that
+sits on a joint, with
 
     s_u + kinks' theta + upper_u' mu - lower_u' nu - z_lower + z_upper = 0,
     mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower (u - bottom) = 0,  z_upper (top - u) = 0.
@@ -63,10 +64,9 @@ class Residuals:
 def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     """How far a point u (p,) with these multipliers is from satisfying the conditions. Knows no solver."""
     found, m = problem.conditions(u), multipliers
-    weight, rows = problem.objective.weight, len(found.upper) > 0
+    rate, weight, rows = _rate(problem, u), problem.objective.weight, len(found.upper) > 0
     slope = (
-        found.smooth
-        + found.kinks.T @ m.kinks
+        rate * (found.smooth + found.kinks.T @ m.kinks)
         + found.upper_gradients.T @ m.upper
         - found.lower_gradients.T @ m.lower
         - m.at_lower
@@ -99,19 +99,20 @@ def best_multipliers(problem: Problem, u: Array) -> Multipliers:
 
     Only rows and bounds that are active within `ACTIVE` get any; signs are exact, the rest is least squares.
     """
-    found, weight, scale = problem.conditions(u), problem.objective.weight, problem.scale
+    found, scale = problem.conditions(u), problem.scale
+    rate, weight = _rate(problem, u), problem.objective.weight
     tops, bottoms = _extreme(found.upper, found.lower)
     low, high = (np.flatnonzero(room <= ACTIVE) for room in problem.box.room(u))
     eye, required = np.eye(len(u)), _Required(problem, u)
     up, down, even = required.active()
     rows = required.gradients
-    blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T, found.kinks.T,
+    blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T, rate * found.kinks.T,
               -scale * eye[:, low], scale * eye[:, high],
               scale * rows[up].T, -scale * rows[down].T, scale * rows[even].T]  # fmt: skip
     sizes = [block.shape[1] for block in blocks]
     sums = scale * np.repeat(np.eye(8)[: 2 if len(tops) else 0], sizes, axis=1)
     matrix = np.vstack([np.hstack(blocks), sums])
-    target = np.append(-found.smooth, np.full(len(sums), scale))
+    target = np.append(-rate * found.smooth, np.full(len(sums), scale))
     least = np.repeat([*[0.0] * 7, -np.inf], sizes)
     most = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 5], sizes)
     solved = lsq_linear(matrix, target, (least, most), method="bvls", tol=1e-15).x if sum(sizes) else np.empty(0)
@@ -214,6 +215,10 @@ def _side(multipliers: Array) -> str:
 def kkt_residual(problem: Problem, u: Array) -> float:
     """The residual at a point with its best multipliers: below 1e-6 at an optimum. Dimensionless."""
     return check(problem, u, best_multipliers(problem, u)).worst
+
+
+def _rate(problem: Problem, u: Array) -> float:
+    return problem.objective.outer(problem.objective.look(problem.design(u)).smooth)[1]
 
 
 def _spread(values: Array, places: Integers, size: int) -> Array:

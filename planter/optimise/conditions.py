@@ -1,7 +1,7 @@
 """Rows and a smooth function: what objectives offer to the optimisers and to the certificate.
 
 The maximum is the largest of some rows, the minimum the least of others, and a smooth function stands beside them: of a
-turn of a response it is the variance, and an objective makes of it what it likes.
+turn of a response it is the variance.
 """
 
 from __future__ import annotations
@@ -15,21 +15,30 @@ from planter.kernels import Array
 
 @dataclass(frozen=True)
 class Look:
-    """Extremes, mean and population variance of a response over a turn; without one, the extremes of no rows."""
+    """The smooth function at a design, the extremes of all rows there and a level between these.
 
+    Of a turn of a response they are variance, extremes and mean; where there are no rows, the extremes are those of
+    the empty set and the range is 0.
+    """
+
+    smooth: float
     high: float = -math.inf
     low: float = math.inf
     mean: float = math.nan
-    variance: float = math.nan
 
     @classmethod
     def at(cls, force: Array) -> Look:
-        """Of samples (n,)."""
-        return cls(float(force.max()), float(force.min()), float(force.mean()), float(force.var()))
+        """Of samples (n,) of a turn."""
+        return cls(float(force.var()), float(force.max()), float(force.min()), float(force.mean()))
 
     @property
     def range(self) -> float:
-        return self.high - self.low
+        return max(self.high - self.low, 0.0)
+
+    @property
+    def variance(self) -> float:
+        """The smooth function of a turn: the population variance of the response."""
+        return self.smooth
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,7 @@ class Slopes:
     holds: Array
 
 
-class Functions(Protocol):
+class Local(Protocol):
     """Functions of the design that are smooth near one: a fixed set of rows.
 
     `bounds` (2, k) are those of the values' `holds`.
@@ -61,21 +70,17 @@ class Functions(Protocol):
     @property
     def bounds(self) -> Array: ...
 
+    def look(self, x: Array) -> Look: ...
+
+    def grown(self, x: Array, high: float, low: float) -> Local:
+        """With the rows that are missing if those at x are to stay within [low, high]."""
+
     def values(self, x: Array) -> Values: ...
 
     def slopes(self, x: Array) -> Slopes: ...
 
     def curvature(self, x: Array, weights: Values) -> Array:
         """Weighted sum (p, p) of the Hessians of all that `values` gives."""
-
-
-class Rows(Functions, Protocol):
-    """A turn of a response near a design, its variance the smooth function."""
-
-    def look(self, x: Array) -> Look: ...
-
-    def grown(self, x: Array, high: float, low: float) -> Rows:
-        """With the rows that are missing if the response at x is to stay within [low, high]."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
-from planter.optimise.conditions import Slopes, Values
-from planter.optimise.objective import Evaluation, Local
+from planter.optimise.conditions import Local, Look, Slopes, Values
 
 KEPT = 1e-7
 """A constraint is kept if it is violated by no more than this share of its step."""
@@ -86,8 +85,8 @@ class Constrained:
         self.local, self.constraints = local, constraints
         self.bounds = np.hstack([local.bounds, [constraints.lower, constraints.upper]])
 
-    def evaluate(self, x: Array) -> Evaluation:
-        return self.local.evaluate(x)
+    def look(self, x: Array) -> Look:
+        return self.local.look(x)
 
     def grown(self, x: Array, high: float, low: float) -> Constrained:
         return Constrained(self.local.grown(x, high, low), self.constraints)

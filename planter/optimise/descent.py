@@ -21,9 +21,10 @@ from dataclasses import dataclass, replace
 
 from planter.kernels import Array
 from planter.optimise import certificate, direct, ipopt
+from planter.optimise.conditions import Local
 from planter.optimise.constraints import KEPT
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.objective import Evaluation, Kinks, Local
+from planter.optimise.objective import Evaluation, Kinks
 from planter.optimise.problem import Counts, Problem
 from planter.optimise.samples import MARGIN, Hold
 

@@ -14,18 +14,18 @@ import numpy as np
 
 from planter.numerics.arrays import Integers
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.range_and_spread import Weighted, Weights
+from planter.optimise.range_and_spread import RangeAndSpread, Weights
 from planter.optimise.response import Compiled
 from planter.optimise.samples import SampledRows
 
 
 def functions(programme: Epigraph) -> dict[str, ca.Function] | None:
     """CasADi functions `nlp`, `grad_f`, `jac_g`, `hess_lag` of a programme; None where it is not all compiled."""
-    local = programme.local
-    if not isinstance(local, Weighted) or not isinstance(local.rows, SampledRows) or local.rows.holds:
+    objective, local = programme.problem.objective, programme.local
+    if not isinstance(objective, RangeAndSpread) or not isinstance(local, SampledRows) or local.holds:
         return None
-    compiled = local.rows.response.compiled(len(local.rows.angles))
-    return None if compiled is None else _Graph(programme, local.rows, local.weights, compiled).functions()
+    compiled = objective.response.compiled(len(local.angles))
+    return None if compiled is None else _Graph(programme, local, objective.weights, compiled).functions()
 
 
 class _Graph:

@@ -2,7 +2,7 @@
 
 Over z = (u of the free parameters, t_max, t_min), with the rows measured from a reference level in units of the range:
 
-    minimise  weight (t_max - t_min) + smooth(u)
+    minimise  weight (t_max - t_min) + outer(smooth(u))
     subject to  upper rows(u) <= t_max,  lower rows(u) >= t_min,  holds(u) in their bounds,  u in the box.
 
 Where there are no rows there are no t_max and t_min either: z = u.
@@ -13,8 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.conditions import Values
-from planter.optimise.objective import Local
+from planter.optimise.conditions import Local, Values
 from planter.optimise.problem import Problem
 
 
@@ -60,14 +59,17 @@ class Epigraph:
 
     def f(self, z: Array) -> float:
         self.problem.counts.objective += 1
-        self.problem.met(self.point(z), self.local.evaluate(self.design(z)))
+        objective = self.problem.objective
+        self.problem.met(self.point(z), self.local.look(self.design(z)))
         span = self.unit * (z[-2] - z[-1]) if self.ends else 0.0
-        return float(self.problem.objective.weight * span + self._values(z).smooth) / self.problem.scale
+        return float(objective.weight * span + objective.outer(self._values(z).smooth)[0]) / self.problem.scale
 
     def gradient(self, z: Array) -> Array:
         self.problem.counts.gradient += 1
-        along = self._scaled(self.local.slopes(self.design(z)).smooth)
-        ends = self.problem.objective.weight * self.unit * np.array([1.0, -1.0])
+        objective = self.problem.objective
+        rate = objective.outer(self._values(z).smooth)[1]
+        along = rate * self._scaled(self.local.slopes(self.design(z)).smooth)
+        ends = objective.weight * self.unit * np.array([1.0, -1.0])
         return np.append(along, ends[: self.ends]) / self.problem.scale
 
     def g(self, z: Array) -> Array:
@@ -91,10 +93,14 @@ class Epigraph:
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         self.problem.counts.hessian += 1
+        x, width = self.design(z), self.problem.box.unit
+        _, first, second = self.problem.objective.outer(self._values(z).smooth)
         upper, lower, holds = np.split(multipliers, [self.a, self.a + self.b])
-        weights = Values(weight / self.problem.scale, upper / self.unit, -lower / self.unit, holds)
-        width = self.problem.box.unit
-        bent = self.local.curvature(self.design(z), weights) * np.outer(width, width)
+        share = weight / self.problem.scale
+        weights = Values(share * first, upper / self.unit, -lower / self.unit, holds)
+        bent = self.local.curvature(x, weights)
+        along = self.local.slopes(x).smooth
+        bent = (bent + share * second * np.outer(along, along)) * np.outer(width, width)
         total = np.zeros((len(z), len(z)))
         total[: self.n, : self.n] = bent[np.ix_(self.free, self.free)]
         return total

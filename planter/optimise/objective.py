@@ -1,33 +1,23 @@
-"""What a problem makes small: a weighted range of rows, if it has any, and a smooth function."""
+"""What a problem makes small: a weighted range of rows, if it has any, and what it makes of a smooth function."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
-from planter.optimise.conditions import Conditions, Functions, Look
+from planter.optimise.conditions import Conditions, Local, Look
 from planter.optimise.samples import Hold
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The objective at a design and, of one over a turn, what the turn looks like."""
+    """The objective at a design, and what it is made of."""
 
     objective: float
-    look: Look = field(default_factory=Look)
-
-
-class Local(Functions, Protocol):
-    """An objective near a design as functions that are smooth there."""
-
-    def evaluate(self, x: Array) -> Evaluation:
-        """The objective itself, as far as it can be told here."""
-
-    def grown(self, x: Array, high: float, low: float) -> Local:
-        """With the rows that are missing if those at x are to stay within [low, high]."""
+    look: Look
 
 
 class Kinks(Protocol):
@@ -39,7 +29,7 @@ class Kinks(Protocol):
 
 
 class Objective(Protocol):
-    """weight * (largest upper row - least lower row) + a smooth function, over designs x (p,).
+    """weight * (largest upper row - least lower row) + outer(a smooth function), over designs x (p,).
 
     `unit` is what counts as one in residuals and tolerances; None: its value at the design to start from. `felt` (p,)
     marks the parameters that it feels at all. `windows` says that its rows move with the design, so that a solve which
@@ -57,10 +47,18 @@ class Objective(Protocol):
     @property
     def kinks(self) -> Kinks | None: ...
 
-    def evaluate(self, x: Array) -> Evaluation: ...
+    def outer(self, smooth: float) -> tuple[float, float, float]:
+        """What the smooth function's value adds to the objective, with first and second derivative."""
+
+    def look(self, x: Array) -> Look: ...
 
     def local(self, x: Array, holds: Sequence[Hold] = ()) -> Local:
         """The objective near a design, joints held as told."""
 
     def conditions(self, x: Array) -> Conditions:
         """First-order data at a design; gradients in the design."""
+
+
+def evaluation(objective: Objective, look: Look) -> Evaluation:
+    """What an objective makes of a look at a design."""
+    return Evaluation(objective.weight * look.range + objective.outer(look.smooth)[0], look)

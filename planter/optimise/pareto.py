@@ -12,9 +12,10 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.optimise import ipopt
+from planter.optimise.conditions import Local
 from planter.optimise.descent import MOST_ITERATIONS, ROUNDS, VIOLATED
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.objective import Evaluation, Local
+from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling, Weights
 from planter.optimise.range_and_spread import problem as over_turn

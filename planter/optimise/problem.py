@@ -11,9 +11,9 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.box import Box
-from planter.optimise.conditions import Conditions
+from planter.optimise.conditions import Conditions, Local, Look
 from planter.optimise.constraints import KEPT, Constrained, Constraints
-from planter.optimise.objective import Evaluation, Local, Objective
+from planter.optimise.objective import Evaluation, Objective, evaluation
 from planter.optimise.samples import Hold
 
 MOST_STEPS = 1e3
@@ -113,19 +113,24 @@ class Problem:
     def evaluate(self, u: Array) -> Evaluation:
         """The objective at a point."""
         self.counts.objective += 1
-        return self.met(u, self.objective.evaluate(self.design(u)))
+        return self.met(u, self.objective.look(self.design(u)))
 
-    def met(self, u: Array, found: Evaluation) -> Evaluation:
-        """What was evaluated on the way, kept if it is the best so far."""
+    def met(self, u: Array, look: Look) -> Evaluation:
+        """The objective of a point that was looked at on the way, kept if it is the best so far."""
+        found = evaluation(self.objective, look)
         if (self.best is None or found.objective < self.best.objective) and self.kept(u):
             self.best = Best(u.copy(), found.objective)
             self.history.append((self.counts.total, found.objective))
         return found
 
+    def score(self, x: Array) -> Evaluation:
+        """The objective of a design x (p,), neither counted nor kept."""
+        return evaluation(self.objective, self.objective.look(x))
+
     @cached_property
     def reference(self) -> Evaluation:
         """The design to start from: the measure of what is large and what is small."""
-        return self.objective.evaluate(self.box.design)
+        return self.score(self.box.design)
 
     @property
     def scale(self) -> float:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
-
-import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
 from planter.optimise.box import Box
-from planter.optimise.conditions import Conditions, Look, Rows, Slopes, Values
+from planter.optimise.conditions import Conditions, Local, Look
 from planter.optimise.constraints import Constraints
 from planter.optimise.directions import sensitivity
-from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
 from planter.optimise.refined import Refined
 from planter.optimise.response import Response
@@ -48,10 +45,6 @@ class Weights:
     def value(self, range_N: float, variance: float) -> float:
         return self.weight_range * range_N + self.spread(variance)[0]
 
-    def of(self, look: Look) -> Evaluation:
-        """What a turn is worth."""
-        return Evaluation(self.value(look.range, look.variance), look)
-
 
 class RangeAndSpread:
     """The `Objective` of a response, over N samples of a turn or, "refined", by true extremes and integrals."""
@@ -77,46 +70,17 @@ class RangeAndSpread:
         """Parameters that the response feels at its own design, (p,)."""
         return ~sensitivity(self.response, self.response.design, self.samples).zero
 
-    def evaluate(self, x: Array) -> Evaluation:
-        return self.weights.of(self.turn.look(x))
+    def outer(self, smooth: float) -> tuple[float, float, float]:
+        return self.weights.spread(smooth)
 
-    def local(self, x: Array, holds: Sequence[Hold] = ()) -> Weighted:
-        if isinstance(self.turn, Samples):
-            return Weighted(self.turn.local(x).held(tuple(holds)), self.weights)
-        return Weighted(self.turn.local(x), self.weights)
+    def look(self, x: Array) -> Look:
+        return self.turn.look(x)
+
+    def local(self, x: Array, holds: Sequence[Hold] = ()) -> Local:
+        return self.turn.local(x).held(tuple(holds)) if isinstance(self.turn, Samples) else self.turn.local(x)
 
     def conditions(self, x: Array) -> Conditions:
-        found = self.turn.conditions(x)
-        rate = self.weights.spread(self.turn.look(x).variance)[1]
-        return replace(found, smooth=rate * found.smooth, kinks=rate * found.kinks)
-
-
-class Weighted:
-    """Rows of a turn with the weighted spread in the place of the variance. Implements `Local`."""
-
-    def __init__(self, rows: Rows, weights: Weights) -> None:
-        self.rows, self.weights, self.bounds = rows, weights, rows.bounds
-
-    def evaluate(self, x: Array) -> Evaluation:
-        return self.weights.of(self.rows.look(x))
-
-    def grown(self, x: Array, high: float, low: float) -> Weighted:
-        return Weighted(self.rows.grown(x, high, low), self.weights)
-
-    def values(self, x: Array) -> Values:
-        found = self.rows.values(x)
-        return replace(found, smooth=self.weights.spread(found.smooth)[0])
-
-    def slopes(self, x: Array) -> Slopes:
-        found = self.rows.slopes(x)
-        return replace(found, smooth=self.weights.spread(self.rows.values(x).smooth)[1] * found.smooth)
-
-    def curvature(self, x: Array, weights: Values) -> Array:
-        _, first, second = self.weights.spread(self.rows.values(x).smooth)
-        bent = self.rows.curvature(x, replace(weights, smooth=weights.smooth * first))
-        along = self.rows.slopes(x).smooth
-        total: Array = bent + weights.smooth * second * np.outer(along, along)
-        return total
+        return self.turn.conditions(x)
 
 
 def problem(

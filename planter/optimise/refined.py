@@ -110,7 +110,7 @@ class Panels:
     @cached_property
     def look(self) -> Look:
         force = np.append(self.extremes.force, self.mean)
-        return Look(float(force.max()), float(force.min()), self.mean, self.variance)
+        return Look(self.variance, float(force.max()), float(force.min()), self.mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.support_rates(self.at, np.mod(phi, self.response.period))
@@ -184,7 +184,7 @@ class Refined:
 
 
 class RefinedRows:
-    """One row for each window between fixed angles: its greatest force, or its least. Implements `Rows`.
+    """One row for each window between fixed angles: its greatest force, or its least. Implements `Local`.
 
     The windows of maxima are parted by `valleys`, those of minima by `peaks`: the angles of the extremes where the rows
     were made. All windows together cover the period, so no new extreme can be missed. Two peaks in one window give its

@@ -37,7 +37,7 @@ class Certificate:
 def certified(problem: Problem, u: Array, minima: Sequence[Minimum]) -> Certificate:
     """The certificate of a point u (p,), beside the minima that the starts ended at."""
     multipliers = certificate.best_multipliers(problem, u)
-    least = problem.objective.evaluate(problem.design(u)).objective
+    least = problem.score(problem.design(u)).objective
     reached = [minimum.objective for minimum in minima if problem.kept(minimum.u)]
     return Certificate(
         kkt_residual=certificate.check(problem, u, multipliers).worst,

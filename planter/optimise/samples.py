@@ -108,7 +108,7 @@ class Samples:
 
 
 class SampledRows:
-    """Samples `upper` and `lower` as rows; joints kept by `holds`. Implements `Rows`."""
+    """Samples `upper` and `lower` as rows; joints kept by `holds`. Implements `Local`."""
 
     def __init__(
         self, response: Response, phi: Array, upper: Integers, lower: Integers, holds: tuple[Hold, ...] = ()

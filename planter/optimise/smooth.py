@@ -9,8 +9,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
-from planter.optimise.conditions import Conditions, Slopes, Values
-from planter.optimise.objective import Evaluation
+from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.samples import Hold
 
 NO_ROWS: Array = np.empty(0)
@@ -39,8 +38,11 @@ class Smooth:
         self.bounds = np.empty((2, 0))
         self._nothing = np.empty((0, size))
 
-    def evaluate(self, x: Array) -> Evaluation:
-        return Evaluation(self.function.value(x))
+    def outer(self, smooth: float) -> tuple[float, float, float]:
+        return smooth, 1.0, 0.0
+
+    def look(self, x: Array) -> Look:
+        return Look(self.function.value(x))
 
     def local(self, x: Array, holds: Sequence[Hold] = ()) -> Smooth:
         return self

@@ -75,4 +75,4 @@ def sampling_of(device: Device, text: str | None) -> Sampling:
 
 def _scores(task: Problem, x: Array) -> dict[str, float]:
     """Objective of the machine file's own design and of the optimum x (p,) in one model."""
-    return {"start": task.reference.objective, "optimum": task.objective.evaluate(x).objective}
+    return {"start": task.reference.objective, "optimum": task.score(x).objective}

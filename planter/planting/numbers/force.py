@@ -57,7 +57,7 @@ class Both:
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
-        return problem(self.devices[model]).objective.evaluate(x).objective
+        return problem(self.devices[model]).score(x).objective
 
     def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
         """Support force [N] of the machine's own design with other values of some of its inputs, in shown units."""
