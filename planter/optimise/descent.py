@@ -61,6 +61,11 @@ class Minimum:
         return self.residual < STATIONARY
 
     @property
+    def optimal(self) -> bool:
+        """Whether it keeps the constraints and is stationary."""
+        return self.violation <= KEPT and self.stationary
+
+    @property
     def rank(self) -> tuple[bool, bool, float]:
         """The least of several is the best: one that keeps the constraints, is stationary, has the least objective."""
         return self.violation > KEPT, not self.stationary, self.objective

@@ -9,6 +9,7 @@ import casadi as ca
 
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Integers
+from planter.numerics.latest import Latest
 from planter.optimise.constraints import Constraints, Kind
 
 Symbols = TypeVar("Symbols", ca.SX, ca.MX)
@@ -19,15 +20,17 @@ class Expression:
 
     def __init__(self, x: Symbols, f: Symbols) -> None:
         second = ca.densify(ca.hessian(f, x)[0])
-        self._value = Kernel(ca.Function("objective", [x], [f], ["x"], ["f"]))
-        self._gradient = Kernel(ca.Function("gradient", [x], [ca.densify(ca.gradient(f, x))], ["x"], ["df"]))
+        value = Kernel(ca.Function("objective", [x], [f], ["x"], ["f"]))
+        gradient = Kernel(ca.Function("gradient", [x], [ca.densify(ca.gradient(f, x))], ["x"], ["df"]))
         self._hessian = Kernel(ca.Function("curvature", [x], [second], ["x"], ["ddf"]))
+        self._value = Latest(lambda x: float(value(x=x)["f"][0, 0]))
+        self._gradient = Latest(lambda x: gradient(x=x)["df"][:, 0])
 
     def value(self, x: Array) -> float:
-        return float(self._value(x=x)["f"][0, 0])
+        return self._value(x)
 
     def gradient(self, x: Array) -> Array:
-        return self._gradient(x=x)["df"][:, 0]
+        return self._gradient(x)
 
     def hessian(self, x: Array) -> Array:
         return self._hessian(x=x)["ddf"]
@@ -43,15 +46,17 @@ class Expressions(Constraints):
         self.kinds, self.owner = kinds, owner
         weights = type(x).sym("weights", g.numel())
         second = ca.densify(ca.hessian(ca.dot(weights, g), x)[0])
-        self._values = Kernel(ca.Function("rows", [x], [g], ["x"], ["g"]))
-        self._slopes = Kernel(ca.Function("slopes", [x], [ca.densify(ca.jacobian(g, x))], ["x"], ["dg"]))
+        values = Kernel(ca.Function("rows", [x], [g], ["x"], ["g"]))
+        slopes = Kernel(ca.Function("slopes", [x], [ca.densify(ca.jacobian(g, x))], ["x"], ["dg"]))
         self._curvature = Kernel(ca.Function("bent", [x, weights], [second], ["x", "weights"], ["ddg"]))
+        self._values = Latest(lambda x: values(x=x)["g"][:, 0])
+        self._slopes = Latest(lambda x: slopes(x=x)["dg"])
 
     def values(self, x: Array) -> Array:
-        return self._values(x=x)["g"][:, 0]
+        return self._values(x)
 
     def slopes(self, x: Array) -> Array:
-        return self._slopes(x=x)["dg"]
+        return self._slopes(x)
 
     def curvature(self, x: Array, weights: Array) -> Array:
         return self._curvature(x=x, weights=weights)["ddg"]
