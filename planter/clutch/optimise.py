@@ -38,7 +38,7 @@ def optimise(clutch: Clutch, seed: int = 0, starts: int = STARTS) -> dict[str, A
     first = [problem.start, *np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))]
     for _ in range(ROUNDS):
         minima = descents_from(problem, first, MOST_ITERATIONS)
-        good = [minimum for minimum in minima if minimum.optimal]
+        good = [minimum for minimum in minima if minimum.settled]
         if not good:
             raise ComputationError(_hopeless(switching, problem, minima))
         best = min(good, key=lambda minimum: minimum.objective)

@@ -27,7 +27,10 @@ from planter.numerics.arrays import Integers
 from planter.optimise.problem import Problem
 
 ACTIVE = 1e-6
-"""Rows this close to an extreme, as a share of the range, may carry multipliers; bounds in the box's unit."""
+"""Rows this close to an extreme, as a share of the range, may carry multipliers, and bounds in the box's unit.
+
+Constraints may that are this close to their bounds in steps, or to first order in the box's unit.
+"""
 
 
 @dataclass(frozen=True)
@@ -152,7 +155,8 @@ class _Required:
 
     def active(self) -> tuple[Integers, Integers, Integers]:
         """Rows at their upper bounds, rows at their lower ones, and equations."""
-        at_upper, at_lower = (np.flatnonzero((r <= ACTIVE) & ~self.equations) for r in (self.above, self.below))
+        near = ACTIVE * np.maximum(1.0, np.linalg.norm(self.gradients, axis=1))
+        at_upper, at_lower = (np.flatnonzero((r <= near) & ~self.equations) for r in (self.above, self.below))
         return at_upper, at_lower, np.flatnonzero(self.equations)
 
     @property

@@ -47,7 +47,7 @@ SNAPS = (0.0, 1e-7, 1e-5, 1e-3)
 class Minimum:
     """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and IPOPT's iterations.
 
-    `violation` is that of the constraints, in steps.
+    `violation` is that of the constraints, in steps; `converged` is what IPOPT says of the run that ended there.
     """
 
     u: Array
@@ -55,15 +55,16 @@ class Minimum:
     residual: float
     iterations: int
     violation: float = 0.0
+    converged: bool = True
 
     @property
     def stationary(self) -> bool:
         return self.residual < STATIONARY
 
     @property
-    def optimal(self) -> bool:
-        """Whether it keeps the constraints and is stationary."""
-        return self.violation <= KEPT and self.stationary
+    def settled(self) -> bool:
+        """Whether IPOPT converged here, and the constraints are kept."""
+        return self.violation <= KEPT and self.converged
 
     @property
     def rank(self) -> tuple[bool, bool, float]:
@@ -99,7 +100,7 @@ def _complete(problem: Problem, start: Array, local: Local, most_iterations: int
         solution = _solved(programme, most_iterations)
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
-        found.append(_minimum(problem, u, iterations))
+        found.append(replace(_minimum(problem, u, iterations), converged=solution.converged))
         high, low = programme.limits(solution.z, VIOLATED)
         look = found[-1].evaluation.look
         complete = look.high <= high and look.low >= low

@@ -91,7 +91,8 @@ class SecondProcess:
 
 def _minimum(line: dict[str, Any]) -> Minimum:
     evaluation = Evaluation(line["evaluation"]["objective"], Look(**line["evaluation"]["look"]))
-    return Minimum(np.array(line["u"]), evaluation, line["residual"], line["iterations"], line["violation"])
+    told = {key: line[key] for key in ("residual", "iterations", "violation", "converged")}
+    return Minimum(np.array(line["u"]), evaluation, **told)
 
 
 def main() -> None:
@@ -100,8 +101,8 @@ def main() -> None:
     problem = Recipe(task["function"], task["arguments"]).problem()
     for minimum in descents(problem, task["starts"], task["seed"]):
         line = {"u": minimum.u.tolist(), "evaluation": asdict(minimum.evaluation), "residual": minimum.residual,
-                "iterations": minimum.iterations, "violation": minimum.violation, "counts": asdict(problem.counts),
-                "history": problem.history}  # fmt: skip
+                "iterations": minimum.iterations, "violation": minimum.violation, "converged": minimum.converged,
+                "counts": asdict(problem.counts), "history": problem.history}  # fmt: skip
         print(json.dumps(line), flush=True)
 
 

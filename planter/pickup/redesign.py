@@ -249,7 +249,7 @@ class LeastChange:
     def solve(self, v: Array) -> Minimum:
         """The least change, looked for from angles (size,). Raises ComputationError where IPOPT finds none."""
         found = descend(self.problem, self.start(v), MOST_ITERATIONS)
-        if not found.optimal:
+        if not found.settled:
             raise ComputationError(
                 f"the value points were not moved: IPOPT stopped after {found.iterations} iterations"
             )
