@@ -20,6 +20,8 @@ from planter.optimise.response import Response
 from planter.optimise.samples import Hold, Samples
 
 Sampling = int | Literal["refined"]
+DIRECTIONS = 360
+"""Angles of a turn at which directions are judged where it is not sampled."""
 
 
 @dataclass(frozen=True)
@@ -60,15 +62,10 @@ class RangeAndSpread:
     def kinks(self) -> Samples | None:
         return self.turn if isinstance(self.turn, Samples) else None
 
-    @property
-    def samples(self) -> int:
-        """Angles of a turn at which directions are judged."""
-        return 360 if self.sampling == "refined" else int(self.sampling)
-
     @cached_property
     def felt(self) -> Flags:
         """Parameters that the response feels at its own design, (p,)."""
-        return ~sensitivity(self.response, self.response.design, self.samples).zero
+        return ~sensitivity(self.response, self.response.design, angles_of(self.sampling)).zero
 
     def outer(self, smooth: float) -> tuple[float, float, float]:
         return self.weights.spread(smooth)
@@ -81,6 +78,11 @@ class RangeAndSpread:
 
     def conditions(self, x: Array) -> Conditions:
         return self.turn.conditions(x)
+
+
+def angles_of(sampling: Sampling) -> int:
+    """Angles of a turn at which the directions are judged that a response does not feel."""
+    return DIRECTIONS if sampling == "refined" else int(sampling)
 
 
 def problem(

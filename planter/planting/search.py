@@ -17,7 +17,7 @@ from planter.optimise.hybrid import METHODS, Method, Search
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
-from planter.optimise.range_and_spread import Sampling
+from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.second_process import Recipe, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, points
@@ -120,9 +120,8 @@ def kept(task: Problem, required: Required, seed: int) -> Array:
 
 
 def _optimum(device: Device, required: Required | None, sampling: Sampling, found: Result) -> Optimum:
-    samples = 360 if sampling == "refined" else int(sampling)
     return Optimum(
-        **vars(found), sampling=sampling, names=device.names, **sensitivity(device, found.design, samples),
+        **vars(found), sampling=sampling, names=device.names, **sensitivity(device, found.design, angles_of(sampling)),
         requirements=[] if required is None else required.record(found.design),
     )  # fmt: skip
 

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from planter.errors import InputError
 from planter.optimise import hybrid
 from planter.optimise.second_process import SecondProcess
+from planter.optimise.starts import descents
 from planter.planting import search
 from planter.planting.search import Interrupted
 from tests.planter.optimise import toys
@@ -160,6 +162,22 @@ def test_the_second_process_dies_with_its_run():
         process = aside._process
         assert process.poll() is None
     assert process.poll() is not None
+
+
+def test_the_second_process_finds_the_minima_of_the_first():
+    recipe = search.recipe(toys.device(), N)
+    with SecondProcess(recipe, 1, 2) as aside:
+        report = aside.result()
+    assert report is not None
+    here = list(descents(recipe.problem(), 2, 1))
+    assert [m.u.tobytes() for m in report.minima] == [m.u.tobytes() for m in here]
+    assert [m.evaluation for m in report.minima] == [m.evaluation for m in here]
+
+
+def test_a_recipe_that_makes_nothing_is_noticed():
+    recipe = replace(search.recipe(toys.device(), N), function="planter.planting.search:unmade")
+    with SecondProcess(recipe, 1, 2) as aside:
+        assert aside.result() is None
 
 
 def test_designs_are_inside_their_bounds_to_the_last_bit(results):
