@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import sympy as sp
 from sympy import Expr
 
-from .equations import Equation
+from .equations import Claimed, Equation, among
 from .model import Let
 from .quantity import Quantity
 
@@ -33,6 +33,17 @@ class Chain:
     equations: Mapping[str, Equation]
     order: Sequence[Solve]
     bind: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
+
+    @classmethod
+    def of_claims(
+        cls,
+        equations: Mapping[Claimed, Equation],
+        order: Iterable[tuple[Claimed, Quantity]],
+        bind: Mapping[sp.Symbol, Expr] | None = None,
+    ) -> Chain:
+        """A chain whose order says what each equation claims to be; raises ClaimError for what none of them does."""
+        found = [(among(equations, claim), unknown) for claim, unknown in order]
+        return cls({e.number: e for e, _ in found}, [Solve(e.number, unknown) for e, unknown in found], bind or {})
 
     def replace(self, number: str, equation: Equation) -> Chain:
         """The same chain with one equation exchanged."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from difflib import get_close_matches
+from enum import Enum
+from typing import Literal, TypeVar
 
 from sympy import Expr
 
@@ -12,6 +15,11 @@ from .quantity import Quantity
 Kind = Literal["force", "moment"]
 Legibility = Literal["printed", "partly legible", "lost"]
 Relation = Literal["=", "<", "<=", ">", ">="]
+T = TypeVar("T")
+
+
+class ClaimError(ValueError):
+    """Something is claimed that nothing derives, or claimed twice, or not at all."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +37,50 @@ class Balance:
         return f"{self.body}: {self.kind} along {self.axis} of {self.frame}{about}"
 
 
+class Claim(Enum):
+    """What an equation may say beside a balance: a machine's vocabulary is a subclass, each member a sentence.
+
+    A sentence with gaps, ``{}``, stands for a family of claims; ``of`` makes one of them.
+    """
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+    def of(self, *things: object) -> ClaimOf:
+        """The claim of the family about these things; raises ClaimError unless there is one for each gap."""
+        return ClaimOf(self, tuple(map(str, things)))
+
+
+@dataclass(frozen=True)
+class ClaimOf:
+    """One of a family of claims: about the things that fill the gaps of its sentence."""
+
+    family: Claim
+    things: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        sentence = str(self.family)
+        gaps = sentence.count("{}")
+        if gaps != len(self.things):
+            raise ClaimError(f"{sentence!r} has gaps for {gaps}, not for {len(self.things)}: {self.things}")
+
+    def __str__(self) -> str:
+        return str(self.family).format(*self.things)
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A name that a source gives to something: there is nothing to derive."""
+
+    meaning: str
+
+    def __str__(self) -> str:
+        return f"definition: {self.meaning}"
+
+
+Claimed = Balance | Claim | ClaimOf | Definition
+
+
 @dataclass(frozen=True)
 class Equation:
     """``residual = 0`` (or another relation to 0), under the number of its source, with what it is claimed to be.
@@ -39,7 +91,38 @@ class Equation:
     number: str
     residual: Expr
     source: str
-    claims: Balance | str
+    claims: Claimed
     legibility: Legibility = "printed"
     defines: Quantity | None = None
     relation: Relation = "="
+
+
+def derived(claim: Claimed, residual: Expr, defines: Quantity | None = None, relation: Relation = "=") -> Equation:
+    """What a derivation has to say to a claim; its number is the claim's sentence."""
+    return Equation(str(claim), residual, f"derived: {claim}", claim, defines=defines, relation=relation)
+
+
+def defined(claim: Claimed, symbol: Quantity, expr: Expr) -> Equation:
+    """What a symbol comes out to be."""
+    return derived(claim, symbol - expr, symbol)
+
+
+def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
+    """Equations by what they claim to be; raises ClaimError where two claim the same."""
+    found: dict[Claimed, Equation] = {}
+    for equation in equations:
+        other = found.setdefault(equation.claims, equation)
+        if other is not equation:
+            raise ClaimError(f"{other.source} and {equation.source} claim the same: {equation.claims}")
+    return found
+
+
+def among(known: Mapping[Claimed, T], claim: Claimed) -> T:
+    """What is known of a claim; raises ClaimError that names the nearest claims of which something is."""
+    if claim in known:
+        return known[claim]
+    shown = {f"{type(c).__name__} {str(c)!r}" for c in known}
+    asked = f"{type(claim).__name__} {str(claim)!r}"
+    near = get_close_matches(asked, sorted(shown), n=3)
+    hint = f"; near it: {', '.join(near)}" if near else ""
+    raise ClaimError(f"nothing here states {asked}{hint}")

@@ -1,7 +1,7 @@
 """The rooms of the house, found and not listed: what packages of one shape bring, ours and those installed beside us.
 
 A room may bring a module `commands` (a typer `app`), a folder `examples` of files to start from, and a package
-`numbers` (printed numbers of papers, and the formulas that compute them anew).
+`printed` (numbers that papers print, and the formulas that compute them anew).
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from functools import cache
 from importlib import import_module, resources
 from importlib.metadata import entry_points
 from importlib.resources.abc import Traversable
+from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
-
-import planter
 
 GROUP = "planter.machines"
 """Entry points by which an installed package adds a room: a name for the machine, and the package."""
@@ -23,15 +23,20 @@ GROUP = "planter.machines"
 @cache
 def rooms() -> dict[str, str]:
     """Packages by the name of their room: those of this package, then those that were installed."""
-    own = {found.name: f"planter.{found.name}" for found in pkgutil.iter_modules(planter.__path__) if found.ispkg}
+    own = {
+        found.name: f"planter.{found.name}"
+        for found in pkgutil.iter_modules([str(Path(__file__).parent)])
+        if found.ispkg
+    }
     return own | {found.name: found.value for found in sorted(entry_points(group=GROUP))}
 
 
 def brought(name: str) -> Iterator[ModuleType]:
     """The modules or packages of a name in the rooms that have one, room by room."""
     for package in rooms().values():
-        parent = import_module(package)
-        if any(found.name == name for found in pkgutil.iter_modules(parent.__path__)):
+        spec = find_spec(package)
+        places = spec.submodule_search_locations if spec else None
+        if places and any(found.name == name for found in pkgutil.iter_modules(places)):
             yield import_module(f"{package}.{name}")
 
 

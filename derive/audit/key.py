@@ -6,6 +6,7 @@ The same on every machine and under every hash seed: expressions in their canoni
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterable
 from functools import cache
 from hashlib import sha256
@@ -15,11 +16,10 @@ from pathlib import Path
 import mpmath
 import sympy as sp
 
-from ..chain import Chain
 from ..equations import Equation
 from ..evaluate import Point
 from ..quantity import Quantity
-from .subject import Subject
+from .case import Case
 
 ROOT = Path(__file__).parents[2]
 DIGITS = 30
@@ -35,8 +35,9 @@ def engine(*modules: str) -> str:
 
 
 def sources(modules: Iterable[str]) -> set[Path]:
-    """Files of modules of this package and of all that they import from it."""
+    """Files of modules and of all that they import from this package or from their own."""
     waiting, found = set(modules), set[Path]()
+    own = {name.partition(".")[0] for name in (__name__, *waiting)}
     while waiting:
         module = waiting.pop()
         path = _file(module)
@@ -45,41 +46,54 @@ def sources(modules: Iterable[str]) -> set[Path]:
         found.add(path)
         package = module if path.name == "__init__.py" else module.rpartition(".")[0]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.level:
-                base = resolve_name("." * node.level + (node.module or ""), package)
-                waiting |= {base, *(f"{base}.{name.name}" for name in node.names)}
+            waiting |= {name for name in _imported(node, package) if name.partition(".")[0] in own}
     return found
 
 
+def _imported(node: ast.AST, package: str) -> set[str]:
+    """What a node of a module's tree may import: modules, and names in them that may be modules."""
+    if isinstance(node, ast.Import):
+        return {name.name for name in node.names}
+    if isinstance(node, ast.ImportFrom):
+        base = resolve_name("." * node.level + (node.module or ""), package)
+        return {base, *(f"{base}.{name.name}" for name in node.names)}
+    return set()
+
+
 def _file(module: str) -> Path | None:
+    """Where a module stands: a loaded one anywhere, another one in this project."""
+    loaded = getattr(sys.modules.get(module), "__file__", None)
+    if loaded is not None:
+        return Path(loaded)
     place = ROOT.joinpath(*module.split("."))
     return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
 
 
-def of_equation(subject: Subject, number: str) -> str:
+def of_equation(case: Case, number: str) -> str:
     """Key of the finding on one equation: the judging code, both sides, the vocabulary, every value that is used."""
-    printed, derived = subject.pair(number)
-    kept = subject.lifted(number)
-    sides = [subject.paper.equations[number], printed, *([derived] if derived else []), *([kept] if kept else [])]
+    printed, derived = case.pair(number)
+    kept = case.lifted(number)
+    sides = [case.paper.equations[number], printed, *([derived] if derived else []), *([kept] if kept else [])]
     symbols = _sorted(set().union(*(side.residual.free_symbols for side in sides)))
-    words = _sorted({*symbols, *subject.words})
+    words = _sorted({*symbols, *case.words})
     return _hashed(
         [
             engine(f"{__package__}.record"),
-            subject.paper.name,
+            case.paper.name,
             *map(equation, sides),
-            subject.read_as(number),
-            *sorted(f"{s} {why}" for s, why in subject.assumed(number).items()),
-            *(f"{_name(s)} {_at(s, point)}" for s in words for point in subject.points),
-            *(f"{_name(s)} {_along(s, subject.cycle)}" for s in symbols),
+            case.read_as(number),
+            *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
+            *(f"{_name(s)} {_at(s, point)}" for s in words for point in case.points),
+            *(f"{_name(s)} {_along(s, case.cycle)}" for s in symbols),
         ]
     )
 
 
-def of_chain(modules: Iterable[str], chains: Iterable[Chain], data: str) -> str:
-    """Key of the findings on chains as a whole: the code of trial and system, the machine's data, the equations."""
-    parts = [engine(f"{__package__}.trial", *modules), data]
-    for chain in chains:
+def of_laws(case: Case) -> str:
+    """Key of the findings on chains as a whole: the code of trial and subject, the subject's files, the equations."""
+    parts = [engine(f"{__package__}.trial", type(case.subject).__module__)]
+    parts += [path.read_text(encoding="utf-8") for path in case.subject.files()]
+    for chain in case.chains or ():
         parts += [equation(e) for e in chain.equations.values()]
         parts += [str((s.equation, str(s.unknown), [(n, str(u)) for n, u in s.eliminate])) for s in chain.order]
         parts += [f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)]

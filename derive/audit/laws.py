@@ -11,7 +11,7 @@ import sympy as sp
 from numpy.typing import NDArray
 from sympy import Expr
 
-from ..equations import Equation
+from ..equations import Claimed, Equation
 from ..model import Let, Twin
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class Machine:
+class Dynamics:
     """What a system states for the trial of a chain: its laws, its motions, and its derivation.
 
     ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's steps for unknowns of
@@ -61,6 +61,6 @@ class Machine:
 
     laws: tuple[Law, ...]
     cycles: Mapping[str, Cycle]
-    claims: Mapping[str, Equation]
+    claims: Mapping[Claimed, Equation]
     supplements: tuple[Let, ...]
     twin: Twin

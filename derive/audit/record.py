@@ -14,8 +14,8 @@ from sympy import Expr
 from ..dimensions import NONE, Dimension, DimensionError, dimension, of_unit
 from ..equations import Equation
 from ..evaluate import Point
+from .case import Case
 from .judge import facing, judge
-from .subject import Subject
 from .terms import expanded, value
 from .vanishing import Vanished, vanished
 
@@ -35,24 +35,24 @@ def reusable(known: Record | None, key: str) -> bool:
     return known is not None and known.get("key") == key
 
 
-def equation(subject: Subject, number: str, key: str) -> Record:
+def equation(case: Case, number: str, key: str) -> Record:
     """The finding on an equation of a paper."""
-    printed, derived = subject.pair(number)
-    found = judge(printed, derived, subject.points, subject.words)
-    meant = facing(printed, derived, subject.points) if derived else None
+    printed, derived = case.pair(number)
+    found = judge(printed, derived, case.points, case.words)
+    meant = facing(printed, derived, case.points) if derived else None
     flipped = derived and meant and meant.residual == -derived.residual
     return {
-        "paper": subject.paper.name,
+        "paper": case.paper.name,
         "equation": number,
         "legibility": printed.legibility,
         "claims": str(printed.claims),
         "verdict": found.verdict,
         "finding": found.finding,
         "correction": ["; ".join(edits) for edits in found.corrections],
-        "reading": subject.read_as(number),
-        "terms": _terms(subject, found.missing, meant),
-        "unexplained": _terms(subject, found.unexplained, meant),
-        "vanishing": [_vanishing(v) for v in vanished(subject, number, sp.S.NegativeOne if flipped else sp.S.One)],
+        "reading": case.read_as(number),
+        "terms": _terms(case, found.missing, meant),
+        "unexplained": _terms(case, found.unexplained, meant),
+        "vanishing": [_vanishing(v) for v in vanished(case, number, sp.S.NegativeOne if flipped else sp.S.One)],
         "printed": "" if printed.legibility == "lost" and printed.residual == 0 else _text(printed),
         "derived": _text(meant) if meant else "",
         "defines": str(printed.defines or ""),
@@ -68,12 +68,12 @@ def _text(equation: Equation) -> str:
     return f"{equation.residual} {equation.relation} 0"
 
 
-def _terms(subject: Subject, terms: Iterable[Expr], derived: Equation | None) -> list[Record]:
+def _terms(case: Case, terms: Iterable[Expr], derived: Equation | None) -> list[Record]:
     """Terms with their largest size over the cycle, beside that of the largest derived term; null without a value."""
     if not terms or derived is None:
         return []
-    largest = max((_largest(t, subject.cycle) or mpmath.mpf(0) for t in expanded(derived.residual)), default=None)
-    return [_term(t, _largest(t, subject.cycle), largest) for t in sorted(terms, key=sp.default_sort_key)]
+    largest = max((_largest(t, case.cycle) or mpmath.mpf(0) for t in expanded(derived.residual)), default=None)
+    return [_term(t, _largest(t, case.cycle), largest) for t in sorted(terms, key=sp.default_sort_key)]
 
 
 def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:

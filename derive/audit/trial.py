@@ -20,8 +20,8 @@ import sympy as sp
 from sympy import Expr
 
 from ..chain import Chain, Solve
-from ..equations import Equation
-from .laws import Array, Cycle, Law, Machine, Values
+from ..equations import Equation, among
+from .laws import Array, Cycle, Dynamics, Law, Values
 
 Repairs = frozenset[str]
 
@@ -73,20 +73,20 @@ class Causes:
 
 @dataclass
 class Trial:
-    """A printed chain (one side, then what both sides share) on a machine."""
+    """A printed chain (one side, then what both sides share) held to the laws of a machine."""
 
     side: Chain
     frame: Chain
-    machine: Machine
+    dynamics: Dynamics
     _formulas: dict[tuple[str, Repairs], Formula] = field(default_factory=dict)
 
     def violations(self, law: Law, repairs: Sequence[Iterable[str]]) -> Array:
         """By how much the chain breaks a law after each set of repairs, at the angles that decide."""
-        return self._violations(law, repairs, self.machine.cycles[law.cycle])
+        return self._violations(law, repairs, self.dynamics.cycles[law.cycle])
 
     def size(self, law: Law) -> float:
         """By how much the printed chain breaks a law, at all angles if the largest value is asked for."""
-        cycle = self.machine.cycles[law.cycle]
+        cycle = self.dynamics.cycles[law.cycle]
         if law.over == "largest" and cycle.between:
             cycle = cycle.between
         return float(self._violations(law, [()], cycle)[0])
@@ -110,7 +110,7 @@ class Trial:
             self._supply(symbol, values)
         values = {s: np.broadcast_to(v, (*v.shape[:-1], 2 * count) if v.ndim else 2 * count) for s, v in values.items()}
         both = {s: v[..., :count] for s, v in values.items()}
-        both |= {self.machine.twin(s): v[..., count:] for s, v in values.items()}
+        both |= {self.dynamics.twin(s): v[..., count:] for s, v in values.items()}
         self._execute(self.frame, sets, both)
         return both
 
@@ -142,7 +142,7 @@ class Trial:
         return self._formulas[key]
 
     def _derived(self, number: str) -> Equation:
-        return replace(self.machine.claims[str(self._printed(number).claims)], number=number)
+        return replace(among(self.dynamics.claims, self._printed(number).claims), number=number)
 
     def _printed(self, number: str) -> Equation:
         return (self.side.equations if number in self.side.equations else self.frame.equations)[number]
@@ -154,11 +154,11 @@ class Trial:
     @cached_property
     def _supplements(self) -> dict[sp.Symbol, Formula]:
         solved = {solve.unknown for _, solve in self._steps}
-        return {let.symbol: Formula(let.expr) for let in self.machine.supplements if let.symbol not in solved}
+        return {let.symbol: Formula(let.expr) for let in self.dynamics.supplements if let.symbol not in solved}
 
     @cached_property
     def _gaps(self) -> dict[str, list[Formula]]:
-        return {law.name: [Formula(gap) for gap in law.gaps] for law in self.machine.laws}
+        return {law.name: [Formula(gap) for gap in law.gaps] for law in self.dynamics.laws}
 
     @property
     def numbers(self) -> list[str]:
@@ -169,7 +169,7 @@ class Trial:
     @cached_property
     def suspects(self) -> list[str]:
         """The equations that do not hold of the derivation's own forces and moments, at some angle of the cycle."""
-        derived = self.run([frozenset(self.numbers)], self.machine.cycles["reference"])
+        derived = self.run([frozenset(self.numbers)], self.dynamics.cycles["reference"])
         wrong = {solve.equation for chain, solve in self._steps if self._differs(chain, solve, derived)}
         return [number for number in self.numbers if number in wrong]
 
@@ -184,7 +184,7 @@ class Trial:
         for chain, solve in self._steps:
             forms = [self.formula(chain, solve, frozenset(some)) for some in _subsets(sorted(_involved(solve)))]
             needs[solve.unknown] = {s for form in forms for s in form.symbols}
-        needs |= {self.machine.twin(s): {s} for s in [*needs]}
+        needs |= {self.dynamics.twin(s): {s} for s in [*needs]}
         reached = {s for gap in self._gaps[law.name] for s in gap.symbols}
         while new := set().union(*(needs.get(s, set()) for s in reached)) - reached:
             reached |= new
@@ -233,7 +233,7 @@ def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
 
 def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
     """A record for every law: by how much the chain breaks it, and the smallest repair of what is printed."""
-    return [_finding(paper, trial, law) for law in trial.machine.laws]
+    return [_finding(paper, trial, law) for law in trial.dynamics.laws]
 
 
 def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:

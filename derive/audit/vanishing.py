@@ -9,7 +9,7 @@ import sympy as sp
 from sympy import Expr
 
 from ..evaluate import Point
-from .subject import Subject
+from .case import Case
 from .terms import Match, expanded, remainder_vanishes
 
 
@@ -22,17 +22,17 @@ class Vanished:
     printed: bool
 
 
-def vanished(subject: Subject, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
+def vanished(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
     """What vanishes in an equation: terms of its derivation (times ``sign``), then those of the print."""
-    return [*_derived(subject, number, sign), *_read(subject, number)]
+    return [*_derived(case, number, sign), *_read(case, number)]
 
 
-def _derived(subject: Subject, number: str, sign: Expr) -> list[Vanished]:
+def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
     """Terms that the derivation has while the assumptions are lifted, and those that the print has."""
-    reasons = subject.assumed(number)
-    kept = subject.lifted(number)
-    own = [sign * t for t in _lost(expanded(kept.residual), reasons, subject.points)] if kept else []
-    given = [t for t in expanded(subject.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
+    reasons = case.assumed(number)
+    kept = case.lifted(number)
+    own = [sign * t for t in _lost(expanded(kept.residual), reasons, case.points)] if kept else []
+    given = [t for t in expanded(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
     only_printed = [t for t in given if t not in own and -t not in own]
     found = [(t, t in given or -t in given) for t in _sorted(own)] + [(t, True) for t in _sorted(only_printed)]
     return [Vanished(term, _why(term, reasons), printed) for term, printed in found]
@@ -54,16 +54,16 @@ def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> str:
     return "; ".join(f"{s} = 0: {reasons[s]}" for s in sorted(term.free_symbols & reasons.keys(), key=str))
 
 
-def _read(subject: Subject, number: str) -> list[Vanished]:
+def _read(case: Case, number: str) -> list[Vanished]:
     """Printed terms that cancel, or are zero, when the printed symbols are read as what they stand for."""
-    reading = {s: e for s, e in subject.reading_of(number).items() if s not in subject.assumed(number)}
-    terms = expanded(subject.paper.equations[number].residual)
+    reading = {s: e for s, e in case.reading_of(number).items() if s not in case.assumed(number)}
+    terms = expanded(case.paper.equations[number].residual)
     left = {m for _, m in _split(expanded(sp.Add(*terms).xreplace(reading)))}
     found = []
     for term in _sorted(terms):
         read = expanded(term.xreplace(reading))
         if not any(monomial in left for _, monomial in _split(read)):
-            found.append(Vanished(term, subject.read_as(number), True))
+            found.append(Vanished(term, case.read_as(number), True))
     return found
 
 

@@ -8,7 +8,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..branches import switch
-from ..equations import Balance, Equation, Kind
+from ..equations import Balance, Definition, Equation, Kind
 from ..model import Let
 from ..quantity import Quantity
 from .frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit, zero
@@ -92,7 +92,9 @@ class Mechanism:
     def equations(self) -> list[Equation]:
         """Laws of the contacts as definitions, then the balances of every body that has a pin."""
         laws = [
-            Equation(str(law.symbol), law.symbol - law.expr, law.source, law.source, defines=law.symbol)
+            Equation(
+                str(law.symbol), law.symbol - law.expr, law.source, Definition(str(law.symbol)), defines=law.symbol
+            )
             for law in self.laws
         ]
         balances = [balance for body in self.bodies if body.pin for balance in self.balances(body, body.pin)]

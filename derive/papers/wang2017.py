@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from sympy import Piecewise, Rational, atan, cos, pi, sin, tan
 
+from ..audit.case import Case
 from ..audit.paper import Paper
 from ..chain import Chain, Solve
-from ..equations import Balance
+from ..equations import Balance, Definition
 from ..systems.planting.quantities import *
+from ..systems.planting.subject import SUBJECT
+from ..systems.planting.vocabulary import PlantingClaim
 
-PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006")
+PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006", place=1)
 
 psi = PAPER.symbol("psi", "rad", "angle of the rocker")
 F_Fz = PAPER.symbol("F_Fz", "N", "force of the spring on the inner half, z'")
@@ -29,11 +32,11 @@ PAPER.defines(
     "1",
     mu,
     atan((R_b * sin(psi + psi0) + L_AE * dpsi_ddelta) / (R_b * cos(psi + psi0))),
-    "pressure angle of the cam",
+    PlantingClaim.CAM_PRESSURE_ANGLE,
 )
-PAPER.defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), "force of the cam on the roller, x'")
-PAPER.defines("3", F_Ey, 0 * F_E, "force of the cam on the roller, y'")
-PAPER.defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), "force of the cam on the roller, z'")
+PAPER.defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), PlantingClaim.CAM_FORCE.of("x"))
+PAPER.defines("3", F_Ey, 0 * F_E, PlantingClaim.CAM_FORCE.of("y"))
+PAPER.defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), PlantingClaim.CAM_FORCE.of("z"))
 
 # 2.1.2 rocker and inner half of the nozzle
 PAPER.equation(
@@ -70,14 +73,14 @@ PAPER.equation(
 )  # fmt: skip
 
 # coordinates below (8)
-PAPER.defines("theta3", theta3, theta30 + theta1, "angle of the line from the hinge to C1", "partly legible")
-PAPER.defines("theta4", theta4, theta40 + theta1, "angle of the line from the hinge to C2", "partly legible")
-PAPER.defines("x_E", x_E, x_A - L_AE * cos(psi + psi0), "place of the roller, x'", "partly legible")
-PAPER.defines("z_E", z_E, z_A + L_AE * sin(psi + psi0), "place of the roller, z'", "partly legible")
-PAPER.defines("x_C1", x_C1, x_A + L_AC1 * cos(theta3), "place of C1, x'", "partly legible")
-PAPER.defines("z_C1", z_C1, z_A - L_AC1 * sin(theta3), "place of C1, z'", "partly legible")
-PAPER.defines("x_C2", x_C2, x_A + L_AC2 * cos(theta4), "place of C2, x'", "partly legible")
-PAPER.defines("z_C2", z_C2, z_A - L_AC2 * sin(theta4), "place of C2, z'", "partly legible")
+PAPER.defines("theta3", theta3, theta30 + theta1, PlantingClaim.HINGE_ANGLE.of("C1"), "partly legible")
+PAPER.defines("theta4", theta4, theta40 + theta1, PlantingClaim.HINGE_ANGLE.of("C2"), "partly legible")
+PAPER.defines("x_E", x_E, x_A - L_AE * cos(psi + psi0), PlantingClaim.PLACE.of("the roller", "x"), "partly legible")
+PAPER.defines("z_E", z_E, z_A + L_AE * sin(psi + psi0), PlantingClaim.PLACE.of("the roller", "z"), "partly legible")
+PAPER.defines("x_C1", x_C1, x_A + L_AC1 * cos(theta3), PlantingClaim.PLACE.of("C1", "x"), "partly legible")
+PAPER.defines("z_C1", z_C1, z_A - L_AC1 * sin(theta3), PlantingClaim.PLACE.of("C1", "z"), "partly legible")
+PAPER.defines("x_C2", x_C2, x_A + L_AC2 * cos(theta4), PlantingClaim.PLACE.of("C2", "x"), "partly legible")
+PAPER.defines("z_C2", z_C2, z_A - L_AC2 * sin(theta4), PlantingClaim.PLACE.of("C2", "z"), "partly legible")
 
 # 2.2.1 sun
 PAPER.equation("9", F_Px2 + F_Px + F_Ox, Balance("sun", "force", "x", "frame"))
@@ -110,29 +113,39 @@ PAPER.equation(
     Balance("middle body", "moment", "z", "frame", "A1"),
     "partly legible",
 )  # fmt: skip
-PAPER.defines("15", F_Px, F_NP * cos(phi + pi / 2 + phi_P1) + F_fP * cos(phi + pi / 2 + phi_P2), "tooth force at P, x")
-PAPER.defines("16", F_Py, F_NP * sin(phi + pi / 2 + phi_P1) + F_fP * sin(phi + pi / 2 + phi_P2), "tooth force at P, y",
-        "partly legible")  # fmt: skip
+PAPER.defines(
+    "15",
+    F_Px,
+    F_NP * cos(phi + pi / 2 + phi_P1) + F_fP * cos(phi + pi / 2 + phi_P2),
+    PlantingClaim.TOOTH_FORCE.of("P", "x"),
+)
+PAPER.defines(
+    "16",
+    F_Py,
+    F_NP * sin(phi + pi / 2 + phi_P1) + F_fP * sin(phi + pi / 2 + phi_P2),
+    PlantingClaim.TOOTH_FORCE.of("P", "y"),
+    "partly legible",
+)
 PAPER.defines(
     "P1",
     phi_P1,
     Piecewise((xi1 + pi / 9, M_P < 0), (xi1 + 8 * pi / 9, M_P > 0)),
-    "direction of the normal force at P",
+    PlantingClaim.NORMAL_DIRECTION.of("P"),
 )
 PAPER.defines(
     "P2",
     phi_P2,
     Piecewise((phi_P1 - pi / 2, M_P < 0), (phi_P1 + pi / 2, M_P > 0)),
-    "direction of friction at P",
+    PlantingClaim.FRICTION_DIRECTION.of("P"),
 )
 PAPER.defines(
     "NP",
     F_NP,
     Piecewise((M_P / (r5 * cos(mu2 - xi1 + 7 * pi / 18) / cos(mu2)), M_P < 0),
               (M_P / (r5 * cos(mu2 + xi1 + 7 * pi / 18) / cos(mu2)), M_P > 0)),
-    "normal force at P",
+    PlantingClaim.NORMAL_FORCE.of("P"),
 )  # fmt: skip
-PAPER.defines("fP", F_fP, F_NP * tan(mu2), "friction force at P")
+PAPER.defines("fP", F_fP, F_NP * tan(mu2), PlantingClaim.FRICTION_FORCE.of("P"))
 
 # 2.2.3 planet, shaft and funnel
 PAPER.equation(
@@ -158,35 +171,35 @@ PAPER.defines(
     "21",
     F_Qx,
     F_NQ * cos(phi + pi / 2 + gamma + phi_Q1) + F_fQ * cos(phi + pi / 2 + gamma + phi_Q2),
-    "tooth force at Q, x",
+    PlantingClaim.TOOTH_FORCE.of("Q", "x"),
 )
 PAPER.defines(
     "22",
     F_Qy,
     F_NQ * sin(phi + pi / 2 + gamma + phi_Q1) + F_fQ * sin(phi + pi / 2 + gamma + phi_Q2),
-    "tooth force at Q, y",
+    PlantingClaim.TOOTH_FORCE.of("Q", "y"),
 )
-PAPER.defines("23", M_T, F_Ex * y_E, "moment of the cam force about the planet's axis")
+PAPER.defines("23", M_T, F_Ex * y_E, PlantingClaim.CAM_MOMENT)
 PAPER.defines(
     "Q1",
     phi_Q1,
     Piecewise((xi2 + pi / 9, M_Q < 0), (xi2 + 8 * pi / 9, M_Q > 0)),
-    "direction of the normal force at Q",
+    PlantingClaim.NORMAL_DIRECTION.of("Q"),
 )
 PAPER.defines(
     "Q2",
     phi_Q2,
     Piecewise((phi_Q1 - pi / 2, M_Q < 0), (phi_Q1 + pi / 2, M_Q > 0)),
-    "direction of friction at Q",
+    PlantingClaim.FRICTION_DIRECTION.of("Q"),
 )
 PAPER.defines(
     "NQ",
     F_NQ,
     Piecewise((M_Q / (r7 * cos(mu2 - xi2 + 7 * pi / 18) / cos(mu2)), M_Q < 0),
               (M_Q / (r7 * cos(mu2 + xi2 + 7 * pi / 18) / cos(mu2)), M_Q > 0)),
-    "normal force at Q",
+    PlantingClaim.NORMAL_FORCE.of("Q"),
 )  # fmt: skip
-PAPER.defines("fQ", F_fQ, F_NQ * tan(mu2), "friction force at Q")
+PAPER.defines("fQ", F_fQ, F_NQ * tan(mu2), PlantingClaim.FRICTION_FORCE.of("Q"))
 
 # 2.2.4 carrier
 PAPER.equation("24", F_O1x - F_A1x - F_B1x - F_A1x2 - F_B1x2, Balance("carrier", "force", "x", "frame"))
@@ -206,18 +219,18 @@ PAPER.equation(
 )  # fmt: skip
 
 # 3.2 objective
-PAPER.defines("29", f_1, F_high - F_low, "definition: range of the support force")
-PAPER.defines("30", f_2, mean_square, "definition: variance of the support force")
-PAPER.defines("31", f_total, Rational("0.6") * f_1 + Rational("0.4") * f_2, "definition: objective")
+PAPER.defines("29", f_1, F_high - F_low, Definition("range of the support force"))
+PAPER.defines("30", f_2, mean_square, Definition("variance of the support force"))
+PAPER.defines("31", f_total, Rational("0.6") * f_1 + Rational("0.4") * f_2, Definition("objective"))
 
-READING = {
+PAPER.reads({
     psi: theta1,
     F_Fz: S,
     J_C1y: I_C1[1] + m_C1 * ((x_C1 - x_A) ** 2 + (z_C1 - z_A) ** 2),
     J_C2y: I_C2[1] + m_C2 * ((x_C2 - x_A) ** 2 + (z_C2 - z_A) ** 2),
     x_CO: rho_CO * cos(beta_CO),
-}
-"""What printed symbols stand for in the named quantities (the paper gives the moments of inertia about the hinge)."""
+})  # fmt: skip
+"""The paper gives the moments of inertia about the hinge."""
 
 SIDE = Chain(
     PAPER.equations,
@@ -229,7 +242,7 @@ SIDE = Chain(
         Solve("19", F_B1z), Solve("14", M_P), Solve("P1", phi_P1), Solve("P2", phi_P2), Solve("NP", F_NP),
         Solve("fP", F_fP), Solve("15", F_Px), Solve("16", F_Py), Solve("12", F_A1x), Solve("13", F_A1y),
     ],
-    READING,
+    PAPER.reading,
 )  # fmt: skip
 """Order of solution of sections 2.1.3 and 2.2.5, one side."""
 
@@ -237,6 +250,8 @@ FRAME = Chain(
     PAPER.equations,
     [Solve("9", F_Ox), Solve("10", F_Oy), Solve("11", M_1), Solve("28", M_L), Solve("24", F_O1x), Solve("25", F_O1y),
      Solve("26", F_O1z)],
-    READING,
+    PAPER.reading,
 )  # fmt: skip
 """Order of solution of section 2.2.5, what both sides share."""
+
+CASE = Case(PAPER, SUBJECT, (SIDE, FRAME))

@@ -23,10 +23,9 @@ def audit(
     """Verdicts on the printed equations, laws and numbers of the papers."""
     console = Console(as_json)
     with console.outcome():
-        from planter import audit as trial
-        from planter.audit import page, tables
+        from planter.audit import page, tables, verdicts
 
-        result = trial.audit(paper)
+        result = verdicts.audit(paper)
         if out is not None:
             page.write(out, result)
         console.result(result, lambda: tables.show(console, result))

@@ -52,12 +52,12 @@ class Recomputed:
 def data() -> dict[str, Any]:
     """The printed numbers of all papers: inputs by paper, and rows that name theirs.
 
-    They stand in files `NAME.toml` of the rooms' `numbers`, whose modules enter the formulas in the registry.
+    They stand in files `NAME.toml` of the rooms' `printed`, whose modules enter the formulas in the registry.
     """
-    for room in rooms.brought("numbers"):
+    for room in rooms.brought("printed"):
         for found in sorted(pkgutil.iter_modules(room.__path__)):
             import_module(f"{room.__name__}.{found.name}")
-    files = [file for folder in rooms.folders("numbers").values() for file in folder.iterdir()]
+    files = [file for folder in rooms.folders("printed").values() for file in folder.iterdir()]
     read = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name)
             for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
     papers = sorted(read, key=lambda name: (read[name]["place"], name))

@@ -16,14 +16,12 @@ from planter.bench.case import MACHINE, Absent
 from planter.errors import ComputationError
 
 GRADIENT = f"""\
-from planter import machine
-from planter.device import Device
-from planter.turns import Turns
-turns = Turns(Device(machine.load({MACHINE!r})))
+from planter import Device, Turns, load_machine
+turns = Turns(Device(load_machine({MACHINE!r})))
 turns.gradient(turns.device.design)
 """
 """What a new process does: import, read the machine, compose its functions, objective and gradient of one turn."""
-DERIVED = ("derive", "generated", "planter/machines")
+DERIVED = ("derive", "generated", "planter")
 """What the derivation reads and writes, in a checkout."""
 
 Start = Callable[[object], None]

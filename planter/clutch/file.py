@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from planter.clutch.engage.sections import Contact, Dog
 from planter.files import examples
 from planter.files.complaints import refused
-from planter.files.document import Origins, Sourced
+from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
 from planter.files.text import parse_toml
 
@@ -157,7 +157,7 @@ class Search(Section):
         return self
 
 
-class Clutch(Sourced):
+class Clutch(Document):
     """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and what is known of its work."""
 
     sleeve: Sleeve

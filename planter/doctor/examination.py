@@ -17,7 +17,8 @@ import numpy as np
 from planter.kernels import Kernel, backends, toolchain
 from planter.kernels.toolchain import Compiler, NoCompiler
 from planter.planting import file
-from planter.planting.model import MODELS, Device
+from planter.planting.functions import MODELS
+from planter.planting.model import Device
 from planter.terminal.console import Console, shown
 from planter.version import __version__
 

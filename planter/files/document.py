@@ -23,7 +23,7 @@ def _flat(value: Any) -> Any:
 Origins = Annotated[dict[str, str], BeforeValidator(_flat)]
 
 
-class Sourced(Section):
+class Document(Section):
     """The whole of a file: its sections, and where each of their numbers comes from.
 
     Sections hold the values as the file shows them; `si` gives the value inside. A file's class ends with the field

@@ -1,0 +1,1 @@
+"""Pitch curves of non-circular gears: families, stages, sizes."""

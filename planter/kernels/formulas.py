@@ -1,8 +1,9 @@
-"""Generated models in closed form: a function for each stage, called by names, over any number of lanes."""
+"""Generated models whose functions stand on their own, called by names, over any number of lanes."""
 
 from __future__ import annotations
 
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -12,23 +13,25 @@ from planter.kernels import Array, Kernel, generated
 
 
 class Formulas:
-    """A generated model whose stages are functions on their own. SI units and radians.
+    """A generated model without functions that are composed at run time. SI units and radians.
+
+    `folder` is where a model of the user's own was generated; else it is one of ours or of an installed package.
 
     >>> load("clutch_exact")("taper", R2=0.013, d=0.010, phi=0.0)
     {'R1': array([0.013])}
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, name: str, folder: Path | None = None) -> None:
+        self.name, self.folder = name, folder
         self._kernels: dict[str, Kernel] = {}
 
     @cached_property
     def sidecar(self) -> dict[str, Any]:
-        return generated.sidecar(self.name)
+        return generated.sidecar(self.name, self.folder)
 
     def function(self, stage: str) -> ca.Function:
         """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
-        found: ca.Function = getattr(generated.module(self.name), stage)()
+        found: ca.Function = getattr(generated.module(self.name, self.folder), stage)()
         return found
 
     def outputs(self, stage: str) -> list[str]:
@@ -68,6 +71,6 @@ def _columns(kernel: Kernel, name: str, value: object) -> Array:
 
 
 @cache
-def load(name: str) -> Formulas:
+def load(name: str, folder: Path | None = None) -> Formulas:
     """The generated model of a name; each is loaded once."""
-    return Formulas(name)
+    return Formulas(name, folder)

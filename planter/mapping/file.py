@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from planter.files import examples
 from planter.files.complaints import refused
-from planter.files.document import Origins, Sourced
+from planter.files.document import Document, Origins
 from planter.files.fields import Pair, Positive, Real, Section
 from planter.files.text import parse_toml
 from planter.kernels import Array
@@ -96,7 +96,7 @@ class PointsData(Section):
         )  # fmt: skip
 
 
-class PoseFile(Sourced):
+class PoseFile(Document):
     """Poses; the other tables are optional, and so is where the numbers come from."""
 
     name: Annotated[str, Field(min_length=1, max_length=80)] = "poses"

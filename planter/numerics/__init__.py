@@ -1,0 +1,1 @@
+"""Numerical methods that know neither machine nor optimiser."""

@@ -12,7 +12,7 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from planter.files import examples
 from planter.files.complaints import lacking, refused
-from planter.files.document import Origins, Sourced
+from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
 from planter.files.text import parse_toml
 from planter.kernels import Array
@@ -149,7 +149,7 @@ class Targets(Section):
     clearance_mm: NotNegative = 0.0
 
 
-class Pickup(Sourced):
+class Pickup(Document):
     """A pick-up driven by a law or by a path. `points` are the path's (n, 2) in m, None with a law."""
 
     bars: Bars | None = None

@@ -1,6 +1,6 @@
 """Many designs: the objective over a turn of each, on all cores, in a stream.
 
-from planter.batches import evaluate_many
+from planter import evaluate_many
 
 found = evaluate_many(device, designs)      # designs (m, p) in SI: an array, a memory map
 best = designs[found.objective.argmin()]

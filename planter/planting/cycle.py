@@ -10,7 +10,8 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
-from planter.planting.model import Device, Prologue
+from planter.planting.functions import Prologue
+from planter.planting.model import Device
 
 Columns = dict[str, Array]
 

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from planter.errors import InputError
 from planter.files import examples
 from planter.files.complaints import lacking, not_allowed, refused
-from planter.files.document import Origins, Sourced
+from planter.files.document import Document, Origins
 from planter.files.fields import Pair, Real
 from planter.files.text import parse_toml
 from planter.planting.requirements.section import Requirements
@@ -29,7 +29,7 @@ from planter.planting.sections import (
 )
 
 
-class Machine(Sourced):
+class Machine(Document):
     """A planting device: two gear stages on a carrier, a cam-driven nozzle on each of two sides.
 
     Sections hold the values as the file shows them; `si` gives the value inside. The names in `design` and

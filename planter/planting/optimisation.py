@@ -13,7 +13,8 @@ from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
 from planter.optimise.range_and_spread import Sampling
 from planter.planting import cycle, search
-from planter.planting.model import MODELS, Device
+from planter.planting.functions import MODELS
+from planter.planting.model import Device
 from planter.planting.objective import problem
 from planter.planting.search import Optimum
 from planter.planting.simulation import checked_samples

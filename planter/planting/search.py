@@ -23,7 +23,8 @@ from planter.optimise.second_process import Recipe, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, points
 from planter.planting import objective
 from planter.planting.file import Machine
-from planter.planting.model import Device, Model
+from planter.planting.functions import Model
+from planter.planting.model import Device
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 from planter.planting.response import Planting, sensitivity

@@ -8,15 +8,13 @@ each angle is two lanes of S. Derivatives cross the prologue's cut as inputs: al
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
 
 from planter.kernels import Array, Kernel
-
-if TYPE_CHECKING:
-    from planter.planting.model import Functions, Prologue
+from planter.planting.functions import Functions, Prologue
 
 FORCE = "F_support"
 

@@ -1,10 +1,8 @@
 """The objective over a turn, from design vector to value and gradient in one compiled call.
 
-from planter import machine
-from planter.device import Device
-from planter.turns import Turns
+from planter import Device, Turns, load_machine
 
-turns = Turns(Device(machine.load("wang2017")))
+turns = Turns(Device(load_machine("wang2017")))
 value, gradient = turns.gradient(turns.device.design)
 """
 

@@ -22,9 +22,8 @@ from planter.files import paths
 from planter.version import __version__
 
 if TYPE_CHECKING:
-    from planter.files.document import Sourced
+    from planter.files.document import Document
     from planter.kernels import Array
-    from planter.planting.file import Machine
 
 
 def output_folder(path: str | Path) -> Path:
@@ -134,7 +133,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def provenance(machine: Sourced, seed: int | None = None) -> dict[str, Any]:
+def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     """What a run can be repeated from: versions, the machine, and a hash of every value of it.
 
     The hash is of the values, those set on the command line included, not of the file's layout or its place.
@@ -152,7 +151,7 @@ def provenance(machine: Sourced, seed: int | None = None) -> dict[str, Any]:
     return found if seed is None else found | {"seed": seed}
 
 
-def comments(machine: Machine, model: str, design: Mapping[str, float], seed: int | None = None) -> Iterator[str]:
+def comments(machine: Document, model: str, design: Mapping[str, float], seed: int | None = None) -> Iterator[str]:
     """The lines that head a CSV: machine, model, design and what `provenance` tells."""
     yield f"machine: {machine.name} ({machine.description})"
     yield f"model: {model}"

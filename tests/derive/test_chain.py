@@ -6,19 +6,20 @@ import pytest
 import sympy as sp
 from sympy import Piecewise
 
-from derive.chain import ChainError, close_cases, ordered, solve_linear
-from derive.equations import Equation
+from derive.chain import Chain, ChainError, close_cases, ordered, solve_linear
+from derive.equations import ClaimError, Definition, Equation, by_claim, defined
 from derive.model import System
 from derive.papers import wang2017
 from derive.quantity import Quantity
 from derive.systems.planting import derivation
 from derive.systems.planting import quantities as q
+from tests.support.made_up import MadeUpClaim
 
 a, b, c, k = (Quantity(name, "1", "test", "test") for name in "abck")
 
 
 def equation(number: str, residual: sp.Expr, defines: Quantity | None = None) -> Equation:
-    return Equation(number, residual, "test", "test", defines=defines)
+    return Equation(number, residual, "test", Definition("test"), defines=defines)
 
 
 def test_order_is_found_by_matching() -> None:
@@ -41,6 +42,14 @@ def test_an_unknown_behind_definitions_is_found_through_them() -> None:
     )
     assert [s.unknown for s in chain.order] == [a, b, c] or [s.unknown for s in chain.order] == [a, c]
     assert chain.lets()[0].expr == 2
+
+
+def test_an_order_may_name_what_equations_claim() -> None:
+    known = by_claim([defined(MadeUpClaim.SUM, a, b + c), defined(MadeUpClaim.SHARE.of(b), b, 2 * c)])
+    chain = Chain.of_claims(known, [(MadeUpClaim.SHARE.of(b), c), (MadeUpClaim.SUM, a)])
+    assert [(let.symbol, let.expr) for let in chain.lets()] == [(c, b / 2), (a, b + c)]
+    with pytest.raises(ClaimError, match="nothing here states ClaimOf 'made-up share c'; near it: ClaimOf 'made-up sh"):
+        Chain.of_claims(known, [(MadeUpClaim.SHARE.of(c), c)])
 
 
 def test_a_nonlinear_step_is_refused() -> None:

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
-from planter.cli import app
+from planter.cli.app import application
+
+
+@cache
+def _application() -> typer.Typer:
+    return application()
 
 
 def run(*arguments: str) -> tuple[int, str, str]:
     """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, list(arguments))
+    result = CliRunner().invoke(_application(), list(arguments))
     return result.exit_code, result.stdout, result.stderr
 
 

@@ -7,7 +7,7 @@ import sympy as sp
 
 from derive.systems.clutch import claims
 
-CLAIMS = claims.claims()
+CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
 
 
 def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:

@@ -7,7 +7,8 @@ import numpy as np
 from planter.errors import PlanterError
 from planter.files import examples
 from planter.planting.file import Machine, load
-from planter.planting.model import Device, Model
+from planter.planting.functions import Model
+from planter.planting.model import Device
 
 SPREAD = {"mass": 0.3, "inertia": 0.3, "centroid": 0.4, "nozzle": 0.2, "spring": 0.3, "contact": 0.2, "operation": 0.3}
 DESIGN = {

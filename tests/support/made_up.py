@@ -1,11 +1,15 @@
 """Made-up quantities, and points at which they have values, to judge small equations with."""
 
 import random
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import sympy as sp
 
 from derive.audit.judge import Judgement, judge
-from derive.equations import Equation, Relation
+from derive.audit.subject import Subject
+from derive.equations import Claim, Claimed, Equation, Relation
 from derive.evaluate import Point
 from derive.quantity import Quantity
 
@@ -25,6 +29,44 @@ def values(seed: int) -> dict[Quantity, sp.Rational]:
     return {s: sp.Rational(rng.randint(10**9, 10**10), 10**10) for s in WORDS}
 
 
+class MadeUpClaim(Claim):
+    """What may be claimed of made-up quantities."""
+
+    SUM = "made-up sum"
+    SHARE = "made-up share {}"
+    NOWHERE = "made-up sum that nothing derives"
+
+
+@dataclass(frozen=True)
+class MadeUp(Subject):
+    """A subject of made-up equations; ``lifted`` is the derivation of all without the assumption of ``zeros``."""
+
+    equations: Mapping[Claimed, Equation]
+    lifted: sp.Expr | None = None
+    zeros: Mapping[sp.Symbol, str] = field(default_factory=dict)
+
+    def claims(self) -> Mapping[Claimed, Equation]:
+        return self.equations
+
+    def admissible(self, rng: random.Random) -> dict[Quantity, sp.Rational]:
+        return values(rng.randint(1, 99))
+
+    def reference(self, points: int) -> list[dict[Quantity, sp.Rational]]:
+        return [values(seed) for seed in range(points)]
+
+    def zero(self) -> Mapping[sp.Symbol, str]:
+        return self.zeros
+
+    def lift(self, claim: Claimed, printed: sp.Expr) -> sp.Expr | None:
+        return self.lifted
+
+
+def tampered(subject: Subject, **parts: Any) -> Subject:
+    """The same subject with other methods."""
+    changed: Subject = type("Tampered", (type(subject),), parts)()
+    return changed
+
+
 POINTS = [Point(values(seed)) for seed in (1, 2, 3)]
 
 
@@ -36,7 +78,7 @@ def judged(
 ) -> Judgement:
     """The judgement on two residuals, or on what two formulas say that a symbol is."""
     first, second = (
-        Equation("n", r if defines is None else defines - r, "test", "made up", defines=defines, relation=k)
+        Equation("n", r if defines is None else defines - r, "test", MadeUpClaim.SUM, defines=defines, relation=k)
         for r, k in zip((printed, derived), relations, strict=True)
     )
     return judge(first, second, POINTS, WORDS)

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from planter.planting.model import Device, Model
+from planter.planting.functions import Model
+from planter.planting.model import Device
 
 Number = Any
 Named = dict[str, Number]

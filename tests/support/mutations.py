@@ -13,15 +13,14 @@ from mpmath import mpf
 from sympy import Expr
 
 from derive.audit.judge import Judgement, aligned, judge
-from derive.audit.paper import Paper
-from derive.audit.subject import Subject
+from derive.audit.verdicts import cases
 from derive.dimensions import DimensionError, dimension
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point
-from derive.pipeline import TRIALS
+from derive.papers import modules
 from tests.support.errors import KINDS
 
-SUBJECTS = {paper.PAPER.name: (paper, system) for paper, system in TRIALS}
+CASES = {case.paper.name: case for case in cases(modules()).values()}
 SLOW = 20
 """Equations that are not confirmed and have more terms than this, both sides together, are slow to judge."""
 EQUAL = mpf(10) ** -42
@@ -36,22 +35,16 @@ class Mutant:
     equation: Equation
 
 
-@cache
-def subject(name: str) -> Subject:
-    """The subject of a paper."""
-    return Subject.of(*SUBJECTS[name])
-
-
 def tried(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
-    own = subject(name)
+    own = CASES[name]
     return judge(*_pair(name, equation), own.points, own.words)
 
 
 @cache
 def untouched(name: str, number: str) -> Judgement:
     """The judgement on an equation as printed."""
-    return tried(name, subject(name).paper.equations[number])
+    return tried(name, CASES[name].paper.equations[number])
 
 
 def outcome(found: Judgement) -> tuple[str, frozenset[tuple[str, ...]], frozenset[Expr], frozenset[Expr]]:
@@ -60,9 +53,8 @@ def outcome(found: Judgement) -> tuple[str, frozenset[tuple[str, ...]], frozense
 
 
 def _pair(name: str, equation: Equation) -> tuple[Equation, Equation | None]:
-    own = subject(name)
-    alone = Paper(name, "", {equation.number: equation})
-    return replace(own, paper=alone, derive_claims=lambda: own.claims).pair(equation.number)
+    alone = replace(CASES[name].paper, equations={equation.number: equation})
+    return replace(CASES[name], paper=alone).pair(equation.number)
 
 
 @cache
@@ -71,7 +63,7 @@ def derivable(name: str) -> tuple[str, ...]:
 
     Slow are those that are not confirmed and have many terms, or mix dimensions: there any symbol may be meant.
     """
-    return tuple(n for n, e in subject(name).paper.equations.items() if e.legibility != "lost" and _is_quick(name, e))
+    return tuple(n for n, e in CASES[name].paper.equations.items() if e.legibility != "lost" and _is_quick(name, e))
 
 
 def _is_quick(name: str, equation: Equation) -> bool:
@@ -92,7 +84,7 @@ def is_sound(name: str, equation: Equation) -> bool:
     printed, derived = _pair(name, equation)
     if derived is None or printed.relation != derived.relation:
         return False
-    return aligned(printed, derived, subject(name).points).same
+    return aligned(printed, derived, CASES[name].points).same
 
 
 def is_consistent(equation: Equation) -> bool:
@@ -132,7 +124,7 @@ def _drained(pool: list[Mutant]) -> Iterator[Mutant]:
 
 def _pool(name: str, kind: str, numbers: tuple[str, ...]) -> list[Mutant]:
     """Every error of a kind in equations of a paper."""
-    own = subject(name)
+    own = CASES[name]
     return [
         Mutant(kind, what, mutated)
         for number in numbers
@@ -143,11 +135,11 @@ def _pool(name: str, kind: str, numbers: tuple[str, ...]) -> list[Mutant]:
 
 def changes(name: str, equation: Equation) -> bool:
     """Whether an equation says something else than the printed one, at 50 digits at some admissible point."""
-    printed = subject(name).paper.equations[equation.number]
+    printed = CASES[name].paper.equations[equation.number]
     if equation.relation != printed.relation:
         return True
     before, after = (_pair(name, e)[0].residual for e in (printed, equation))
-    points = subject(name).points
+    points = CASES[name].points
     factors = [mpf(1)] if printed.defines else _factors(before, after, points[0], both=printed.relation == "=")
     return all(any(_differs(p, before, after, factor) for p in points) for factor in factors)
 

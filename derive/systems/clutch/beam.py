@@ -11,14 +11,15 @@ from collections.abc import Mapping
 import sympy as sp
 from sympy import Expr, S, cos, cosh, pi, sin, sinh
 
-from ...chain import Chain, Solve
-from ...equations import Equation
+from ...chain import Chain
+from ...equations import Claimed, Equation, by_claim
 from ...model import Formulas, Let, Stage
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .geometry import apothem
 from .model import FLATS
 from .motion import engagement_claims, mode
+from .vocabulary import ClutchClaim
 
 SOURCE = "derived: beam"
 ASSUMPTIONS = (
@@ -92,12 +93,12 @@ def _quadrature(expr: Expr) -> sp.Float:
     return sp.N(sp.Integral(expr**2, (Z, 0, 1)).evalf(DIGITS // 2 + 5), DIGITS // 2)
 
 
-def _claims() -> dict[str, Equation]:
-    return {equation.number: equation for equation in engagement_claims()}
+def _claims() -> dict[Claimed, Equation]:
+    return by_claim(engagement_claims())
 
 
-def _solved(equations: Mapping[str, Equation], *order: tuple[str, Quantity]) -> tuple[Let, ...]:
-    return Chain(equations, [Solve(claim, unknown) for claim, unknown in order]).lets()
+def _solved(equations: Mapping[Claimed, Equation], *order: tuple[Claimed, Quantity]) -> tuple[Let, ...]:
+    return Chain.of_claims(equations, order).lets()
 
 
 def beam_stage(name: str, shape: Expr) -> Stage:
@@ -108,9 +109,9 @@ def beam_stage(name: str, shape: Expr) -> Stage:
         Let(q.a1, edge, "derived: regular hexagon"),
         *_solved(
             _claims(),
-            ("section of the shaft", q.S),
-            ("second moment of the shaft", q.I),
-            ("mass of the overhanging shaft", q.m2),
+            (ClutchClaim.SHAFT_SECTION, q.S),
+            (ClutchClaim.SECOND_MOMENT, q.I),
+            (ClutchClaim.OVERHANG_MASS, q.m2),
         ),
         Let(MASS, mass, SOURCE),
         Let(STIFFNESS, stiffness, SOURCE),
@@ -128,7 +129,7 @@ def frequency() -> tuple[Let, ...]:
 
 def load() -> Expr:
     """Contact load over time."""
-    (found,) = _solved(_claims(), ("contact load over time", q.N))
+    (found,) = _solved(_claims(), (ClutchClaim.CONTACT_LOAD, q.N))
     return found.expr
 
 
@@ -152,8 +153,8 @@ def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> S
 def motion() -> Stage:
     """Deflection at the contact, its rate and the load at a time."""
     steps = (
-        *_solved(_claims(), ("deflection at the contact over time", q.y_max)),
-        *_solved(_claims(), ("contact load over time", q.N)),
+        *_solved(_claims(), (ClutchClaim.CONTACT_DEFLECTION, q.y_max)),
+        *_solved(_claims(), (ClutchClaim.CONTACT_LOAD, q.N)),
     )
     rate = Let(RATE, steps[0].expr.diff(q.t), SOURCE)
     return Stage("motion", (q.t, q.B1, q.B2, STRUCK), (*steps, rate), Vector("motion", (q.y_max, RATE, q.N)))
@@ -168,8 +169,8 @@ def exact() -> Formulas:
 
 def printed(equations: Mapping[str, Equation]) -> Formulas:
     """The engagement with the frequency and the acceleration that a paper prints; from there on it follows (11)."""
-    by_claim = {str(equation.claims): equation for equation in equations.values()}
-    rates = _solved(by_claim, ("circular frequency in contact", q.B1), ("acceleration by the driving force", q.B2))
+    said = by_claim(equations.values())
+    rates = _solved(said, (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2))
     stage = extremes(rates, (q.E, q.I, q.l, q.m2, STRUCK))
     title = "Engagement in one mode, as printed"
     return Formulas("clutch_beam_printed", title, "shi2021 (8)-(12), taken literally", ASSUMPTIONS, (stage,))

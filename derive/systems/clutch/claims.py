@@ -13,12 +13,13 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from ...chain import Chain, Solve
-from ...equations import Equation
+from ...chain import Chain
+from ...equations import Claimed, Equation, by_claim
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import polygon_claims, taper_claims, tooth_claims
 from .motion import engagement_claims, linkage_claims, slip_claims
+from .vocabulary import ClutchClaim
 
 ASSUMPTIONS = (
     "rigid polygon and hexagon, no clearance",
@@ -39,70 +40,67 @@ _SCALES: dict[str, Callable[[], Any]] = {
     "_rpm": lambda: mpmath.pi / 30,
     "_GPa": lambda: mpf("1e9"),
 }
-_ORDER = tuple(
-    Solve(claim, symbol)
-    for claim, symbol in (
-        ("direction of BC from that of AC", q.beta),
-        ("side of the hexagon that fits the polygon's width", q.a),
-        ("coefficient of the sine in the path of C", q.A1),
-        ("coefficient of the cosine in the path of C", q.A2),
-        ("side that A slides on", q.y_A),
-        ("side that B slides on", q.Y_B),
-        ("vertex A while A and B slide", q.x_A),
-        ("path of C, x", q.x_C),
-        ("path of C, y", q.y_C),
-        ("coordinates of C in the turned frame, X", q.X_C),
-        ("coordinates of C in the turned frame, Y", q.Y_C),
-        ("vertex C from vertex B, X", q.X_B),
-        ("centre of the ellipse, x", q.x_E),
-        ("centre of the ellipse, y", q.y_E),
-        ("focus of the ellipse, x", q.x_F),
-        ("line of the foci", q.y_F),
-        ("semi-major axis of the ellipse", q.s_1),
-        ("semi-minor axis of the ellipse", q.s_2),
-        ("curvature of the path where it leaves the side", q.rho_C),
-        ("overlap with the third pair of sides", q.e_3),
-        ("curvature of the tip path where it leaves the flat", q.rho_t),
-        ("angle between the faces of a tooth", q.xi),
-        ("largest outline radius of the body", q.b),
-        ("least travel of the sleeve", q.c_min),
-        ("sleeve on the taper, force across it", q.F_N),
-        ("friction of body and sleeve", q.f),
-        ("rotation of the crank gear with the link", q.theta_A),
-        ("rotation of the crank gear relative to the link", q.theta_AR),
-        ("rotation of the crank for the travel of the sleeve", q.theta_Amax),
-        ("rotation of the crank gear for a number of teeth", q.n),
-        ("time to switch", q.t_c),
-        ("section of the shaft", q.S),
-        ("second moment of the shaft", q.I),
-        ("modal mass of the shaft", q.M_1),
-        ("modal stiffness of the shaft", q.K_1),
-        ("mass of the overhanging shaft", q.m2),
-        ("circular frequency in contact", q.B1),
-        ("acceleration by the driving force", q.B2),
-        ("speed of the contact point at the start", q.v_0),
-        ("deflection at the contact over time", q.y_max),
-        ("deflection of the shaft in its mode", q.y),
-        ("acceleration of the shaft at the contact", q.a_l),
-        ("acceleration of the shaft", q.a_x),
-        ("fourth derivative of the deflection", q.y_4x),
-        ("Dirac's delta in the mode", q.delta_l),
-        ("contact load over time", q.N),
-        ("largest contact load", q.N_max),
-        ("forces on the tooth across the surface", q.F_x),
-        ("acceleration of the slip", q.a0),
-    )
+_ORDER: tuple[tuple[Claimed, Quantity], ...] = (
+    (ClutchClaim.DIRECTION_BC, q.beta),
+    (ClutchClaim.HEXAGON_SIDE, q.a),
+    (ClutchClaim.PATH_SINE, q.A1),
+    (ClutchClaim.PATH_COSINE, q.A2),
+    (ClutchClaim.SIDE_OF_A, q.y_A),
+    (ClutchClaim.SIDE_OF_B, q.Y_B),
+    (ClutchClaim.A_SLIDING, q.x_A),
+    (ClutchClaim.PATH_X, q.x_C),
+    (ClutchClaim.PATH_Y, q.y_C),
+    (ClutchClaim.C_TURNED_X, q.X_C),
+    (ClutchClaim.C_TURNED_Y, q.Y_C),
+    (ClutchClaim.C_FROM_B_X, q.X_B),
+    (ClutchClaim.ELLIPSE_CENTRE_X, q.x_E),
+    (ClutchClaim.ELLIPSE_CENTRE_Y, q.y_E),
+    (ClutchClaim.FOCUS_X, q.x_F),
+    (ClutchClaim.FOCI_LINE, q.y_F),
+    (ClutchClaim.SEMI_MAJOR_AXIS, q.s_1),
+    (ClutchClaim.SEMI_MINOR_AXIS, q.s_2),
+    (ClutchClaim.PATH_CURVATURE, q.rho_C),
+    (ClutchClaim.THIRD_OVERLAP, q.e_3),
+    (ClutchClaim.TIP_PATH_CURVATURE, q.rho_t),
+    (ClutchClaim.FACE_ANGLE, q.xi),
+    (ClutchClaim.OUTLINE_RADIUS, q.b),
+    (ClutchClaim.LEAST_TRAVEL, q.c_min),
+    (ClutchClaim.SLEEVE_ACROSS, q.F_N),
+    (ClutchClaim.SLEEVE_FRICTION, q.f),
+    (ClutchClaim.CRANK_GEAR, q.theta_A),
+    (ClutchClaim.CRANK_GEAR_ON_LINK, q.theta_AR),
+    (ClutchClaim.CRANK_BY_TRAVEL, q.theta_Amax),
+    (ClutchClaim.CRANK_BY_TEETH, q.n),
+    (ClutchClaim.SWITCHING_TIME, q.t_c),
+    (ClutchClaim.SHAFT_SECTION, q.S),
+    (ClutchClaim.SECOND_MOMENT, q.I),
+    (ClutchClaim.MODAL_MASS, q.M_1),
+    (ClutchClaim.MODAL_STIFFNESS, q.K_1),
+    (ClutchClaim.OVERHANG_MASS, q.m2),
+    (ClutchClaim.CONTACT_FREQUENCY, q.B1),
+    (ClutchClaim.DRIVING_ACCELERATION, q.B2),
+    (ClutchClaim.CONTACT_SPEED, q.v_0),
+    (ClutchClaim.CONTACT_DEFLECTION, q.y_max),
+    (ClutchClaim.MODAL_DEFLECTION, q.y),
+    (ClutchClaim.CONTACT_ACCELERATION, q.a_l),
+    (ClutchClaim.SHAFT_ACCELERATION, q.a_x),
+    (ClutchClaim.FOURTH_DERIVATIVE, q.y_4x),
+    (ClutchClaim.MODAL_DELTA, q.delta_l),
+    (ClutchClaim.CONTACT_LOAD, q.N),
+    (ClutchClaim.LARGEST_LOAD, q.N_max),
+    (ClutchClaim.TOOTH_ACROSS, q.F_x),
+    (ClutchClaim.SLIP_ACCELERATION, q.a0),
 )
 """Which derived equation gives which dependent quantity, in order."""
 
 
 @cache
-def _claims() -> Mapping[str, Equation]:
+def _claims() -> Mapping[Claimed, Equation]:
     parts = (polygon_claims, tooth_claims, taper_claims, linkage_claims, engagement_claims, slip_claims)
-    return {equation.number: equation for part in parts for equation in part()}
+    return by_claim(equation for part in parts for equation in part())
 
 
-def claims() -> dict[str, Equation]:
+def claims() -> dict[Claimed, Equation]:
     """Every derived equation by what it claims to be."""
     return dict(_claims())
 
@@ -110,7 +108,7 @@ def claims() -> dict[str, Equation]:
 @cache
 def _steps() -> tuple[tuple[Quantity, tuple[Quantity, ...], Callable[..., mpf]], ...]:
     steps = []
-    for let in Chain(_claims(), _ORDER).lets():
+    for let in Chain.of_claims(_claims(), _ORDER).lets():
         needs = tuple(sorted(let.expr.free_symbols, key=str))
         steps.append((let.symbol, needs, sp.lambdify(needs, let.expr, "mpmath")))
     return tuple(steps)

@@ -12,10 +12,11 @@ from functools import cache
 import sympy as sp
 from sympy import Expr, Matrix, S, cos, pi, sin
 
-from ...equations import Equation, Relation
+from ...equations import Equation, Relation, defined, derived
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...quantity import Quantity
 from . import quantities as q
+from .vocabulary import ClutchClaim
 
 TURN = 2 * pi
 VERTICES = 5
@@ -37,14 +38,14 @@ LEAD = sp.Dummy("lead", real=True)
 HALF_ARC = sp.Dummy("half arc", real=True)
 
 
-def definition(claim: str, symbol: Quantity, expr: Expr) -> Equation:
+def definition(claim: ClutchClaim, symbol: Quantity, expr: Expr) -> Equation:
     """What a symbol comes out to be."""
-    return Equation(claim, symbol - with_angles(expr), f"derived: {claim}", claim, defines=symbol)
+    return defined(claim, symbol, with_angles(expr))
 
 
-def relation(claim: str, left: Expr, sense: Relation, right: Expr) -> Equation:
+def relation(claim: ClutchClaim, left: Expr, sense: Relation, right: Expr) -> Equation:
     """What a balance or a condition comes out to be."""
-    return Equation(claim, left - with_angles(right), f"derived: {claim}", claim, relation=sense)
+    return derived(claim, left - with_angles(right), relation=sense)
 
 
 def apothem(side: Expr) -> Expr:
@@ -198,31 +199,31 @@ def polygon_claims() -> list[Equation]:
     intercept = sp.simplify(oval.centre[1] - oval.slope * oval.centre[0])
     eccentric = sp.sqrt((oval.major - oval.minor) / (1 + oval.slope**2))
     return [
-        definition("vertex C from vertex A, x", q.x_C, from_A[0]),
-        definition("vertex C from vertex A, y", q.y_C, from_A[1]),
-        definition("vertex C from vertex B, X", q.X_C, from_B[0]),
-        definition("vertex C from vertex B, Y", q.Y_C, from_B[1]),
-        definition("coordinates of C in the turned frame, X", q.X_C, turned[0]),
-        definition("coordinates of C in the turned frame, Y", q.Y_C, turned[1]),
-        definition("direction of BC from that of AC", q.beta, q.theta + LEAD),
-        definition("side that A slides on", q.y_A, apothem(q.a)),
-        definition("side that B slides on", q.Y_B, apothem(q.a)),
-        definition("vertex A while A and B slide", q.x_A, closed_loop()),
-        definition("path of C, x", q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta))),
-        definition("path of C, y", q.y_C, from_A[1].subs(q.y_A, apothem(q.a))),
-        definition("coefficient of the sine in the path of C", q.A1, A1),
-        definition("coefficient of the cosine in the path of C", q.A2, A2),
-        definition("side of the hexagon that fits the polygon's width", q.a, width_side()),
-        definition("centre of the ellipse, x", q.x_E, q.R * oval.centre[0]),
-        definition("centre of the ellipse, y", q.y_E, q.R * oval.centre[1]),
-        definition("focus of the ellipse, x", q.x_F, q.R * (oval.centre[0] + eccentric)),
-        definition("line of the foci", q.y_F, oval.slope * q.x_F + q.R * intercept),
-        definition("semi-major axis of the ellipse", q.s_1, q.R * sp.sqrt(oval.major)),
-        definition("semi-minor axis of the ellipse", q.s_2, q.R * sp.sqrt(oval.minor)),
-        definition("curvature of the path where it leaves the side", q.rho_C, q.R * tangency_curvature()),
-        definition("overlap with the third pair of sides", q.e_3, q.R * third_overlap()),
-        definition("curvature of the tip path where it leaves the flat", q.rho_t, tip_width() * tangency_curvature()),
-        relation("fillet that the tooth tips clear", q.r, ">=", tip_width() * least_fillet()),
+        definition(ClutchClaim.C_FROM_A_X, q.x_C, from_A[0]),
+        definition(ClutchClaim.C_FROM_A_Y, q.y_C, from_A[1]),
+        definition(ClutchClaim.C_FROM_B_X, q.X_C, from_B[0]),
+        definition(ClutchClaim.C_FROM_B_Y, q.Y_C, from_B[1]),
+        definition(ClutchClaim.C_TURNED_X, q.X_C, turned[0]),
+        definition(ClutchClaim.C_TURNED_Y, q.Y_C, turned[1]),
+        definition(ClutchClaim.DIRECTION_BC, q.beta, q.theta + LEAD),
+        definition(ClutchClaim.SIDE_OF_A, q.y_A, apothem(q.a)),
+        definition(ClutchClaim.SIDE_OF_B, q.Y_B, apothem(q.a)),
+        definition(ClutchClaim.A_SLIDING, q.x_A, closed_loop()),
+        definition(ClutchClaim.PATH_X, q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta))),
+        definition(ClutchClaim.PATH_Y, q.y_C, from_A[1].subs(q.y_A, apothem(q.a))),
+        definition(ClutchClaim.PATH_SINE, q.A1, A1),
+        definition(ClutchClaim.PATH_COSINE, q.A2, A2),
+        definition(ClutchClaim.HEXAGON_SIDE, q.a, width_side()),
+        definition(ClutchClaim.ELLIPSE_CENTRE_X, q.x_E, q.R * oval.centre[0]),
+        definition(ClutchClaim.ELLIPSE_CENTRE_Y, q.y_E, q.R * oval.centre[1]),
+        definition(ClutchClaim.FOCUS_X, q.x_F, q.R * (oval.centre[0] + eccentric)),
+        definition(ClutchClaim.FOCI_LINE, q.y_F, oval.slope * q.x_F + q.R * intercept),
+        definition(ClutchClaim.SEMI_MAJOR_AXIS, q.s_1, q.R * sp.sqrt(oval.major)),
+        definition(ClutchClaim.SEMI_MINOR_AXIS, q.s_2, q.R * sp.sqrt(oval.minor)),
+        definition(ClutchClaim.PATH_CURVATURE, q.rho_C, q.R * tangency_curvature()),
+        definition(ClutchClaim.THIRD_OVERLAP, q.e_3, q.R * third_overlap()),
+        definition(ClutchClaim.TIP_PATH_CURVATURE, q.rho_t, tip_width() * tangency_curvature()),
+        relation(ClutchClaim.FILLET, q.r, ">=", tip_width() * least_fillet()),
     ]
 
 
@@ -247,10 +248,10 @@ def tooth_claims() -> list[Equation]:
     (fillet_centre,) = sp.solve(inset * cos(pi / SIDES) - (apothem(q.a1) - q.r), inset)
     at_least = face_angle().subs(q.b1, least_tip).subs(HALF_ARC, (POLAR_A - POLAR_C) / 2)
     return [
-        relation("tooth tips go round the shaft", q.b1, ">=", least_tip),
-        relation("tooth roots clear the shaft's corners", q.b2, ">=", sp.expand(fillet_centre + q.r)),
-        definition("angle between the faces of a tooth", q.xi, face_angle()),
-        definition("angle between the faces at the least tip distance", q.xi, sp.simplify(at_least)),
+        relation(ClutchClaim.TIP_DISTANCE, q.b1, ">=", least_tip),
+        relation(ClutchClaim.ROOT_DISTANCE, q.b2, ">=", sp.expand(fillet_centre + q.r)),
+        definition(ClutchClaim.FACE_ANGLE, q.xi, face_angle()),
+        definition(ClutchClaim.LEAST_TIP_FACE_ANGLE, q.xi, sp.simplify(at_least)),
     ]
 
 
@@ -266,14 +267,14 @@ def taper_claims() -> list[Equation]:
     steepest = -margin.coeff(cos(q.phi)) / margin.coeff(sin(q.phi))
     along, pressing = (e.subs(force, q.F1 - q.F2) for e in (along, -across))
     return [
-        definition("largest outline radius of the body", q.b, circumradius(2 * apothem(q.a))),
-        definition("least travel of the sleeve", q.c_min, travel.subs(steepness, sp.tan(q.phi))),
-        relation("travel of the sleeve", q.c, ">=", q.c_min),
-        relation("sleeve slides along the taper", along, ">=", q.f),
-        relation("sleeve on the taper, force across it", pressing, "=", q.F_N),
-        definition("friction of body and sleeve", q.f, friction),
-        definition("axial angle from the outline radii", q.phi, sp.atan((q.R1 - q.R2) / q.d)),
-        relation("material between tooth roots and outline", (q.R1 - q.R2) / q.d, "<", (q.R1 - q.b2) / q.d),
-        relation("least axial angle for a travel", sp.atan(flattest), "<=", q.phi),
-        relation("largest axial angle at which the sleeve slides", q.phi, "<=", sp.atan(steepest)),
+        definition(ClutchClaim.OUTLINE_RADIUS, q.b, circumradius(2 * apothem(q.a))),
+        definition(ClutchClaim.LEAST_TRAVEL, q.c_min, travel.subs(steepness, sp.tan(q.phi))),
+        relation(ClutchClaim.TRAVEL, q.c, ">=", q.c_min),
+        relation(ClutchClaim.SLEEVE_SLIDES, along, ">=", q.f),
+        relation(ClutchClaim.SLEEVE_ACROSS, pressing, "=", q.F_N),
+        definition(ClutchClaim.SLEEVE_FRICTION, q.f, friction),
+        definition(ClutchClaim.AXIAL_ANGLE, q.phi, sp.atan((q.R1 - q.R2) / q.d)),
+        relation(ClutchClaim.WALL, (q.R1 - q.R2) / q.d, "<", (q.R1 - q.b2) / q.d),
+        relation(ClutchClaim.LEAST_AXIAL_ANGLE, sp.atan(flattest), "<=", q.phi),
+        relation(ClutchClaim.LARGEST_AXIAL_ANGLE, q.phi, "<=", sp.atan(steepest)),
     ]

@@ -1,25 +1,26 @@
 """What is computed of the clutch: the same stages from the derived equations and from those in print.
 
-A stage solves equations in the order given here, each linear in its unknown, found by what it claims to be; what does
-not follow from a set of equations, its stage does not give.
+A stage solves equations in the order given here, each linear in its unknown, found by what it claims to be. A source
+that makes no such claim says so; what hangs on it, its stages do not give.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
 from sympy import Expr
 
-from ...chain import Chain, Solve
-from ...equations import Equation
+from ...chain import Chain
+from ...equations import Claim, Claimed, ClaimError, Definition, Equation, among, by_claim
 from ...model import Formulas, Let, Stage
 from ...quantity import Quantity, Vector
 from . import claims
 from . import quantities as q
 from .geometry import apothem, split, third_overlap, with_angles
 from .slider import CRANK, slider
+from .vocabulary import ClutchClaim
 
 FLATS = Quantity("flats", "m", "distance between opposite flats of the output shaft", "shi2021 2.1")
 WALL = Quantity("wall", "m", "material between tooth roots and outline at the right end", "derived: clutch")
@@ -29,93 +30,103 @@ FREE = Quantity("free", "m", "least distance of opposite sides in which the poly
 CLUTCH = Vector("clutch", (q.a, FLATS, q.r, q.b1, q.b2, q.phi, q.c, q.mu, q.F1, q.F2, q.R2, q.d))
 
 _POLYGON = (
-    ("side of the hexagon that fits the polygon's width", q.R),
-    ("largest outline radius of the body", q.b),
-    ("coefficient of the sine in the path of C", q.A1),
-    ("coefficient of the cosine in the path of C", q.A2),
-    ("centre of the ellipse, x", q.x_E),
-    ("centre of the ellipse, y", q.y_E),
-    ("focus of the ellipse, x", q.x_F),
-    ("line of the foci", q.y_F),
-    ("semi-major axis of the ellipse", q.s_1),
-    ("semi-minor axis of the ellipse", q.s_2),
-    ("curvature of the path where it leaves the side", q.rho_C),
+    (ClutchClaim.HEXAGON_SIDE, q.R),
+    (ClutchClaim.OUTLINE_RADIUS, q.b),
+    (ClutchClaim.PATH_SINE, q.A1),
+    (ClutchClaim.PATH_COSINE, q.A2),
+    (ClutchClaim.ELLIPSE_CENTRE_X, q.x_E),
+    (ClutchClaim.ELLIPSE_CENTRE_Y, q.y_E),
+    (ClutchClaim.FOCUS_X, q.x_F),
+    (ClutchClaim.FOCI_LINE, q.y_F),
+    (ClutchClaim.SEMI_MAJOR_AXIS, q.s_1),
+    (ClutchClaim.SEMI_MINOR_AXIS, q.s_2),
+    (ClutchClaim.PATH_CURVATURE, q.rho_C),
 )
 _PATH = (
-    ("side of the hexagon that fits the polygon's width", q.R),
-    ("coefficient of the sine in the path of C", q.A1),
-    ("coefficient of the cosine in the path of C", q.A2),
-    ("direction of BC from that of AC", q.beta),
-    ("path of C, x", q.x_C),
-    ("path of C, y", q.y_C),
-    ("vertex C from vertex A, x", q.x_A),
-    ("vertex C from vertex A, y", q.y_A),
-    ("coordinates of C in the turned frame, X", q.X_C),
-    ("coordinates of C in the turned frame, Y", q.Y_C),
-    ("vertex C from vertex B, X", q.X_B),
-    ("vertex C from vertex B, Y", q.Y_B),
-    ("overlap with the third pair of sides", q.e_3),
+    (ClutchClaim.HEXAGON_SIDE, q.R),
+    (ClutchClaim.PATH_SINE, q.A1),
+    (ClutchClaim.PATH_COSINE, q.A2),
+    (ClutchClaim.DIRECTION_BC, q.beta),
+    (ClutchClaim.PATH_X, q.x_C),
+    (ClutchClaim.PATH_Y, q.y_C),
+    (ClutchClaim.C_FROM_A_X, q.x_A),
+    (ClutchClaim.C_FROM_A_Y, q.y_A),
+    (ClutchClaim.C_TURNED_X, q.X_C),
+    (ClutchClaim.C_TURNED_Y, q.Y_C),
+    (ClutchClaim.C_FROM_B_X, q.X_B),
+    (ClutchClaim.C_FROM_B_Y, q.Y_B),
+    (ClutchClaim.THIRD_OVERLAP, q.e_3),
 )
 _TEETH = (
-    ("tooth tips go round the shaft", q.b1),
-    ("tooth roots clear the shaft's corners", q.b2),
-    ("angle between the faces of a tooth", q.xi),
+    (ClutchClaim.TIP_DISTANCE, q.b1),
+    (ClutchClaim.ROOT_DISTANCE, q.b2),
+    (ClutchClaim.FACE_ANGLE, q.xi),
 )
 _TRAVEL = (
-    ("largest outline radius of the body", q.b),
-    ("least travel of the sleeve", q.c_min),
-    ("sleeve on the taper, force across it", q.F_N),
-    ("friction of body and sleeve", q.f),
+    (ClutchClaim.OUTLINE_RADIUS, q.b),
+    (ClutchClaim.LEAST_TRAVEL, q.c_min),
+    (ClutchClaim.SLEEVE_ACROSS, q.F_N),
+    (ClutchClaim.SLEEVE_FRICTION, q.f),
 )
 _GEARS = (
-    ("rotation of the crank gear with the link", q.theta_A),
-    ("rotation of the crank gear relative to the link", q.theta_AR),
+    (ClutchClaim.CRANK_GEAR, q.theta_A),
+    (ClutchClaim.CRANK_GEAR_ON_LINK, q.theta_AR),
 )
 _LIMIT = (
-    ("rotation of the crank for the travel of the sleeve", q.theta_Amax),
-    ("rotation of the crank gear for a number of teeth", q.n),
+    (ClutchClaim.CRANK_BY_TRAVEL, q.theta_Amax),
+    (ClutchClaim.CRANK_BY_TEETH, q.n),
 )
 _CONDITIONS = {
-    "fillet that the tooth tips clear": ("fillet", "m"),
-    "tooth tips go round the shaft": ("tips", "m"),
-    "tooth roots clear the shaft's corners": ("roots", "m"),
-    "travel of the sleeve": ("travel", "m"),
-    "sleeve slides along the taper": ("slide", "N"),
-    "material between tooth roots and outline": ("material", "1"),
-    "least axial angle for a travel": ("least_angle", "rad"),
-    "largest axial angle at which the sleeve slides": ("largest_angle", "rad"),
+    ClutchClaim.FILLET: ("fillet", "m"),
+    ClutchClaim.TIP_DISTANCE: ("tips", "m"),
+    ClutchClaim.ROOT_DISTANCE: ("roots", "m"),
+    ClutchClaim.TRAVEL: ("travel", "m"),
+    ClutchClaim.SLEEVE_SLIDES: ("slide", "N"),
+    ClutchClaim.WALL: ("material", "1"),
+    ClutchClaim.LEAST_AXIAL_ANGLE: ("least_angle", "rad"),
+    ClutchClaim.LARGEST_AXIAL_ANGLE: ("largest_angle", "rad"),
 }
 """The inequalities of a working clutch, each with the name and the unit of its margin."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Equations by what they claim to be, and how their symbols are read."""
+    """Equations by what they claim to be, how their symbols are read, and the claims that the source does not make.
 
-    equations: Mapping[str, Equation]
+    Raises ClaimError if it makes one of those.
+    """
+
+    equations: Mapping[Claimed, Equation]
     bind: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
+    lacking: frozenset[Claim] = frozenset()
 
-    def lets(self, order: Iterable[tuple[str, Quantity]]) -> tuple[Let, ...]:
-        """Steps for those of an order that the source has."""
-        solves = [Solve(claim, unknown) for claim, unknown in order if claim in self.equations]
-        return Chain(self.equations, solves, self.bind).lets()
+    def __post_init__(self) -> None:
+        made = sorted(map(str, self.lacking & self.equations.keys()))
+        if made:
+            raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
+
+    def lets(self, order: Iterable[tuple[Claim, Quantity]]) -> tuple[Let, ...]:
+        """Steps for an order, but for what the source lacks; raises ClaimError where it has no such claim otherwise."""
+        made = [(claim, unknown) for claim, unknown in order if claim not in self.lacking]
+        return Chain.of_claims(self.equations, made, self.bind).lets()
 
     def stage(
-        self, name: str, inputs: tuple[Vector | Quantity, ...], order: Iterable[tuple[str, Quantity]],
+        self, name: str, inputs: tuple[Vector | Quantity, ...], order: Sequence[tuple[Claim, Quantity]],
         before: tuple[Let, ...] = (),
     ) -> Stage:  # fmt: skip
-        """A stage that gives every unknown of its order that follows from its inputs and the unknowns before."""
-        known = frozenset().union(*(v if isinstance(v, Vector) else {v} for v in inputs), *(b.defines for b in before))
+        """A stage that gives every unknown of its order but those that hang on what the source lacks."""
+        missing = {unknown for claim, unknown in order if claim in self.lacking}
         steps: list[Let] = []
         for step in self.lets(order):
-            if step.needs <= known:
+            if step.needs & missing:
+                missing.add(step.symbol)
+            else:
                 steps.append(step)
-                known |= {step.symbol}
         return Stage(name, inputs, (*before, *steps), Vector(name, tuple(step.symbol for step in steps)))
 
     def outline(self) -> Let:
         """Outline radius at the left end from the axial angle."""
-        equation = self.equations["axial angle from the outline radii"]
+        equation = among(self.equations, ClutchClaim.AXIAL_ANGLE)
         (radius,) = sp.solve(equation.residual, q.R1)
         return Let(q.R1, radius, equation.source)
 
@@ -125,10 +136,10 @@ class Source:
         steps = (_edge(), *self.lets(_TRAVEL), self.outline(), *margins)
         return Stage("conditions", (CLUTCH,), steps, Vector("conditions", tuple(m.symbol for m in margins)))
 
-    def _margin(self, claim: str, name: str, unit: str) -> Let:
-        equation = self.equations[claim]
+    def _margin(self, claim: Claim, name: str, unit: str) -> Let:
+        equation = among(self.equations, claim)
         sign = 1 if equation.relation in (">", ">=") else -1
-        symbol = Quantity(f"margin_{name}", unit, claim, equation.source)
+        symbol = Quantity(f"margin_{name}", unit, str(claim), equation.source)
         return Let(symbol, sign * equation.residual.xreplace(dict(self.bind)), equation.source)
 
 
@@ -142,14 +153,14 @@ def stages(source: Source) -> tuple[Stage, ...]:
     return (
         source.stage("polygon", (q.a,), _POLYGON),
         source.stage("path", (q.theta, q.a), _PATH),
-        source.stage("fillet", (FLATS,), [("fillet that the tooth tips clear", q.r)], (_edge(),)),
+        source.stage("fillet", (FLATS,), [(ClutchClaim.FILLET, q.r)], (_edge(),)),
         source.stage("teeth", (FLATS, q.r), _TEETH, (_edge(),)),
         source.stage("face", (FLATS, q.b1), _TEETH[2:], (_edge(),)),
         source.stage("travel", (q.a, q.phi, q.mu, q.F1, q.F2), _TRAVEL),
         source.stage(
             "angle",
             (q.a, q.c),
-            [("largest outline radius of the body", q.b), ("least axial angle for a travel", q.phi)],
+            [(ClutchClaim.OUTLINE_RADIUS, q.b), (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi)],
         ),
         Stage("taper", (q.R2, q.d, q.phi), (source.outline(),), Vector("taper", (q.R1,))),
         source.stage("gears", (q.alpha, q.k, q.gamma), _GEARS),
@@ -181,7 +192,7 @@ def rotor(source: Source) -> Stage:
 
 def body(source: Source) -> Stage:
     """Hexagon side with which a body of full outline at its left end keeps its wall outside the tooth roots."""
-    side = source.lets([("largest outline radius of the body", q.b)])[0].expr
+    side = source.lets([(ClutchClaim.OUTLINE_RADIUS, q.b)])[0].expr
     steepness = (side - apothem(q.a)) / q.c
     (least,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
     return Stage(
@@ -201,13 +212,21 @@ def exact() -> Formulas:
     )
 
 
-def printed(equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr]) -> Formulas:
-    """The clutch as a paper prints it."""
-    by_claim = {str(equation.claims): equation for equation in equations.values()}
+def printed(
+    equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr], lacking: frozenset[Claim] = frozenset()
+) -> Formulas:
+    """The clutch as a paper prints it, ``lacking`` what it does not state.
+
+    Raises ClaimError where it states what nothing derives, the same twice, or not what is asked for.
+    """
+    said = by_claim(equations.values())
+    for claim in (*said, *lacking):
+        if not isinstance(claim, Definition):
+            among(claims.claims(), claim)
     return Formulas(
         "clutch_printed",
         "Reuleaux-pentagon clutch, as printed",
         "shi2021 (1)-(7), taken literally",
         claims.ASSUMPTIONS[:4],
-        stages(Source(by_claim, reading)),
+        stages(Source(said, reading, lacking)),
     )

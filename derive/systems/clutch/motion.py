@@ -16,6 +16,7 @@ from ...equations import Equation
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from . import quantities as q
 from .geometry import SIDES, definition, relation
+from .vocabulary import ClutchClaim
 
 WORLD = Frame("frame")
 LINK = Frame("link", WORLD, Z, q.alpha)
@@ -65,15 +66,15 @@ def linkage_claims() -> list[Equation]:
     rate = gear_rate()
     teeth = 2 * q.r_A / q.m
     return [
-        definition("rotation of the crank gear with the link", q.theta_A, turned(rate)),
-        definition("rotation of the crank gear relative to the link", q.theta_AR, turned(rate - 1)),
-        definition("rotation of the crank gear for a number of teeth", q.theta_Amax, q.n * 2 * pi / teeth),
+        definition(ClutchClaim.CRANK_GEAR, q.theta_A, turned(rate)),
+        definition(ClutchClaim.CRANK_GEAR_ON_LINK, q.theta_AR, turned(rate - 1)),
+        definition(ClutchClaim.CRANK_BY_TEETH, q.theta_Amax, q.n * 2 * pi / teeth),
         definition(
-            "rotation of the crank for the travel of the sleeve",
+            ClutchClaim.CRANK_BY_TRAVEL,
             q.theta_Amax,
             crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c),
         ),
-        definition("time to switch", q.t_c, travel_time()),
+        definition(ClutchClaim.SWITCHING_TIME, q.t_c, travel_time()),
     ]
 
 
@@ -147,25 +148,25 @@ def engagement_claims() -> list[Equation]:
     frequency, push = sp.sqrt(stiffness / moving), q.F_M / moving
     inside = sp.expand(swing / q.m1**2).subs(q.B1, frequency).subs(q.B2, push)
     return [
-        relation("force on the engaging body", of_body, "=", S.Zero),
-        relation("force on the output shaft", of_beam, "=", S.Zero),
-        definition("speed of the contact point at the start", q.v_0, contact_speed()),
-        definition("deflection of the shaft in its mode", q.y, q.y_max * shape),
-        definition("deflection of the shaft over time", q.y, path * shape),
-        definition("deflection at the contact over time", q.y_max, path),
-        definition("section of the shaft", q.S, section.area * q.a1**2),
-        definition("second moment of the shaft", q.I, section.second_moment_of_area()[0] * q.a1**4),
-        definition("modal mass of the shaft", q.M_1, mass),
-        definition("modal stiffness of the shaft", q.K_1, stiffness),
-        definition("mass of the overhanging shaft", q.m2, q.rho * q.S * q.l),
-        definition("circular frequency in contact", q.B1, frequency),
-        definition("acceleration by the driving force", q.B2, push),
-        definition("acceleration of the shaft at the contact", q.a_l, acceleration),
-        definition("acceleration of the shaft", q.a_x, acceleration * shape),
-        definition("fourth derivative of the deflection", q.y_4x, path * shape.diff(q.x, 4)),
-        definition("Dirac's delta in the mode", q.delta_l, q.rho * q.S * shape / mass),
-        definition("contact load over time", q.N, load),
-        definition("largest contact load", q.N_max, q.F_M + q.m1 * sp.sqrt(inside)),
+        relation(ClutchClaim.BODY_FORCE, of_body, "=", S.Zero),
+        relation(ClutchClaim.SHAFT_FORCE, of_beam, "=", S.Zero),
+        definition(ClutchClaim.CONTACT_SPEED, q.v_0, contact_speed()),
+        definition(ClutchClaim.MODAL_DEFLECTION, q.y, q.y_max * shape),
+        definition(ClutchClaim.SHAFT_DEFLECTION, q.y, path * shape),
+        definition(ClutchClaim.CONTACT_DEFLECTION, q.y_max, path),
+        definition(ClutchClaim.SHAFT_SECTION, q.S, section.area * q.a1**2),
+        definition(ClutchClaim.SECOND_MOMENT, q.I, section.second_moment_of_area()[0] * q.a1**4),
+        definition(ClutchClaim.MODAL_MASS, q.M_1, mass),
+        definition(ClutchClaim.MODAL_STIFFNESS, q.K_1, stiffness),
+        definition(ClutchClaim.OVERHANG_MASS, q.m2, q.rho * q.S * q.l),
+        definition(ClutchClaim.CONTACT_FREQUENCY, q.B1, frequency),
+        definition(ClutchClaim.DRIVING_ACCELERATION, q.B2, push),
+        definition(ClutchClaim.CONTACT_ACCELERATION, q.a_l, acceleration),
+        definition(ClutchClaim.SHAFT_ACCELERATION, q.a_x, acceleration * shape),
+        definition(ClutchClaim.FOURTH_DERIVATIVE, q.y_4x, path * shape.diff(q.x, 4)),
+        definition(ClutchClaim.MODAL_DELTA, q.delta_l, q.rho * q.S * shape / mass),
+        definition(ClutchClaim.CONTACT_LOAD, q.N, load),
+        definition(ClutchClaim.LARGEST_LOAD, q.N_max, q.F_M + q.m1 * sp.sqrt(inside)),
     ]
 
 
@@ -181,9 +182,9 @@ def slip_claims() -> list[Equation]:
     at_rest = contact.resolved(WORLD)[1] + q.F_y
     (threshold,) = sp.solve(at_rest, q.N)
     return [
-        relation("forces on the tooth across the surface", q.N, "=", reaction[1]),
-        relation("forces on the tooth along the surface", total[0], "=", inertia),
-        definition("acceleration of the slip", q.a0, acceleration),
-        relation("load at which the tooth slips", q.N, ">", sp.expand(threshold)),
-        relation("forces on the tooth without slip", q.F_y, "=", q.F_y - at_rest),
+        relation(ClutchClaim.TOOTH_ACROSS, q.N, "=", reaction[1]),
+        relation(ClutchClaim.TOOTH_ALONG, total[0], "=", inertia),
+        definition(ClutchClaim.SLIP_ACCELERATION, q.a0, acceleration),
+        relation(ClutchClaim.SLIP_LOAD, q.N, ">", sp.expand(threshold)),
+        relation(ClutchClaim.TOOTH_AT_REST, q.F_y, "=", q.F_y - at_rest),
     ]

@@ -1,4 +1,4 @@
-"""Vocabulary of the Reuleaux-pentagon clutch: every symbol that its derivation and its paper share.
+"""Quantities of the Reuleaux-pentagon clutch: every symbol that its derivation and its paper share.
 
 Frame xOy: origin at the centre of the hexagonal hole, x to the right along its upper side, y up; XOY is turned by
 60 deg counter-clockwise. Vertices A and B slide on the two sides that meet at the upper left corner, C is opposite.

@@ -17,10 +17,11 @@ import numpy as np
 import sympy as sp
 from scipy.interpolate import CubicSpline
 
-from ...equations import Equation
+from ...equations import Claimed, Equation, among, by_claim
 from ...quantity import Quantity
 from . import dyads, train
 from . import quantities as q
+from .vocabulary import MappingClaim
 
 ASSUMPTIONS = (
     "rigid bodies, plane motion",
@@ -36,14 +37,14 @@ Point = dict[Quantity, mp.mpf]
 MM = mp.mpf(1) / 1000
 
 
-def claims() -> dict[str, Equation]:
+def claims() -> dict[Claimed, Equation]:
     """What is derived, by what it is claimed to be."""
     return dict(_derived())
 
 
 @cache
-def _derived() -> dict[str, Equation]:
-    return {e.number: e for e in (*dyads.equations(), *train.equations())}
+def _derived() -> dict[Claimed, Equation]:
+    return by_claim((*dyads.equations(), *train.equations()))
 
 
 def _function(inputs: Sequence[sp.Symbol], expr: Any) -> Callable[..., Any]:
@@ -51,15 +52,15 @@ def _function(inputs: Sequence[sp.Symbol], expr: Any) -> Callable[..., Any]:
 
 
 @cache
-def _solution(text: str, symbol: Quantity) -> tuple[tuple[Quantity, ...], Callable[..., mp.mpf]]:
+def _solution(claim: Claimed, symbol: Quantity) -> tuple[tuple[Quantity, ...], Callable[..., mp.mpf]]:
     """What ``symbol`` is by an equation that it is linear in: inputs and function."""
-    (expr,) = sp.solve(_derived()[text].residual, symbol)
+    (expr,) = sp.solve(among(_derived(), claim).residual, symbol)
     inputs = tuple(sorted(expr.free_symbols, key=str))
     return inputs, _function(inputs, expr)
 
 
-def _value(text: str, symbol: Quantity, known: Point) -> mp.mpf:
-    inputs, function = _solution(text, symbol)
+def _value(claim: Claimed, symbol: Quantity, known: Point) -> mp.mpf:
+    inputs, function = _solution(claim, symbol)
     return mp.mpf(function(*(known[s] for s in inputs)))
 
 
@@ -71,7 +72,7 @@ def completed(known: Point) -> Point:
         for equation in ready:
             symbol = equation.defines
             if symbol is not None and symbol not in found:
-                found[symbol] = _value(equation.number, symbol, found)
+                found[symbol] = _value(equation.claims, symbol, found)
         waiting = [e for e in waiting if e.defines not in found]
     return found
 
@@ -87,7 +88,7 @@ def admissible(rng: random.Random) -> dict[Quantity, mp.mpf]:
     with mp.workdps(DIGITS):
         sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.ALL}
         free = {s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size for s, size in sizes.items()}
-        return {**free, q.x_s: _value("split parameter", q.x_s, free)}
+        return {**free, q.x_s: _value(MappingClaim.SPLIT_PARAMETER, q.x_s, free)}
 
 
 def null_space(rows: Iterable[Point]) -> dict[Quantity, mp.mpf]:

@@ -13,11 +13,12 @@ from typing import NamedTuple
 import sympy as sp
 from sympy import Expr, S
 
-from ...equations import Equation
+from ...equations import Equation, defined, derived
 from ...mechanics.frames import Frame, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
 from . import quantities as q
+from .vocabulary import MappingClaim
 
 WORLD = Frame("frame")
 ARM = Frame("arm", WORLD, UP, q.phi)
@@ -30,14 +31,6 @@ FIXED_HINGE = Point("fixed hinge", ORIGIN, Vec(WORLD, (q.X_c, q.Y_c, S.Zero)))
 
 LEADING: tuple[Expr, ...] = (-q.a0, q.a0 * q.x, q.a0 * q.y, q.a1, q.a2, q.a2 * q.x, -q.a1 * q.x / 2, q.a3 / 4)
 """The term of each coefficient p that fixes what the form it multiplies is scaled by."""
-
-
-def claim(text: str, residual: Expr, defines: Quantity | None = None) -> Equation:
-    return Equation(text, residual, f"derived: {text}", text, defines=defines)
-
-
-def definition(text: str, symbol: Quantity, expr: Expr) -> Equation:
-    return claim(text, symbol - expr, symbol)
 
 
 def hinge() -> tuple[Expr, Expr]:
@@ -185,35 +178,35 @@ def equations() -> Iterator[Equation]:
     """From a pose and a hinge to the conditions on the null space, and back to the dyad."""
     tip = displacement(ORIGIN, TIP, WORLD)
     for n, (name, expr, coordinate) in enumerate(zip("XY", hinge(), (q.X, q.Y), strict=True)):
-        yield definition(f"moving hinge in the fixed frame by the pose, {name}", coordinate, expr)
-        yield claim(f"coordinate {n + 1} of a pose", tip[n] - (q.X_o, q.Y_o)[n], (q.X_o, q.Y_o)[n])
+        yield defined(MappingClaim.HINGE_BY_POSE.of(name), coordinate, expr)
+        yield derived(MappingClaim.POSE_COORDINATE.of(n + 1), tip[n] - (q.X_o, q.Y_o)[n], (q.X_o, q.Y_o)[n])
     half = q.phi / 2
     for name, expr in zip(q.MAPPED, quaternion(sp.cos(half), sp.sin(half)), strict=True):
-        yield definition(f"mapping parameter {name} of a pose", name, expr)
+        yield defined(MappingClaim.MAPPING_PARAMETER.of(name), name, expr)
     for name, expr in pose_by_mapping().items():
-        yield claim(f"coordinate {name} of a pose by the mapping parameters", name - expr)
+        yield derived(MappingClaim.POSE_BY_MAPPING.of(name), name - expr)
     for name, expr, coordinate in zip("XY", hinge_by_mapping(), (q.X, q.Y), strict=True):
-        yield claim(f"moving hinge in the fixed frame by the mapping parameters, {name}", coordinate - expr)
-    yield claim("moving hinge on a circle about the fixed hinge", circle().residual)
+        yield derived(MappingClaim.HINGE_BY_MAPPING.of(name), coordinate - expr)
+    yield derived(MappingClaim.CIRCLE, circle().residual)
     for name, expr in circle().coefficients.items():
-        yield definition(f"coefficient {name} of the circle", name, expr)
+        yield defined(MappingClaim.CIRCLE_COEFFICIENT.of(name), name, expr)
     for name, expr in fixed_hinge().items():
-        yield definition(f"{name} by the coefficients of the circle", name, expr)
+        yield defined(MappingClaim.HINGE_BY_CIRCLE.of(name), name, expr)
     arm = displacement(TIP, MOVING_HINGE, ARM)
-    yield definition("length of the arm", q.L2, sp.sqrt(arm.dot(arm)))
+    yield defined(MappingClaim.ARM_LENGTH, q.L2, sp.sqrt(arm.dot(arm)))
     for name, expr in coefficients().items():
-        yield definition(f"coefficient {name} of the linear form", name, expr)
-    yield claim("circle as a linear form", sum(p * form for p, (_, form) in _numbered()))
+        yield defined(MappingClaim.LINEAR_COEFFICIENT.of(name), name, expr)
+    yield derived(MappingClaim.LINEAR_FORM, sum(p * form for p, (_, form) in _numbered()))
     for name, expr in row().items():
-        yield definition(f"entry {name} of the matrix", name, expr)
-    yield claim("row of the linear system", sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
+        yield defined(MappingClaim.MATRIX_ENTRY.of(name), name, expr)
+    yield derived(MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
     for which, residual in zip(("first", "second"), conditions(), strict=True):
-        yield claim(f"{which} condition on the coefficients", residual)
-    yield definition("zero eigenvalues of the squared matrix", q.n_zero, sp.Integer(zero_eigenvalues()))
+        yield derived(MappingClaim.COEFFICIENT_CONDITION.of(which), residual)
+    yield defined(MappingClaim.ZERO_EIGENVALUES, q.n_zero, sp.Integer(zero_eigenvalues()))
     for name, expr in null_vector().items():
-        yield claim(f"vector in the null space, {name}", name - expr)
+        yield derived(MappingClaim.NULL_VECTOR.of(name), name - expr)
     for which, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conics(), strict=True):
         for name, expr in by_basis.items():
-            yield definition(f"{name} by the basis of the null space", name, expr)
-        yield claim(f"{which} condition on the null space", conic(names))
-    yield definition("real solutions of the two conditions", q.n_real, eliminant().degree() - 2 * q.n_pairs)
+            yield defined(MappingClaim.CONIC_COEFFICIENT.of(name), name, expr)
+        yield derived(MappingClaim.NULL_SPACE_CONDITION.of(which), conic(names))
+    yield defined(MappingClaim.REAL_SOLUTIONS, q.n_real, eliminant().degree() - 2 * q.n_pairs)

@@ -1,4 +1,4 @@
-"""Vocabulary of the design by kinematic mapping: every symbol that its derivation and its paper share.
+"""Quantities of the design by kinematic mapping: every symbol that its derivation and its paper share.
 
 Upper-case X, Y are coordinates in the fixed frame, lower-case x, y those of the moving frame, which is fixed to the
 arm with its origin in the tip. A pose is the place of that origin and the turn of the frame.

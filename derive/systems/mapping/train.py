@@ -12,12 +12,13 @@ from collections.abc import Iterator
 import sympy as sp
 from sympy import Abs, Expr, S, pi
 
-from ...equations import Equation
+from ...equations import Equation, defined, derived
 from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
 from . import quantities as q
-from .dyads import ARM, FIXED_HINGE, MOVING_HINGE, ORIGIN, WORLD, claim, definition
+from .dyads import ARM, FIXED_HINGE, MOVING_HINGE, ORIGIN, WORLD
+from .vocabulary import MappingClaim
 
 TURN = 2 * pi
 CARRIER = Frame("carrier", WORLD, UP, q.theta)
@@ -111,20 +112,20 @@ def turn_of_second_follower() -> Expr:
 def equations() -> Iterator[Equation]:
     """Tip path, angle curve, ratios, split, pitch curves."""
     for name, expr in tip().items():
-        yield definition(f"coordinate {name} of the tip by the angles of carrier and arm", name, expr)
-    yield definition("ordinate of the angle curve", q.y_rel, ANGLE_CURVE)
-    yield claim("ordinates of the first and last point", Abs(q.y_last - q.y_first) - Abs(rise()))
-    yield definition("slope of the angle curve", q.slope, sp.expand(curve_slope()))
-    yield definition("total ratio by the speeds", q.i, total_ratio())
-    yield claim("total ratio by the slope of the angle curve", q.i - ratio_by_slope())
+        yield defined(MappingClaim.TIP_BY_ANGLES.of(name), name, expr)
+    yield defined(MappingClaim.CURVE_ORDINATE, q.y_rel, ANGLE_CURVE)
+    yield derived(MappingClaim.CURVE_ENDS, Abs(q.y_last - q.y_first) - Abs(rise()))
+    yield defined(MappingClaim.CURVE_SLOPE, q.slope, sp.expand(curve_slope()))
+    yield defined(MappingClaim.TOTAL_RATIO, q.i, total_ratio())
+    yield derived(MappingClaim.TOTAL_RATIO_BY_SLOPE, q.i - ratio_by_slope())
     (closing,) = sp.solve(turn_of_first_follower() - TURN, q.x_s)
-    yield definition("split parameter", q.x_s, closing)
+    yield defined(MappingClaim.SPLIT_PARAMETER, q.x_s, closing)
     for name, expr in split().items():
-        yield definition(f"ratio {name} of a stage", name, expr)
+        yield defined(MappingClaim.STAGE_RATIO.of(name), name, expr)
     for ratio, names in ((q.i1, (q.r1, q.r2)), (q.i2, (q.r3, q.r4))):
         for name, expr in zip(names, pitch_radii(ratio, names[0]), strict=True):
-            yield definition(f"pitch radius {name}", name, expr)
+            yield defined(MappingClaim.PITCH_RADIUS.of(name), name, expr)
     for gear, name, expr in zip(q.GEARS, q.POLAR_RATES, polar_rates(), strict=True):
-        yield definition(f"polar angle of the {gear}", name, expr)
-    yield definition("turn of the first follower", q.turn2, turn_of_first_follower())
-    yield definition("turn of the second follower", q.turn4, turn_of_second_follower())
+        yield defined(MappingClaim.POLAR_ANGLE.of(gear), name, expr)
+    yield defined(MappingClaim.FIRST_FOLLOWER_TURN, q.turn2, turn_of_first_follower())
+    yield defined(MappingClaim.SECOND_FOLLOWER_TURN, q.turn4, turn_of_second_follower())

@@ -6,14 +6,14 @@ import random
 from functools import cache
 
 from mpmath import mpf
-from sympy import Expr
 
-from ...equations import Equation, Relation
+from ...equations import Claimed, Equation, Relation, among, by_claim, defined, derived
 from ...quantity import Quantity
 from . import geometry, spline, teeth, train
 from . import points as pickup_points
 from . import quantities as q
 from .geometry import Formula
+from .vocabulary import PickupClaim
 
 ASSUMPTIONS = (
     "rigid bodies, no clearance, no backlash",
@@ -26,22 +26,32 @@ ASSUMPTIONS = (
 
 
 @cache
-def formulas() -> dict[str, Formula]:
+def formulas() -> dict[Claimed, Formula]:
     """Every claim that defines a symbol, with the symbol and its expression."""
     parts = (spline, geometry, train, teeth)
     return {claim: formula for part in parts for claim, formula in part.formulas().items()}
 
 
-def claims() -> dict[str, Equation]:
+def formula(claim: Claimed) -> Formula:
+    """The symbol that a claim defines, and its expression; raises ClaimError for one that defines none."""
+    return among(formulas(), claim)
+
+
+def claims() -> dict[Claimed, Equation]:
     """What the geometry of the pick-up makes true, by claim."""
-    found = {claim: _equation(claim, symbol - expr, symbol) for claim, (symbol, expr) in formulas().items()}
-    found["row of a knot"] = _equation("row of a knot", spline.row())
-    slopes: list[tuple[str, bool, Quantity, Relation]] = [
-        ("contact ratio grows with the addendum", teeth.grows_with_addendum(), q.epsilon_ha, ">"),
-        ("contact ratio falls with the module", teeth.falls_with_module(), q.epsilon_m, "<"),
+    return dict(_derived())
+
+
+@cache
+def _derived() -> dict[Claimed, Equation]:
+    found = [defined(claim, *formula) for claim, formula in formulas().items()]
+    found.append(derived(PickupClaim.KNOT_ROW, spline.row()))
+    slopes: list[tuple[PickupClaim, bool, Quantity, Relation]] = [
+        (PickupClaim.GROWS_WITH_ADDENDUM, teeth.grows_with_addendum(), q.epsilon_ha, ">"),
+        (PickupClaim.FALLS_WITH_MODULE, teeth.falls_with_module(), q.epsilon_m, "<"),
     ]
-    found |= {claim: _equation(claim, slope, relation=relation) for claim, holds, slope, relation in slopes if holds}
-    return found
+    found += [derived(claim, slope, relation=relation) for claim, holds, slope, relation in slopes if holds]
+    return by_claim(found)
 
 
 def admissible(rng: random.Random) -> dict[Quantity, mpf]:
@@ -55,7 +65,3 @@ def reference(points: int) -> list[dict[Quantity, mpf]]:
     There the total ratio is infinite and no teeth mesh. The first step lies half a step after the farthest point.
     """
     return [pickup_points.complete(formulas(), base) for base in pickup_points.cycle(formulas(), points)]
-
-
-def _equation(claim: str, residual: Expr, symbol: Quantity | None = None, relation: Relation = "=") -> Equation:
-    return Equation(claim, residual, f"derived: {claim}", claim, defines=symbol, relation=relation)

@@ -11,9 +11,11 @@ from collections.abc import Iterator
 import sympy as sp
 from sympy import Expr, S, acos, cos, pi
 
+from ...equations import Claimed
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from ...quantity import Quantity
 from . import quantities as q
+from .vocabulary import PickupClaim
 
 WORLD = Frame("frame")
 O = Point("O")  # noqa: E741
@@ -32,7 +34,7 @@ TIP = Point("S", O1, Vec(NAMED[ARM], (q.L2, S.Zero, S.Zero)))
 SPIN = Motion({q.Y1: q.omega, q.W1: q.omega, q.Z1: q.omega + q.phi3_dot})
 
 Formula = tuple[Quantity, Expr]
-Named = tuple[str, Formula]
+Named = tuple[Claimed, Formula]
 """What is claimed, the symbol that it defines, and its expression."""
 
 
@@ -55,18 +57,18 @@ def by_cosine(c: Expr, start: Expr, end: Expr) -> Expr:
 
 def triangle() -> Iterator[Named]:
     """The rigid triangle of the carrier: closure of O-M1-O1, and once round it."""
-    yield "direction of O-M1", (q.Y1, heading(TO_M1))
-    yield "direction of M1-O1", (q.W1, heading(TO_O1))
-    yield "direction of O1-S", (q.Z1, heading(PLANET))
+    yield PickupClaim.DIRECTION_O_M1, (q.Y1, heading(TO_M1))
+    yield PickupClaim.DIRECTION_M1_O1, (q.W1, heading(TO_O1))
+    yield PickupClaim.DIRECTION_O1_S, (q.Z1, heading(PLANET))
     exterior = [pi - angle for angle in (q.beta1, q.gamma, q.U1)]
-    yield "interior angle at O1", (q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0])
+    yield PickupClaim.INTERIOR_ANGLE_O1, (q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0])
     across = (along(CARRIER, q.L1).resolved(TO_M1) - along(TO_O1, q.a2).resolved(TO_M1))[1]
     flat = next(r for r in sp.solve(across, q.beta1) if r.subs(q.a2, 0) == 0)
-    yield "interior angle at O", (q.beta1, flat)
+    yield PickupClaim.INTERIOR_ANGLE_O, (q.beta1, flat)
     seen_from_O1 = Frame("line M1-O1 by U1", CARRIER, Z, -q.U1)
     bent = Frame("line O-M1 by gamma", seen_from_O1, Z, pi - q.gamma)
     gap = (along(CARRIER, q.L1) - along(bent, q.a1).resolved(CARRIER)).resolved(seen_from_O1)[1]
-    yield "centre distance of stage 1", (q.a1, sp.solve(gap, q.a1)[0])
+    yield PickupClaim.CENTRE_DISTANCE_1, (q.a1, sp.solve(gap, q.a1)[0])
 
 
 def places() -> Iterator[Named]:
@@ -79,38 +81,38 @@ def places() -> Iterator[Named]:
         known[point] = (getattr(q, f"x_{name}"), getattr(q, f"y_{name}"))
         speeds[point] = (getattr(q, f"vx_{name}"), getattr(q, f"vy_{name}"))
         for i, axis in enumerate("xy"):
-            yield f"place of {name}, {axis}", (known[point][i], known[base][i] + step[i])
-            yield f"velocity of {name}, {axis}", (speeds[point][i], swept[i])
+            yield PickupClaim.PLACE.of(name, axis), (known[point][i], known[base][i] + step[i])
+            yield PickupClaim.VELOCITY.of(name, axis), (speeds[point][i], swept[i])
 
 
 def tip() -> Iterator[Named]:
     """Where the tip stands seen from O, and the angles of the triangle O-O1-S."""
     s = Vec(WORLD, (q.x_S, q.y_S, S.Zero))
-    yield "distance of the tip", (q.L3, sp.sqrt(s.dot(s)))
+    yield PickupClaim.TIP_DISTANCE, (q.L3, sp.sqrt(s.dot(s)))
     bars = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(bars.dot(bars))
-    yield "distance of the tip from the arm's angle", (q.L3, sp.sqrt(square))
+    yield PickupClaim.TIP_DISTANCE_BY_ARM, (q.L3, sp.sqrt(square))
     growth = Motion({q.phi1: q.dphi1}).rate(square) / (2 * q.L3)
-    yield "increment of the tip's distance", (q.dL3, growth)
+    yield PickupClaim.TIP_DISTANCE_INCREMENT, (q.dL3, growth)
 
     falling = sp.Lt(q.dL3, 0)
     arm = sp.solve(square.subs(cos(q.phi1), sp.Symbol("c")) - q.L3**2, sp.Symbol("c"))[0]
     away, back = by_cosine(arm, pi, 2 * pi), by_cosine(arm, 2 * pi, 3 * pi)
-    yield "arm's angle from the tip's distance", (q.phi1, sp.Piecewise((away, falling), (back, True)))
+    yield PickupClaim.ARM_ANGLE, (q.phi1, sp.Piecewise((away, falling), (back, True)))
     to_tip = Frame("line O-S", CARRIER, Z, -q.phi6)
     rest = along(to_tip, q.L3).resolved(CARRIER) - along(CARRIER, q.L1)
     at_o = sp.expand_trig(sp.simplify(rest.dot(rest))).subs(cos(q.phi6), sp.Symbol("c"))
     at_o = sp.solve(at_o - q.L2**2, sp.Symbol("c"))[0]
     away, back = by_cosine(at_o, S.Zero, pi), by_cosine(at_o, pi, 2 * pi)
-    yield "angle at O from the tip's distance", (q.phi6, sp.Piecewise((away, falling), (back, True)))
+    yield PickupClaim.ANGLE_AT_O, (q.phi6, sp.Piecewise((away, falling), (back, True)))
 
     carrier = Frame("line O-O1 from the tip", Frame("line O-S, named", WORLD, Z, q.phi4), Z, q.phi6)
-    yield "direction of O-O1 from the tip's", (q.phi5, heading(carrier))
-    yield "angle at O from the directions", (q.phi6, sp.solve(heading(carrier) - q.phi5, q.phi6)[0])
+    yield PickupClaim.DIRECTION_O_O1, (q.phi5, heading(carrier))
+    yield PickupClaim.ANGLE_AT_O_BY_DIRECTIONS, (q.phi6, sp.solve(heading(carrier) - q.phi5, q.phi6)[0])
     yield from by_quadrant()
     turned = sp.expand(heading(ARM) - heading(TO_O1))
-    yield "planet's angle from the arm's", (q.phi3, turned)
-    yield "rate of the planet's angle", (q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned))
+    yield PickupClaim.PLANET_ANGLE, (q.phi3, turned)
+    yield PickupClaim.PLANET_RATE, (q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned))
 
 
 def by_quadrant() -> Iterator[Named]:
@@ -124,9 +126,9 @@ def by_quadrant() -> Iterator[Named]:
         if jump != 0:
             jumps[i, j] = (jump, where)
     third, *others = jumps.values()
-    yield "direction of the tip", (q.phi4, plain + sp.Piecewise(third, *others, (S.Zero, True)))
-    yield "direction of the tip, third quadrant", (q.phi4, plain + third[0])
-    yield "direction of the tip, other quadrants", (q.phi4, plain + sp.Piecewise(*others, (S.Zero, True)))
+    yield PickupClaim.TIP_DIRECTION, (q.phi4, plain + sp.Piecewise(third, *others, (S.Zero, True)))
+    yield PickupClaim.TIP_DIRECTION_THIRD_QUADRANT, (q.phi4, plain + third[0])
+    yield PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS, (q.phi4, plain + sp.Piecewise(*others, (S.Zero, True)))
 
 
 def extremes() -> Iterator[Named]:
@@ -145,13 +147,13 @@ def extremes() -> Iterator[Named]:
     for phi1, word, (angle, at_o, length) in names:
         tip = (along(CARRIER, short) + along(ARM, short + more).resolved(CARRIER)).components
         x, y = (c.subs(q.phi1, phi1) for c in tip[:2])
-        yield f"arm's angle, tip {word}", (angle, phi1)
-        yield f"angle at O, tip {word}", (at_o, sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi))
-        yield f"distance, tip {word}", (length, sp.expand(values[phi1].subs(back)))
+        yield PickupClaim.EXTREME_ARM_ANGLE.of(word), (angle, phi1)
+        yield PickupClaim.EXTREME_ANGLE_AT_O.of(word), (at_o, sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi))
+        yield PickupClaim.EXTREME_DISTANCE.of(word), (length, sp.expand(values[phi1].subs(back)))
     lengths = {q.L3_max: values[far].subs(back), q.L3_min: values[near].subs(back)}
     found = sp.solve([length - value for length, value in lengths.items()], [q.L1, q.L2])
-    yield "bar L1 from the extremes", (q.L1, found[q.L1])
-    yield "bar L2 from the extremes", (q.L2, found[q.L2])
+    yield PickupClaim.BAR_L1, (q.L1, found[q.L1])
+    yield PickupClaim.BAR_L2, (q.L2, found[q.L2])
 
 
 def tray() -> Iterator[Named]:
@@ -161,9 +163,9 @@ def tray() -> Iterator[Named]:
     needle = along(Frame("needle", WORLD, Z, elevation), S.One).resolved(WORLD)
     flush = sp.simplify(needle.dot(along(surface, S.One).resolved(WORLD)))
     pick = next(root for root in sp.solve(flush, elevation) if root.subs(q.theta_box, 0) == pi / 2)
-    yield "turn of the needle from pick to push", (q.swing, sp.expand(pi / 2 - pick))
+    yield PickupClaim.NEEDLE_TURN, (q.swing, sp.expand(pi / 2 - pick))
 
 
-def formulas() -> dict[str, Formula]:
+def formulas() -> dict[Claimed, Formula]:
     """Claims about carrier, arm and tip, each with the symbol it defines and its expression."""
     return {claim: formula for part in (triangle, places, tip, extremes, tray) for claim, formula in part()}

@@ -10,14 +10,16 @@ import sympy as sp
 from sympy import Expr, S, cos, pi
 
 from ...branches import wrap
+from ...equations import Claimed
 from ...mechanics.frames import Frame, Vec, Z
 from ...model import Formulas, Let, Stage
 from ...quantity import Quantity, Vector
 from . import points
 from . import quantities as q
-from .claims import ASSUMPTIONS, formulas
+from .claims import ASSUMPTIONS, formula, formulas
 from .geometry import ARM, CARRIER, WORLD, along
 from .teeth import base_pitch, path_of_action
+from .vocabulary import PickupClaim
 
 
 def _derived(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
@@ -56,9 +58,9 @@ _PAIR = {q.m_n: S.One, q.z_1: S(20), q.z_2: S(20), q.a2: S(21)}
 """Any pair of gears, to tell the helix angle from the other roots."""
 
 
-def named(*claims: str) -> tuple[Let, ...]:
-    """The derived formulas as steps."""
-    return tuple(Let(*formulas()[claim], f"derived: {claim}") for claim in claims)
+def named(*claims: Claimed) -> tuple[Let, ...]:
+    """The derived formulas as steps; raises ClaimError for one that is not derived."""
+    return tuple(Let(*formula(claim), f"derived: {claim}") for claim in claims)
 
 
 def stage(name: str, inputs: tuple[Vector | Quantity, ...], steps: tuple[Let, ...], *outputs: Quantity) -> Stage:
@@ -67,22 +69,22 @@ def stage(name: str, inputs: tuple[Vector | Quantity, ...], steps: tuple[Let, ..
 
 def bars() -> Stage:
     """Lengths of the bars from the extremes of the tip's distance."""
-    steps = named("bar L1 from the extremes", "bar L2 from the extremes")
+    steps = named(PickupClaim.BAR_L1, PickupClaim.BAR_L2)
     return stage("bars", (q.L3_max, q.L3_min), steps)
 
 
 def carrier() -> Stage:
     """Helical pair and triangle of the carrier from the centre distance of stage 2."""
-    symbol, distance = formulas()["centre distance of the helical pair"]
+    symbol, distance = formula(PickupClaim.CENTRE_DISTANCE_2)
     helix = next(root for root in sp.solve(distance - symbol, q.beta) if 0 < root.subs(_PAIR) < pi / 2)
     steps = (
         Let(q.beta, helix, "derived: centre distance of the helical pair"),
         *named(
-            "transverse pressure angle of the helical pair",
-            "contact ratio of the helical pair",
-            "interior angle at O",
-            "interior angle at O1",
-            "centre distance of stage 1",
+            PickupClaim.TRANSVERSE_PRESSURE_ANGLE,
+            PickupClaim.HELICAL_CONTACT_RATIO,
+            PickupClaim.INTERIOR_ANGLE_O,
+            PickupClaim.INTERIOR_ANGLE_O1,
+            PickupClaim.CENTRE_DISTANCE_1,
         ),
     )
     return stage("carrier", (CARRIER_DATA,), steps)
@@ -117,7 +119,7 @@ def inverse() -> Stage:
     """
     stretched = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(stretched.dot(stretched))
-    most, least = (formulas()[f"distance, tip {word}"][1] ** 2 for word in ("farthest", "nearest"))
+    most, least = (formula(PickupClaim.EXTREME_DISTANCE.of(word))[1] ** 2 for word in ("farthest", "nearest"))
     half = sp.Symbol("half")
     shares = [sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half))) for part in (square - least, most - square)]
     if sp.simplify(shares[0] * cos(half) ** 2 - shares[1] * sp.sin(half) ** 2) != 0:
@@ -129,20 +131,21 @@ def inverse() -> Stage:
         Let(q.phi1, phi1, "derived: arm's angle by half angles"),
         Let(q.phi6, pi - back, "derived: direction of the tip, seen from O in the carrier"),
         Let(q.phi4, sp.atan2(q.y_S, q.x_S), "derived: direction of the tip"),
-        *named("direction of O-O1 from the tip's"),
+        *named(PickupClaim.DIRECTION_O_O1),
     )
     return stage("inverse", (q.x_S, q.y_S, short, over, way, BARS), steps)
 
 
 def motion() -> Stage:
     """Axes, tip and its velocity from the angles of carrier and arm; headings as derived, not as printed."""
-    rate = formulas()["rate of the planet's angle"][1].subs(q.iZ, 1 / slope)
+    rate = formula(PickupClaim.PLANET_RATE)[1].subs(q.iZ, 1 / slope)
     steps = (
-        *named("direction of O-M1", "direction of M1-O1", "planet's angle from the arm's", "direction of O1-S"),
+        *named(PickupClaim.DIRECTION_O_M1, PickupClaim.DIRECTION_M1_O1),
+        *named(PickupClaim.PLANET_ANGLE, PickupClaim.DIRECTION_O1_S),
         Let(q.phi3_dot, rate, "derived: rate of the planet's angle"),
-        *named(*(f"{what} of {point}, {axis}" for point in ("M1", "O1", "S") for what in ("place", "velocity")
-                 for axis in "xy")),
-        *named("distance of the tip"),
+        *named(*(what.of(point, axis) for point in ("M1", "O1", "S")
+                 for what in (PickupClaim.PLACE, PickupClaim.VELOCITY) for axis in "xy")),
+        *named(PickupClaim.TIP_DISTANCE),
     )  # fmt: skip
     wanted = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
     return stage("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), steps, *wanted)
@@ -152,17 +155,17 @@ def pitch() -> Stage:
     """Pitch curves from the slope of the arm's angle: radii, places in their own gears, curvatures, arc."""
     by_law = dict(zip(points.LAW, (slope, dslope, ddslope), strict=True))
     slopes = points.pitch_slopes(formulas())
-    middle = formulas()["pitch radius of the intermediate gear"][1].subs(q.i1, 1 / slope)
-    bends = {kappa: 1 / formulas()[f"radius of curvature of the {gear}"][1]
+    middle = formula(PickupClaim.MIDDLE_PITCH_RADIUS)[1].subs(q.i1, 1 / slope)
+    bends = {kappa: 1 / formula(PickupClaim.CURVATURE_RADIUS.of(gear))[1]
              for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))}  # fmt: skip
     steps = (
         Let(q.R2, sp.factor(middle), "derived: pitch radius of the intermediate gear"),
-        *named("pitch radius of the sun"),
+        *named(PickupClaim.SUN_PITCH_RADIUS),
         *(
             Let(symbol, sp.factor(slopes[symbol].subs(by_law)), f"derived: {symbol.meaning}")
             for symbol in (q.dR1, q.ddR1)
         ),
-        *named(*(f"pitch curve of the {gear}, {axis}" for gear in ("sun", "intermediate gear") for axis in "xy")),
+        *named(*(PickupClaim.PITCH_CURVE.of(gear, axis) for gear in ("sun", "intermediate gear") for axis in "xy")),
         *(Let(kappa, bend, f"derived: {kappa.meaning}") for kappa, bend in bends.items()),
         Let(arc, sp.sqrt(q.R1**2 + q.dR1**2), "derived: arc of the sun's pitch curve"),
     )

@@ -17,10 +17,12 @@ import mpmath as mp
 import sympy as sp
 from mpmath import mpf
 
+from ...equations import Claimed, among
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import Formula
 from .spline import CONTROLS, INTERVALS, KNOTS
+from .vocabulary import PickupClaim
 
 DIGITS = 60
 MACHINE = Path(__file__).parents[3] / "planter" / "pickup" / "examples" / "yu2023.toml"
@@ -40,7 +42,7 @@ def evaluate(expr: sp.Expr, values: Mapping[Quantity, mpf]) -> mpf:
         return mpf(function(*(values[s] for s in symbols)))
 
 
-def follow(formulas: Mapping[str, Formula], base: Mapping[Quantity, mpf]) -> Values:
+def follow(formulas: Mapping[Claimed, Formula], base: Mapping[Quantity, mpf]) -> Values:
     """The base and every symbol that follows from it, each by the first formula whose symbols are known."""
     values, before = dict(base), 0
     while len(values) > before:
@@ -51,7 +53,7 @@ def follow(formulas: Mapping[str, Formula], base: Mapping[Quantity, mpf]) -> Val
     return values
 
 
-def complete(formulas: Mapping[str, Formula], base: Mapping[Quantity, mpf]) -> Values:
+def complete(formulas: Mapping[Claimed, Formula], base: Mapping[Quantity, mpf]) -> Values:
     """The base and every symbol of the formulas; raises ValueError where nothing leads to one."""
     values = follow(formulas, base)
     left = sorted(str(symbol) for symbol, _ in formulas.values() if symbol not in values)
@@ -83,7 +85,7 @@ def random_base(rng: random.Random) -> Values:
 
 
 @dataclass(frozen=True)
-class Law:
+class ArmSlope:
     """Slope of the arm's angle over the carrier angle t from the farthest point: c (1 + p cos t), zero in the dwell."""
 
     p: mpf
@@ -118,7 +120,7 @@ def machine_file() -> dict[str, Any]:
     return tomllib.loads(MACHINE.read_text(encoding="utf-8"), parse_float=mpf)
 
 
-def fixed(data: Mapping[str, Any], formulas: Mapping[str, Formula]) -> Values:
+def fixed(data: Mapping[str, Any], formulas: Mapping[Claimed, Formula]) -> Values:
     """What of the built-in machine does not change over the cycle; the helix angle follows from a2."""
     mm, deg = mpf(1) / 1000, mp.pi / 180
     bars, carrier, helical, teeth, law = (
@@ -132,7 +134,7 @@ def fixed(data: Mapping[str, Any], formulas: Mapping[str, Formula]) -> Values:
         q.m: teeth["m_mm"] * mm, q.ha1: teeth["ha1"], q.ha2: teeth["ha2"],
         q.theta_box: data["tray"]["box_inclination_deg"] * deg, q.n: data["spline"]["value_points"] + 2, q.k: mpf(3),
     }  # fmt: skip
-    symbol, distance = formulas["centre distance of the helical pair"]
+    symbol, distance = among(formulas, PickupClaim.CENTRE_DISTANCE_2)
     helix = (evaluate(root, values) for root in sp.solve(distance - symbol, q.beta))
     return values | {q.beta: min(root for root in helix if root > 0)}
 
@@ -141,12 +143,12 @@ LAW = sp.symbols("g0 g1 g2")
 """Slope of the arm's angle and its two derivatives, in the formulas for the derivatives of the pitch radius."""
 
 
-def pitch_slopes(formulas: Mapping[str, Formula]) -> dict[Quantity, sp.Expr]:
+def pitch_slopes(formulas: Mapping[Claimed, Formula]) -> dict[Quantity, sp.Expr]:
     """Derivatives of the sun's pitch radius along the carrier's turn, from those of the arm's angle."""
     t = sp.Symbol("t")
     g = sp.Function("g")(t)
-    middle = formulas["pitch radius of the intermediate gear"][1].subs(q.i1, 1 / g)
-    radius = formulas["pitch radius of the sun"][1].subs(q.R2, middle)
+    middle = among(formulas, PickupClaim.MIDDLE_PITCH_RADIUS)[1].subs(q.i1, 1 / g)
+    radius = among(formulas, PickupClaim.SUN_PITCH_RADIUS)[1].subs(q.R2, middle)
     names = [(g.diff(t, order), LAW[order]) for order in (2, 1, 0)]
     return {symbol: radius.diff(t, order).subs(names) for order, symbol in ((1, q.dR1), (2, q.ddR1))}
 
@@ -154,7 +156,7 @@ def pitch_slopes(formulas: Mapping[str, Formula]) -> dict[Quantity, sp.Expr]:
 class ValuePoints:
     """Closed cubic spline through the x of value points equally spaced in t, over their cumulative chord length."""
 
-    def __init__(self, formulas: Mapping[str, Formula], points: list[tuple[mpf, mpf]]) -> None:
+    def __init__(self, formulas: Mapping[Claimed, Formula], points: list[tuple[mpf, mpf]]) -> None:
         self.count = len(points)
         pairs = zip(points, points[1:] + points[:1], strict=True)
         chords = [mp.hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
@@ -165,7 +167,7 @@ class ValuePoints:
             row = follow(formulas, self.lengths(i))
             for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
                 matrix[i, (i + shift) % self.count] += row[symbol]
-            right[i] = evaluate(formulas["right side of the row of a knot"][1], row | {q.q_i: x})
+            right[i] = evaluate(among(formulas, PickupClaim.KNOT_ROW_RIGHT_SIDE)[1], row | {q.q_i: x})
         self.controls = list(mp.lu_solve(matrix, right))
 
     def lengths(self, i: int) -> Values:
@@ -183,13 +185,13 @@ class ValuePoints:
         return values | {q.u: share * values[q.u_ip1]}
 
 
-def cycle(formulas: Mapping[str, Formula], points: int) -> list[Values]:
+def cycle(formulas: Mapping[Claimed, Formula], points: int) -> list[Values]:
     """Independent quantities of the built-in machine at the middle of equal steps, those in the dwell left out."""
     with mp.workdps(DIGITS):
         data = machine_file()
         base = fixed(data, formulas)
         start, end = (mp.radians(t) for t in data["law"]["dwell_t_deg"])
-        law, far = Law(data["law"]["p"], (start, end)), mp.radians(data["law"]["phi1_far_deg"])
+        law, far = ArmSlope(data["law"]["p"], (start, end)), mp.radians(data["law"]["phi1_far_deg"])
 
         def moment(turn: mpf) -> Values:
             t = 2 * mp.pi * turn

@@ -1,4 +1,4 @@
-"""Vocabulary of the seedling pick-up: every symbol that its derivation and its paper share.
+"""Quantities of the seedling pick-up: every symbol that its derivation and its paper share.
 
 Frame at the sun's centre O, x right, y up, angles counter-clockwise; M1 is the intermediate axis, O1 the planet's axis,
 S the tip of the needle. A knot's neighbours carry ``im1``, ``ip1`` for the indices i - 1, i + 1.

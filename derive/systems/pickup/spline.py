@@ -8,9 +8,11 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S
 
+from ...equations import Claimed
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import Formula
+from .vocabulary import PickupClaim
 
 DEGREE = 3
 KNOTS = {-2: q.u_im2, -1: q.u_im1, 0: q.u_i, 1: q.u_ip1, 2: q.u_ip2, 3: q.u_ip3}
@@ -56,25 +58,25 @@ def support() -> Expr:
     return sp.rsolve(spans(degree) - spans(degree - 1) - 1, spans(degree), {spans(0): 1}).subs(degree, q.k)
 
 
-def formulas() -> dict[str, Formula]:
+def formulas() -> dict[Claimed, Formula]:
     """Claims about the spline, each with the symbol it defines and its expression."""
     scale = INTERVALS[-1] + INTERVALS[0]
     rows = {index: sp.factor(weight(index) * scale) for index in (-1, 0, 1)}
     overlap = support().subs(q.k, DEGREE) - 1
     return {
-        "length of a knot interval": (q.Delta_i, KNOTS[1] - KNOTS[0]),
-        "length of the knot interval before": (q.Delta_im1, KNOTS[0] - KNOTS[-1]),
-        "length of the second knot interval before": (q.Delta_im2, KNOTS[-1] - KNOTS[-2]),
-        "length of the knot interval after": (q.Delta_ip1, KNOTS[2] - KNOTS[1]),
-        "index of the last knot": (q.i_last, sp.expand(q.n + support())),
-        "index of the knot where the curve begins": (q.i_first, overlap),
-        "index of the knot where the curve ends": (q.i_end, q.n + support().subs(q.k, DEGREE) - overlap),
-        "point of the curve": (q.p_u, sp.Add(*(basis(j - PEAK, DEGREE) * d for j, d in CONTROLS.items()))),
-        "value point at a knot": (q.q_i, sp.Add(*(weight(j) * CONTROLS[j] for j in rows))),
-        "coefficient of the control point before": (q.a_i, rows[-1]),
-        "coefficient of the control point at the knot": (q.b_i, sp.apart(rows[0], q.Delta_im2)),
-        "coefficient of the control point after": (q.c_i, rows[1]),
-        "right side of the row of a knot": (q.e_i, scale * q.q_i),
+        PickupClaim.KNOT_INTERVAL: (q.Delta_i, KNOTS[1] - KNOTS[0]),
+        PickupClaim.KNOT_INTERVAL_BEFORE: (q.Delta_im1, KNOTS[0] - KNOTS[-1]),
+        PickupClaim.SECOND_KNOT_INTERVAL_BEFORE: (q.Delta_im2, KNOTS[-1] - KNOTS[-2]),
+        PickupClaim.KNOT_INTERVAL_AFTER: (q.Delta_ip1, KNOTS[2] - KNOTS[1]),
+        PickupClaim.LAST_KNOT: (q.i_last, sp.expand(q.n + support())),
+        PickupClaim.FIRST_CURVE_KNOT: (q.i_first, overlap),
+        PickupClaim.LAST_CURVE_KNOT: (q.i_end, q.n + support().subs(q.k, DEGREE) - overlap),
+        PickupClaim.CURVE_POINT: (q.p_u, sp.Add(*(basis(j - PEAK, DEGREE) * d for j, d in CONTROLS.items()))),
+        PickupClaim.VALUE_POINT: (q.q_i, sp.Add(*(weight(j) * CONTROLS[j] for j in rows))),
+        PickupClaim.CONTROL_BEFORE: (q.a_i, rows[-1]),
+        PickupClaim.CONTROL_AT_KNOT: (q.b_i, sp.apart(rows[0], q.Delta_im2)),
+        PickupClaim.CONTROL_AFTER: (q.c_i, rows[1]),
+        PickupClaim.KNOT_ROW_RIGHT_SIDE: (q.e_i, scale * q.q_i),
     }
 
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, cos, pi, sin
 
+from ...equations import Claimed
 from ...mechanics.frames import Frame, Vec, X, Y, Z, unit
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import Formula
+from .vocabulary import PickupClaim
 
 TRANSVERSE = Frame("transverse section")
 
@@ -62,20 +64,20 @@ def helical_contact_ratio() -> Expr:
     return path / base_pitch(helical_pitch(), angle) + lead / helical_pitch()
 
 
-def formulas() -> dict[str, Formula]:
+def formulas() -> dict[Claimed, Formula]:
     """Claims about teeth, each with the symbol it defines and its expression."""
     paths = [path_of_action(rho, ha * q.m, q.alpha0) for rho, ha in ((q.rho1, q.ha1), (q.rho2, q.ha2))]
     ratio = (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0)
     whole = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
     return {
-        "centre distance of the helical pair": (q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2))),
-        "transverse pressure angle of the helical pair": (q.alpha_t, transverse_pressure_angle()),
-        "contact ratio of the helical pair": (q.epsilon_h, helical_contact_ratio()),
-        "contact ratio of the non-circular pair": (q.epsilon, ratio),
-        "path of action to the sun's addendum": (q.g1, paths[0]),
-        "path of action to the intermediate gear's addendum": (q.g2, paths[1]),
-        "slope of the contact ratio per addendum coefficient": (q.epsilon_ha, whole.diff(q.ha1) + whole.diff(q.ha2)),
-        "slope of the contact ratio per module": (q.epsilon_m, whole.diff(q.m)),
+        PickupClaim.CENTRE_DISTANCE_2: (q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2))),
+        PickupClaim.TRANSVERSE_PRESSURE_ANGLE: (q.alpha_t, transverse_pressure_angle()),
+        PickupClaim.HELICAL_CONTACT_RATIO: (q.epsilon_h, helical_contact_ratio()),
+        PickupClaim.CONTACT_RATIO: (q.epsilon, ratio),
+        PickupClaim.SUN_PATH_OF_ACTION: (q.g1, paths[0]),
+        PickupClaim.MIDDLE_PATH_OF_ACTION: (q.g2, paths[1]),
+        PickupClaim.ADDENDUM_SLOPE: (q.epsilon_ha, whole.diff(q.ha1) + whole.diff(q.ha2)),
+        PickupClaim.MODULE_SLOPE: (q.epsilon_m, whole.diff(q.m)),
     }
 
 

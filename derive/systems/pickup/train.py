@@ -8,9 +8,11 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, pi
 
+from ...equations import Claimed
 from ...mechanics.frames import Frame, Motion, Vec, Z
 from . import quantities as q
 from .geometry import ARM, CARRIER, TO_M1, WORLD, Formula, along
+from .vocabulary import PickupClaim
 
 SUN = Frame("sun, x along O-M1 at phi5 = 0", WORLD, Z, q.beta1)
 BACK = Frame("line M1-O", TO_M1, Z, pi)
@@ -36,7 +38,7 @@ def helical_slip(motion: Motion) -> Expr:
     return sp.expand(turn(MIDDLE, motion) * radius - turn(ARM, motion) * (-radius))
 
 
-def ratios() -> dict[str, Formula]:
+def ratios() -> dict[Claimed, Formula]:
     """Ratios and pitch radii; the ratio of an external pair is counted positive."""
     stage1 = -turn(WORLD) / turn(MIDDLE)
     total = turn(WORLD) / turn(ARM)
@@ -47,13 +49,13 @@ def ratios() -> dict[str, Formula]:
     radius = sp.solve(slip_on_sun().subs(q.dphi5, carrier), q.R2)[0]
     gap = along(TO_M1, q.a1) + along(BACK, q.R2).resolved(TO_M1) - along(TO_M1, q.R1)
     return {
-        "turn of the intermediate gear": (q.dphi2, helical),
-        "ratio of stage 1": (q.i1, stage1),
-        "total ratio": (q.iZ, total),
-        "total ratio through both stages": (q.iZ, sp.cancel(through)),
-        "reciprocal of the total ratio in the dwell": (q.g_locked, (1 / total).subs(q.dphi1, still)),
-        "pitch radius of the intermediate gear": (q.R2, sp.factor(radius)),
-        "pitch radius of the sun": (q.R1, sp.solve(gap[0], q.R1)[0]),
+        PickupClaim.MIDDLE_TURN: (q.dphi2, helical),
+        PickupClaim.RATIO_1: (q.i1, stage1),
+        PickupClaim.TOTAL_RATIO: (q.iZ, total),
+        PickupClaim.TOTAL_RATIO_BY_STAGES: (q.iZ, sp.cancel(through)),
+        PickupClaim.DWELL_RATIO: (q.g_locked, (1 / total).subs(q.dphi1, still)),
+        PickupClaim.MIDDLE_PITCH_RADIUS: (q.R2, sp.factor(radius)),
+        PickupClaim.SUN_PITCH_RADIUS: (q.R1, sp.solve(gap[0], q.R1)[0]),
     }
 
 
@@ -71,20 +73,20 @@ def curvature_radius(curve: Vec, motion: Motion) -> Expr:
     return sp.simplify(dx**2 + dy**2) ** sp.Rational(3, 2) / bend
 
 
-def curves() -> dict[str, Formula]:
+def curves() -> dict[Claimed, Formula]:
     """Pitch curves and their curvature; contacts run counter-clockwise on the sun, clockwise on the other gear."""
     sun, middle = contacts()
     rolling = Motion({q.phi5: S.One, q.phi2: q.R1 / q.R2, q.R1: q.dR1, q.R2: -q.dR1, q.dR1: q.ddR1})
     return {
-        "pitch curve of the sun, x": (q.x1, sun[0]),
-        "pitch curve of the sun, y": (q.y1, sun[1]),
-        "pitch curve of the intermediate gear, x": (q.x2, middle[0]),
-        "pitch curve of the intermediate gear, y": (q.y2, middle[1]),
-        "radius of curvature of the sun": (q.rho1, curvature_radius(sun, rolling)),
-        "radius of curvature of the intermediate gear": (q.rho2, -curvature_radius(middle, rolling)),
+        PickupClaim.PITCH_CURVE.of("sun", "x"): (q.x1, sun[0]),
+        PickupClaim.PITCH_CURVE.of("sun", "y"): (q.y1, sun[1]),
+        PickupClaim.PITCH_CURVE.of("intermediate gear", "x"): (q.x2, middle[0]),
+        PickupClaim.PITCH_CURVE.of("intermediate gear", "y"): (q.y2, middle[1]),
+        PickupClaim.CURVATURE_RADIUS.of("sun"): (q.rho1, curvature_radius(sun, rolling)),
+        PickupClaim.CURVATURE_RADIUS.of("intermediate gear"): (q.rho2, -curvature_radius(middle, rolling)),
     }
 
 
-def formulas() -> dict[str, Formula]:
+def formulas() -> dict[Claimed, Formula]:
     """Claims about the gear train, each with the symbol it defines and its expression."""
     return ratios() | curves()

@@ -10,6 +10,7 @@ from functools import cache
 import sympy as sp
 from sympy import Expr, S
 
+from ...equations import Claimed, among
 from ...mechanics.bodies import Body, Mechanism, Part, about_pin
 from ...mechanics.frames import Point, Vec
 from ...quantity import Quantity
@@ -38,11 +39,11 @@ ZERO: dict[sp.Symbol, str] = _SHARED | _OF_A_SIDE | {q.twin(s): why for s, why i
 """Quantities that are zero by assumption, each with the reason."""
 
 
-def lift(claim: str, printed: Expr) -> Expr | None:
+def lift(claim: Claimed, printed: Expr) -> Expr | None:
     """The balance that a claim names, in the quantities of a printed one, while the assumptions are lifted."""
     if claim not in _balances():
         return None
-    given, _ = claims.common(printed, claims.claims()[claim].residual)
+    given, _ = claims.common(printed, among(claims.claims(), claim).residual)
     kept = claims.eliminated(_balances()[claim], given.free_symbols, _relations())
     return claims.canonical(kept.xreplace(_ACCELERATIONS))
 
@@ -67,9 +68,9 @@ def _side() -> derivation.Side:
 
 
 @cache
-def _balances() -> dict[str, Expr]:
+def _balances() -> dict[Claimed, Expr]:
     side = _side()
-    found = {str(e.claims): e.residual for e in claims.balances(side)}
+    found = {e.claims: e.residual for e in claims.balances(side)}
     mech = Mechanism(side.kinematics.motion, Vec(derivation.WORLD, (S.Zero, -q.g, S.Zero)))
     offset = Vec(derivation.CARRIER, (x_C4, y_C4, S.Zero))
     real = Part(q.m4, Point("C4", derivation.O, offset), about_pin(J_4, q.m4, offset))
@@ -78,7 +79,7 @@ def _balances() -> dict[str, Expr]:
         mech.balances(Body("carrier", derivation.CARRIER, (part,)), derivation.PIN) for part in (real, ideal)
     )
     for (claim, whole), (_, balanced) in zip(with_, without, strict=True):
-        found[str(claim)] += whole - balanced
+        found[claim] += whole - balanced
     return found
 
 

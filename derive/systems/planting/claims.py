@@ -12,7 +12,7 @@ from sympy import Expr, S, pi
 
 from ...branches import switch
 from ...chain import ordered, solve_linear
-from ...equations import Equation
+from ...equations import Balance, Claimed, Equation, among, by_claim, defined
 from ...evaluate import Point
 from ...mechanics.bodies import Contact, Mechanism
 from ...mechanics.frames import displacement
@@ -20,6 +20,7 @@ from ...model import Let
 from ...quantity import Quantity
 from . import cycle, derivation
 from . import quantities as q
+from .vocabulary import PlantingClaim
 
 BETWEEN = (
     q.L_AC1,
@@ -43,7 +44,7 @@ SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 
 
 @cache
-def claims() -> dict[str, Equation]:
+def claims() -> dict[Claimed, Equation]:
     """Derived equations by what they claim to be."""
     side = derivation.build_side()
     found = (
@@ -53,7 +54,7 @@ def claims() -> dict[str, Equation]:
         + _teeth("P", derivation.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
     )
     found += _teeth("Q", derivation.CONTACT_Q, q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
-    return {str(e.claims): e for e in found}
+    return by_claim(found)
 
 
 def balances(side: derivation.Side) -> list[Equation]:
@@ -62,10 +63,6 @@ def balances(side: derivation.Side) -> list[Equation]:
     ours = frozenset(s for step in side.kinematics.steps for s in step.defines) | set(side.mechanism.unknowns)
     shared = derivation.support_equations(side, support, derivation.OtherSide(ours))
     return [e for e in (*side.mechanism.equations(), *shared) if e.defines is None]
-
-
-def _definition(claim: str, symbol: Quantity, expr: Expr) -> Equation:
-    return Equation(claim, symbol - expr, f"derived: {claim}", claim, defines=symbol)
 
 
 def _law(mechanism: Mechanism, symbol: Quantity) -> Expr:
@@ -82,11 +79,11 @@ def _cam(side: derivation.Side) -> list[Equation]:
     angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
     moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
     return [
-        _definition("pressure angle of the cam", q.mu, angle),
-        _definition("force of the cam on the roller, x'", q.F_Ex, _law(mech, q.F_Ex)),
-        _definition("force of the cam on the roller, y'", q.F_Ey, S.Zero),
-        _definition("force of the cam on the roller, z'", q.F_Ez, _law(mech, q.F_Ez)),
-        _definition("moment of the cam force about the planet's axis", q.M_T, moment),
+        defined(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
+        defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _law(mech, q.F_Ex)),
+        defined(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, S.Zero),
+        defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _law(mech, q.F_Ez)),
+        defined(PlantingClaim.CAM_MOMENT, q.M_T, moment),
     ]
 
 
@@ -94,7 +91,7 @@ def _places(side: derivation.Side) -> list[Equation]:
     """Places of points on the swinging half, and the polar coordinates that a paper may give them by."""
     steps = {s.symbol: s.expr for s in side.kinematics.steps if isinstance(s, Let)}
     found = [
-        _definition(f"place of {name}, {axis}'", symbol, steps[symbol])
+        defined(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
         for name, axis, symbol in (
             ("the roller", "x", q.x_E), ("the roller", "z", q.z_E), ("C1", "x", q.x_C1), ("C1", "z", q.z_C1),
             ("C2", "x", q.x_C2), ("C2", "z", q.z_C2),
@@ -106,9 +103,9 @@ def _places(side: derivation.Side) -> list[Equation]:
     ):
         down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
         found += [
-            _definition(f"distance of {name} from the hinge", length, sp.sqrt(x**2 + z**2)),
-            _definition(f"angle of the line from the hinge to {name}, closed", closed, sp.atan2(-z, x)),
-            _definition(f"angle of the line from the hinge to {name}", turned, down),
+            defined(PlantingClaim.HINGE_DISTANCE.of(name), length, sp.sqrt(x**2 + z**2)),
+            defined(PlantingClaim.HINGE_ANGLE_CLOSED.of(name), closed, sp.atan2(-z, x)),
+            defined(PlantingClaim.HINGE_ANGLE.of(name), turned, down),
         ]
     return found
 
@@ -120,13 +117,16 @@ def _teeth(
     mech = derivation.build_side().mechanism
     force = [next(u for u in mech.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
-        _definition(
-            f"direction of the normal force at {tag}", along, switch(moment, contact.normal(1), contact.normal(-1))
+        defined(PlantingClaim.NORMAL_DIRECTION.of(tag), along, switch(moment, contact.normal(1), contact.normal(-1))),
+        defined(
+            PlantingClaim.FRICTION_DIRECTION.of(tag), across, switch(moment, contact.across(1), contact.across(-1))
         ),
-        _definition(f"direction of friction at {tag}", across, switch(moment, contact.across(1), contact.across(-1))),
-        _definition(f"normal force at {tag}", normal, _law(mech, normal)),
-        _definition(f"friction force at {tag}", drag, normal * sp.tan(q.mu2)),
-        *(_definition(f"tooth force at {tag}, {axis}", f, _law(mech, f)) for axis, f in zip("xy", force, strict=True)),
+        defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _law(mech, normal)),
+        defined(PlantingClaim.FRICTION_FORCE.of(tag), drag, normal * sp.tan(q.mu2)),
+        *(
+            defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _law(mech, f))
+            for axis, f in zip("xy", force, strict=True)
+        ),
     ]
 
 
@@ -136,16 +136,22 @@ def _relations() -> dict[Quantity, Expr]:
 
 
 def relations(mech: Mechanism) -> dict[Quantity, Expr]:
-    """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces."""
-    numbered = {e.number: e for e in mech.equations()}
+    """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces.
+
+    Raises ClaimError where the mechanism has no such balance.
+    """
+    equations = by_claim(mech.equations())
     from_balance = {
-        "M_Az": "inner half: moment along z of planet about A",
-        "M_Aoz": "outer half: moment along z of planet about A outer",
-        "F_A1z": "middle body: force along z of frame",
-        "M_K": "outer half: moment along y of planet about A outer",
+        "M_Az": Balance("inner half", "moment", "z", "planet", "A"),
+        "M_Aoz": Balance("outer half", "moment", "z", "planet", "A outer"),
+        "F_A1z": Balance("middle body", "force", "z", "frame"),
+        "M_K": Balance("outer half", "moment", "y", "planet", "A outer"),
     }
     unknowns = {u.name: u for u in mech.unknowns}
-    found = {unknowns[name]: solve_linear(numbered[balance], unknowns[name]) for name, balance in from_balance.items()}
+    found = {
+        unknowns[name]: solve_linear(among(equations, balance), unknowns[name])
+        for name, balance in from_balance.items()
+    }
     at_Q = displacement(derivation.B1, derivation.Q, derivation.WORLD)
     found[q.M_P] = (q.y_P - q.y_A1) * q.F_Px - (q.x_P - q.x_A1) * q.F_Py
     found[q.M_Q] = at_Q[1] * q.F_Qx - at_Q[0] * q.F_Qy

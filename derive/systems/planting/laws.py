@@ -18,8 +18,9 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr, S, pi
 
-from ...audit.laws import Cycle, Law, Machine, Values
+from ...audit.laws import Cycle, Dynamics, Law, Values
 from ...branches import switch
+from ...dimensions import of_unit
 from ...evaluate import Point
 from ...gearing import meshing
 from ...mechanics.bodies import Contact
@@ -41,10 +42,10 @@ SLOW = 1e-6
 
 
 @cache
-def machine() -> Machine:
+def dynamics() -> Dynamics:
     """The laws of the device with its motion and its derivation."""
     reference = _cycle()
-    return Machine(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.claims(),
+    return Dynamics(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.claims(),
                    claims.supplements(), q.twin)  # fmt: skip
 
 
@@ -208,6 +209,12 @@ def _slowed(cycle: Cycle) -> Cycle:
     """The same motion at next to no speed: rates go with the speed, accelerations with its square."""
     steps = derivation.build_side().kinematics.steps
     moving = [q.omega, *(s for step in steps for s in step.defines)]
-    factors = {s: SLOW ** {"/s2": 2, "d/s": 1, "m/s": 1}.get(s.unit[-3:], 0) for s in moving}
+    factors = {s: SLOW ** _time_power(s) for s in moving}
     one, two = ({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)
     return Cycle((one, two), cycle.weights, _slowed(cycle.between) if cycle.between else None)
+
+
+def _time_power(symbol: Quantity) -> int:
+    """How often a quantity of the motion is taken per second: 0 of a place, an angle or a force."""
+    mass, _, time = of_unit(symbol.unit)
+    return 0 if mass else int(-time)

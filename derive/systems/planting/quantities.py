@@ -1,4 +1,4 @@
-"""Vocabulary of the planting device: every symbol that its derivation and its paper share.
+"""Quantities of the planting device: every symbol that its derivation and its paper share.
 
 Points A, C1, C2, E, F carry coordinates of the planet frame x'y'z', relative to B1 (or to the hinge A, where the name
 ends in A's own); points A1, B1, CA, CB, P, Q carry global ones.

@@ -1,6 +1,51 @@
 """What the audit asks of the planting device."""
 
-from .assumptions import ZERO, lift
-from .claims import admissible, claims, common, reference
+from __future__ import annotations
 
-__all__ = ["ZERO", "admissible", "claims", "common", "lift", "reference"]
+import random
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr
+
+from ...audit.laws import Dynamics
+from ...audit.subject import Subject
+from ...equations import Claimed, Equation
+from ...gearing.meshing import FAMILIES
+from . import assumptions, claims, cycle, laws
+
+
+class PlantingDevice(Subject):
+    """The planting device, as derived, on the cycle of the built-in one."""
+
+    def claims(self) -> Mapping[Claimed, Equation]:
+        return claims.claims()
+
+    def admissible(self, rng: random.Random) -> Mapping[sp.Symbol, mpf]:
+        return claims.admissible(rng)
+
+    def reference(self, points: int) -> Sequence[Mapping[sp.Symbol, mpf]]:
+        return claims.reference(points)
+
+    def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
+        return claims.common(printed, derived)
+
+    def zero(self) -> Mapping[sp.Symbol, str]:
+        return assumptions.ZERO
+
+    def lift(self, claim: Claimed, printed: Expr) -> Expr | None:
+        return assumptions.lift(claim, printed)
+
+    def dynamics(self) -> Dynamics:
+        return laws.dynamics()
+
+    def files(self) -> Iterable[Path]:
+        """The machine's data, and the families of gears, which are found and not imported."""
+        modules = sorted({type(family).__module__ for family in FAMILIES.values()})
+        return (cycle.MACHINE, *(Path(str(sys.modules[name].__file__)) for name in modules))
+
+
+SUBJECT = PlantingDevice()

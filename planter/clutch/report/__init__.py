@@ -1,0 +1,1 @@
+"""What a person gets to see and keep of a clutch: page, figures, files."""

@@ -12,9 +12,10 @@ from planter.clutch.engage import modal
 from planter.clutch.engage.dynamics import TRAVEL
 from planter.clutch.report import engagement_figures as figures
 from planter.kernels import formulas
-from planter.planting.report.page import inputs, label
 from planter.report import files, style
 from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import inputs
+from planter.report.labels import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

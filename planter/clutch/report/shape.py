@@ -17,9 +17,10 @@ from planter.clutch.report import shape_figures as figures
 from planter.clutch.rotor import Rotor
 from planter.files import units
 from planter.kernels import formulas
-from planter.planting.report.page import inputs, label
 from planter.report import files, style
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import inputs
+from planter.report.labels import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,9 +11,9 @@ from planter.kernels.formulas import load
 from planter.pickup import result as results
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
-from planter.planting.report.page import label
 from planter.report import files, style
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+from planter.report.labels import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from planter.planting import file as machines
 from planter.planting.commands.options import MachineArgument, SpeedOption, changes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption
@@ -32,10 +31,11 @@ def compare(
     """Optimise every pair of gear families in the same wide box under the machine's requirements, and rank them."""
     console = Console(as_json)
     with console.outcome():
+        from planter.planting import file
         from planter.planting.compare import run, tables
         from planter.planting.compare.box import chosen
 
-        own = machines.load(machine, changes(set_, speed_rpm))
+        own = file.load(machine, changes(set_, speed_rpm))
         result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress)
         if out is not None:
             from planter.planting.report import compare as report

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.planting import file
 from planter.terminal.options import overrides
 
 if TYPE_CHECKING:
@@ -37,6 +36,7 @@ def changes(settings: Sequence[str] | None, speed_rpm: float | None) -> Mapping[
 
 
 def device_of(source: str, model: str, settings: Sequence[str] | None, speed_rpm: float | None) -> Device:
+    from planter.planting import file
     from planter.planting.model import Device
 
     return Device(file.load(source, changes(settings, speed_rpm)), "exact" if model == "exact" else "printed")

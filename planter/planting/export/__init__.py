@@ -1,0 +1,1 @@
+"""A planting device as source text to compile elsewhere."""

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planter.files import units
-from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+from planter.report import labels
+from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import inputs
 
 if TYPE_CHECKING:
-    from planter.files.document import Sourced
     from planter.planting.file import Machine
 
 Summary = Mapping[str, Any]
@@ -82,9 +83,9 @@ def sections(
         "Model",
         [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
     )
-    yield Section("Inputs", list(inputs(machine, _meanings(model))))
+    yield Section("Inputs", list(inputs(machine, _meanings(model), besides=("design", "bounds"))))
     if provenance is not None:
-        yield Section("Provenance", [Keys({name: _flat(value) for name, value in provenance.items()})])
+        yield Section("Provenance", [Keys({name: labels.flat(value) for name, value in provenance.items()})])
 
 
 def requirements(found: Sequence[Summary]) -> Block:
@@ -101,13 +102,13 @@ def warnings(found: Sequence[Summary]) -> Block:
 
 def results(summary: Summary) -> Iterator[Block]:
     """Every single number of a summary, then its groups: the keys say the units."""
-    single = {label(key): value for key, value in summary.items() if not isinstance(value, dict | list)}
+    single = {labels.label(key): value for key, value in summary.items() if not isinstance(value, dict | list)}
     if single:
         yield Keys(single)
     for key, value in summary.items():
         if isinstance(value, Mapping) and key not in _ELSEWHERE:
-            rows = [(_name(k), _flat(v), units.unit(k) or units.unit(key)) for k, v in value.items()]
-            yield Table(("quantity", "value", "unit"), rows, _name(key))
+            rows = [(labels.name(k), labels.flat(v), units.unit(k) or units.unit(key)) for k, v in value.items()]
+            yield Table(("quantity", "value", "unit"), rows, labels.name(key))
     if "cross" in summary:
         rows = [(f"{model} model", both["start"], both["optimum"]) for model, both in summary["cross"].items()]
         yield Table(_CROSS, rows, "Objective of both designs in both models")
@@ -115,7 +116,7 @@ def results(summary: Summary) -> Iterator[Block]:
 
 def certificate(found: Summary) -> Iterator[Block]:
     """How well an optimum is proved: what the numbers are, and what they mean."""
-    yield Keys({label(key): value for key, value in found.items() if not isinstance(value, list)})
+    yield Keys({labels.label(key): value for key, value in found.items() if not isinstance(value, list)})
     yield Text(
         "The KKT residual is zero at an exact local optimum. Starts that agree ended at the optimum's objective; the "
         "spread is the largest less the least objective that any start ended at. None of this proves that there is no "
@@ -128,12 +129,14 @@ def certificate(found: Summary) -> Iterator[Block]:
         yield Table(("parameter", "bound", "multiplier"), rows, "Bounds that hold the optimum")
     others = {key: value for key, value in found.items() if isinstance(value, list) and key != "active_bounds"}
     for key, value in others.items():
-        yield Items([f"{_spaced(key)}: {_flat(item)}" for item in value])
+        yield Items([f"{labels.spaced(key)}: {labels.flat(item)}" for item in value])
 
 
 def gradient(found: Mapping[str, float]) -> Block:
     """Change of the objective with each design parameter, per shown unit of it."""
-    rows = [(_name(name), value, f"1/{units.unit(name)}" if units.unit(name) else "") for name, value in found.items()]
+    rows = [
+        (labels.name(name), value, f"1/{units.unit(name)}" if units.unit(name) else "") for name, value in found.items()
+    ]
     return Table(("parameter", "derivative of the objective", "per"), rows)
 
 
@@ -155,7 +158,7 @@ def design(machine: Machine, summary: Summary) -> Block:
     values = [own, found] if found != own else [own]
     head = ("machine file", "optimum") if found != own else ("value",)
     rows = [
-        (_name(k), *(v[k] for v in values), units.unit(k), *machine.bounds[k], machine.origin(f"design.{k}"))
+        (labels.name(k), *(v[k] for v in values), units.unit(k), *machine.bounds[k], machine.origin(f"design.{k}"))
         for k in own
     ]
     return Table(("parameter", *head, "unit", "lower", "upper", "origin"), rows)
@@ -165,56 +168,9 @@ def at_angles(rows: Sequence[Summary]) -> Block:
     """Quantities down, angles across."""
     head = ("quantity", "unit", *(f"{row['phi_deg']:.6g} deg" for row in rows))
     keys = [key for key in rows[0] if key != "phi_deg"]
-    return Table(head, [(_name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
-
-
-def inputs(machine: Sourced, meanings: Mapping[str, str]) -> Iterator[Block]:
-    """Every number of the machine file but the design, with its unit, its meaning and where it comes from."""
-    by_section: dict[str, list[tuple[Cell, ...]]] = {}
-    for path, value in machine.numbers().items():
-        section, _, key = path.partition(".")
-        if section not in ("design", "bounds"):
-            row = (key, value, units.unit(path), meanings.get(path, ""), machine.origin(path))
-            by_section.setdefault(section, []).append(row)
-    yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
-    for section, rows in by_section.items():
-        yield Folded(_spaced(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])
+    return Table(head, [(labels.name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
 
 
 def _meanings(model: Sidecar) -> dict[str, str]:
     """Meaning of the machine's numbers by their full path."""
     return {entry["shown"]: entry["meaning"] for entry in model["vectors"]["machine"] if "shown" in entry}
-
-
-def label(key: str) -> str:
-    """A key as a person reads it.
-
-    >>> label("variance_N2"), label("start_objective"), label("seconds")
-    ('variance / N2', 'start objective', 'seconds')
-    """
-    unit = units.unit(key)
-    return f"{_name(key)} / {unit}" if unit else _spaced(key)
-
-
-def _name(key: str) -> str:
-    """A key without its unit; symbols such as F_A1x keep their underscore."""
-    unit = units.unit(key)
-    if not unit:
-        return _spaced(key)
-    stem = key
-    while units.unit(key[len(stem) :]) != unit:
-        stem = stem.rpartition("_")[0]
-    return _spaced(stem)
-
-
-def _spaced(key: str) -> str:
-    return key if any(c.isupper() for c in key) else key.replace("_", " ")
-
-
-def _flat(value: Any) -> Cell:
-    if isinstance(value, list | tuple):
-        return ", ".join(str(_flat(item)) for item in value) or None
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_flat(item)}" for key, item in value.items())
-    cell: Cell = value
-    return cell

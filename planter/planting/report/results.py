@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.planting import cycle, response
-from planter.planting.model import MODELS, Device
+from planter.planting.functions import MODELS
+from planter.planting.model import Device
 from planter.planting.objective import problem, weights
 from planter.planting.report import figures
 from planter.planting.report.gearing import gearing, ratios

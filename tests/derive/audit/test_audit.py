@@ -9,7 +9,7 @@ from derive.audit.judge import Judgement, judge
 from derive.dimensions import DimensionError, dimension, of_unit
 from derive.equations import Equation
 from derive.evaluate import NotEvaluated
-from tests.support.made_up import POINTS, WORDS, a, b, c, d, judged, quantity, t, u, v, x, x_dot
+from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, judged, quantity, t, u, v, x, x_dot
 
 
 def test_confirmed_however_it_is_written() -> None:
@@ -69,7 +69,7 @@ def test_contradicted_where_nothing_explains_a_printed_term() -> None:
 
 
 def test_reconstructed_and_definition() -> None:
-    lost = Equation("n", sp.S.Zero, "test", "made up", "lost")
+    lost = Equation("n", sp.S.Zero, "test", MadeUpClaim.SUM, "lost")
     assert judge(lost, replace(lost, residual=a), POINTS, WORDS).verdict == "reconstructed"
     assert judge(replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS).verdict == "definition"
 

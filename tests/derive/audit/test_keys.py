@@ -15,18 +15,19 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive import pipeline
+from derive import papers
 from derive.__main__ import GENERATED
-from derive.audit import key, page, record
+from derive.audit import key, page, record, verdicts
 from derive.papers import shi2021, wang2017, yu2023
 from derive.systems.planting import laws
+from tests.support.made_up import tampered
 
 ROOT = Path(__file__).parents[3]
+CASES = verdicts.cases(papers.modules())
 PRINT_KEYS = """
-from derive import pipeline
 from derive.audit import key
-own = pipeline.subject({index})
-print(*(key.of_equation(own, n) for n in own.paper.equations), pipeline._laws_key())
+from derive.papers import shi2021, wang2017
+print(*(key.of_equation(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.of_laws(wang2017.CASE))
 """
 
 
@@ -47,10 +48,10 @@ class Here:
             self.judged.append(case)
             yield function(case, its_key)
 
-    def submit(self, function: Any, its_key: str) -> Future[Any]:
+    def submit(self, function: Any, module: str, its_key: str) -> Future[Any]:
         self.judged.append("laws")
         found: Future[Any] = Future()
-        found.set_result([{"paper": "made up", "law": "made up", "key": its_key}])
+        found.set_result([{"paper": CASES[module].paper.name, "law": "made up", "key": its_key}])
         return found
 
 
@@ -58,20 +59,20 @@ class Here:
 def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
     """Every judgement, made for nothing: a record that says only what it was made from."""
     here = Here()
-    monkeypatch.setattr(pipeline, "ProcessPoolExecutor", lambda: here)
+    monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
     monkeypatch.setattr(
-        pipeline.record, "equation", lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key}
+        verdicts.record, "equation", lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key}
     )
     return here
 
 
 def audited(known: tuple[list[record.Record], list[record.Record]]) -> tuple[list[record.Record], list[record.Record]]:
-    return pipeline.judged(record.keyed(known[0]), known[1])
+    return verdicts.judged(papers.modules(), record.keyed(known[0]), known[1])
 
 
 def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:
     first = audited(([], []))
-    total = sum(len(paper.PAPER.equations) for paper, _ in pipeline.TRIALS)
+    total = sum(len(case.paper.equations) for case in CASES.values())
     assert len(counted.judged) == total + 1
     counted.judged.clear()
     assert audited(first) == first
@@ -84,7 +85,7 @@ def test_a_changed_transcription_alone_is_judged_again(counted: Here, monkeypatc
     printed = shi2021.PAPER.equations["2a"]
     monkeypatch.setitem(shi2021.PAPER.equations, "2a", replace(printed, residual=2 * printed.residual))
     second = audited(first)
-    assert counted.judged == [(1, "2a")]
+    assert counted.judged == [(shi2021.__name__, "2a")]
     assert [r for r in second[0] if r not in first[0]] == [next(r for r in second[0] if r["equation"] == "2a")]
 
 
@@ -96,7 +97,7 @@ def test_a_changed_equation_of_the_chain_has_the_laws_tried_again(
     printed = wang2017.PAPER.equations["19"]
     monkeypatch.setitem(wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual))
     audited(first)
-    assert counted.judged == ["laws", (0, "19")]
+    assert counted.judged == ["laws", (wang2017.__name__, "19")]
 
 
 def test_with_another_engine_all_is_judged_again(counted: Here, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,16 +109,17 @@ def test_with_another_engine_all_is_judged_again(counted: Here, monkeypatch: pyt
 
 
 def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    own = pipeline.subject(2)
-    number, claim = "Y1", str(yu2023.PAPER.equations["Y1"].claims)
+    own, subject = yu2023.CASE, yu2023.CASE.subject
+    number, claim = "Y1", yu2023.PAPER.equations["Y1"].claims
     before = key.of_equation(own, number)
     derived = {**own.claims, claim: replace(own.claims[claim], residual=2 * own.claims[claim].residual)}
     symbol = sorted(yu2023.PAPER.equations[number].residual.free_symbols, key=str)[0]
+    third = {symbol: sp.Rational(1, 3)}
     others = [
-        replace(own, derive_claims=lambda: derived),
-        replace(own, readings={}),
-        replace(own, admissible=lambda rng: {**own.admissible(rng), symbol: sp.Rational(1, 3)}),
-        replace(own, reference=lambda n: [{**values, symbol: sp.Rational(1, 3)} for values in own.reference(n)]),
+        replace(own, subject=tampered(subject, claims=lambda _: derived)),
+        replace(own, paper=replace(own.paper, readings={})),
+        replace(own, subject=tampered(subject, admissible=lambda _, rng: {**subject.admissible(rng), **third})),
+        replace(own, subject=tampered(subject, reference=lambda _, n: [v | third for v in subject.reference(n)])),
     ]
     assert key.of_equation(replace(own), number) == before
     assert before not in {key.of_equation(other, number) for other in others}
@@ -134,10 +136,10 @@ def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
 
 @pytest.mark.parametrize("seed", ["1", "20171"])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
-    own = pipeline.subject(1)
-    here = [*(key.of_equation(own, n) for n in own.paper.equations), pipeline._laws_key()]
+    own = shi2021.CASE
+    here = [*(key.of_equation(own, n) for n in own.paper.equations), key.of_laws(wang2017.CASE)]
     there = subprocess.run(
-        [sys.executable, "-c", PRINT_KEYS.format(index=1)],
+        [sys.executable, "-c", PRINT_KEYS],
         cwd=ROOT, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert there.stdout.split() == here
@@ -148,18 +150,18 @@ def test_the_committed_records_are_those_of_this_code() -> None:
     known = record.keyed(committed["equations"])
     stale = [
         (own.paper.name, n)
-        for own in map(pipeline.subject, range(len(pipeline.TRIALS)))
+        for own in CASES.values()
         for n in own.paper.equations
         if not record.reusable(known.get((own.paper.name, n)), key.of_equation(own, n))
     ]
     assert stale == []
-    assert {law["key"] for law in committed["laws"]} == {pipeline._laws_key()}
+    assert {law["key"] for law in committed["laws"]} == {key.of_laws(wang2017.CASE)}
 
 
 def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
     content = json.loads(committed)
     assert record.as_json(content["equations"], content["laws"]) == committed
-    references = {paper.PAPER.name: paper.PAPER.reference for paper, _ in pipeline.TRIALS}
+    references = {case.paper.name: case.paper.reference for case in CASES.values()}
     written = page.as_page(content["equations"], references, content["laws"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

@@ -29,7 +29,7 @@ VERTICAL = "vertical support force is weight and rate of momentum"
 
 @pytest.fixture(scope="module")
 def printed() -> Trial:
-    return Trial(wang2017.SIDE, wang2017.FRAME, laws.machine())
+    return Trial(wang2017.SIDE, wang2017.FRAME, laws.dynamics())
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +41,17 @@ def repaired(printed: Trial) -> Trial:
 def with_repairs(trial: Trial, numbers: list[str]) -> Trial:
     side, frame = trial.side, trial.frame
     for number in numbers:
-        derived = replace(trial.machine.claims[str(side.equations[number].claims)], number=number)
+        derived = replace(trial.dynamics.claims[side.equations[number].claims], number=number)
         side, frame = side.replace(number, derived), frame.replace(number, derived)
-    return Trial(side, frame, trial.machine)
+    return Trial(side, frame, trial.dynamics)
 
 
 def law(trial: Trial, name: str) -> Law:
-    return next(found for found in trial.machine.laws if found.name == name)
+    return next(found for found in trial.dynamics.laws if found.name == name)
 
 
 def test_the_derivation_keeps_every_law_to_rounding(printed: Trial) -> None:
-    for found in printed.machine.laws:
+    for found in printed.dynamics.laws:
         limit = 1e-10 if found.over == "largest" else TOLERANCE
         assert printed.violations(found, [printed.numbers])[0] < limit, found.name
 
@@ -87,19 +87,19 @@ def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
 def test_repairs_run_together_give_what_they_give_alone(printed: Trial) -> None:
     rng = random.Random(1)
     chosen = [rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)]
-    for found in printed.machine.laws:
+    for found in printed.dynamics.laws:
         together = printed.violations(found, chosen)
         alone = [printed.violations(found, [one])[0] for one in chosen]
         assert together == pytest.approx(alone, rel=1e-9, abs=1e-10), found.name
 
 
 def test_what_a_law_does_not_ask_for_makes_no_difference(printed: Trial) -> None:
-    for found in printed.machine.laws:
+    for found in printed.dynamics.laws:
         concerned = printed.concerned(found)
         others = [n for n in printed.suspects if n not in concerned]
         before, after = printed.violations(found, [concerned, [*concerned, *others]])
         assert before == pytest.approx(after, rel=1e-12, abs=1e-12), found.name
-    assert any(len(printed.concerned(found)) < len(printed.suspects) for found in printed.machine.laws)
+    assert any(len(printed.concerned(found)) < len(printed.suspects) for found in printed.dynamics.laws)
 
 
 def test_elimination_finds_sets_that_restore_but_are_not_the_smallest(
@@ -153,7 +153,7 @@ def test_a_planted_error_is_laid_to_its_equation(repaired: Trial, number: str, n
     equation = repaired.side.equations[number]
     error = q.m2 * q.g * q.r3 / (1 if number == "14" else q.a1)
     wrong = replace(equation, residual=equation.residual + error)
-    tampered = Trial(repaired.side.replace(number, wrong), repaired.frame.replace(number, wrong), repaired.machine)
+    tampered = Trial(repaired.side.replace(number, wrong), repaired.frame.replace(number, wrong), repaired.dynamics)
     assert tampered.suspects == [number]
     assert tampered.causes(law(tampered, name)) == Causes([(number,)])
 
@@ -161,7 +161,7 @@ def test_a_planted_error_is_laid_to_its_equation(repaired: Trial, number: str, n
 def test_a_pulling_tooth_is_laid_to_its_normal_force(repaired: Trial) -> None:
     equation = repaired.side.equations["NP"]
     wrong = replace(equation, residual=equation.residual + 2 * (q.F_NP - equation.residual))
-    tampered = Trial(repaired.side.replace("NP", wrong), repaired.frame, repaired.machine)
+    tampered = Trial(repaired.side.replace("NP", wrong), repaired.frame, repaired.dynamics)
     assert tampered.causes(law(tampered, "teeth at P only push")) == Causes([("NP",)])
 
 
@@ -170,16 +170,16 @@ def test_every_search_of_the_record_was_exhaustive(printed: Trial) -> None:
 
 
 def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:
-    claim = str(printed.side.equations["13"].claims)
-    derived = printed.machine.claims[claim]
+    claim = printed.side.equations["13"].claims
+    derived = printed.dynamics.claims[claim]
     broken = replace(derived, residual=derived.residual + q.m2 * q.g)
-    machine = replace(printed.machine, claims={**printed.machine.claims, claim: broken})
+    spoiled = replace(printed.dynamics, claims={**printed.dynamics.claims, claim: broken})
     with pytest.raises(LawError, match="with all repaired"):
-        Trial(printed.side, printed.frame, machine).causes(law(printed, VERTICAL))
+        Trial(printed.side, printed.frame, spoiled).causes(law(printed, VERTICAL))
 
 
 def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
-    motion, slow = laws.Motion(), printed.machine.cycles["slow"]
+    motion, slow = laws.Motion(), printed.dynamics.cycles["slow"]
     known = {s: values[0] for s, values in slow.sides[0].items()}
     point = Point({s: mpmath.mpf(float(v)) for s, v in known.items()})
     for step in (step for step in motion.steps if isinstance(step, Let)):
@@ -187,4 +187,4 @@ def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
 
 
 def test_the_weights_integrate_over_a_turn(printed: Trial) -> None:
-    assert printed.machine.cycles["reference"].weights.sum() == pytest.approx(2 * np.pi, abs=1e-14)
+    assert printed.dynamics.cycles["reference"].weights.sum() == pytest.approx(2 * np.pi, abs=1e-14)

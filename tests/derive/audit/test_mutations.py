@@ -13,13 +13,13 @@ from derive.audit.terms import expanded
 from derive.equations import Equation
 from tests.support import mutations
 from tests.support.errors import KINDS, REVERSED
-from tests.support.mutations import SUBJECTS, outcome, subject, tried, untouched
+from tests.support.mutations import CASES, outcome, tried, untouched
 from tests.support.rewrites import PLACES_KEPT, REWRITES
 
 PLANTED = 20
 DERIVATIONS = 8
 PLANTED_IN_CONTRADICTED = 20
-PAPERS = tuple(SUBJECTS)
+PAPERS = tuple(CASES)
 
 
 @pytest.mark.parametrize("paper", PAPERS)
@@ -105,23 +105,23 @@ def test_rewrites_are_harmless(paper: str) -> None:
 def test_an_error_in_the_derivation_is_never_confirmed(paper: str, index: int) -> None:
     rng = random.Random(f"{paper} {index} derived")
     chosen = rng.choice([e for e in _derivable(paper, sound=True) if _terms(paper, e)])
-    printed, derived = subject(paper).pair(chosen.number)
+    printed, derived = CASES[paper].pair(chosen.number)
     assert derived is not None
     term = rng.choice(_terms(paper, chosen))
     for change in (term, 2 * term):
         spoiled = replace(derived, residual=sp.expand(derived.residual - change, trig=False))
-        found = judge(printed, spoiled, subject(paper).points, subject(paper).words)
+        found = judge(printed, spoiled, CASES[paper].points, CASES[paper].words)
         assert found.verdict != "confirmed", f"({chosen.number}) without {change}"
 
 
 def _derivable(paper: str, sound: bool) -> list[Equation]:
-    equations = [subject(paper).paper.equations[n] for n in mutations.derivable(paper)]
+    equations = [CASES[paper].paper.equations[n] for n in mutations.derivable(paper)]
     return [e for e in equations if mutations.is_sound(paper, e) is sound]
 
 
 def _terms(paper: str, equation: Equation) -> list[sp.Expr]:
     """Terms of the derivation but for the symbol that it defines."""
-    derived = subject(paper).pair(equation.number)[1]
+    derived = CASES[paper].pair(equation.number)[1]
     terms = [t for t in expanded(derived.residual) if t != derived.defines]
     return terms if derived.defines is not None or len(terms) > 1 else []
 

@@ -4,31 +4,29 @@ import pytest
 import sympy as sp
 from sympy.core.relational import Relational
 
-from derive.audit.subject import Subject
+from derive.audit.case import Case
 from derive.evaluate import Point
-from derive.pipeline import TRIALS
-
-SUBJECTS = {paper.PAPER.name: Subject.of(paper, system) for paper, system in TRIALS}
+from tests.support.mutations import CASES
 
 
-def one_sided(subject: Subject, points: list[Point]) -> set[str]:
+def one_sided(case: Case, points: list[Point]) -> set[str]:
     """Printed branch conditions that are the same at all points."""
-    legible = (n for n, e in subject.paper.equations.items() if e.legibility != "lost")
+    legible = (n for n, e in case.paper.equations.items() if e.legibility != "lost")
     conditions = {
         relation
         for number in legible
-        for cases in subject.pair(number)[0].residual.atoms(sp.Piecewise)
+        for cases in case.pair(number)[0].residual.atoms(sp.Piecewise)
         for _, condition in cases.args
         for relation in condition.atoms(Relational)
     }
     return {str(c) for c in conditions if len({point.holds(c) for point in points}) == 1}
 
 
-@pytest.mark.parametrize("name", SUBJECTS)
+@pytest.mark.parametrize("name", CASES)
 def test_every_printed_branch_is_taken_both_ways(name: str) -> None:
-    assert one_sided(SUBJECTS[name], SUBJECTS[name].points) == set()
+    assert one_sided(CASES[name], CASES[name].points) == set()
 
 
 def test_a_single_point_would_not_do() -> None:
-    subject = SUBJECTS["wang2017"]
-    assert one_sided(subject, subject.points[:1])
+    case = CASES["wang2017"]
+    assert one_sided(case, case.points[:1])

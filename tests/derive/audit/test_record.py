@@ -10,65 +10,57 @@ import pytest
 import sympy as sp
 
 from derive.audit import page, record
+from derive.audit.case import Case
 from derive.audit.paper import Paper
-from derive.audit.subject import Subject
 from derive.audit.vanishing import vanished
-from derive.equations import Equation
+from derive.equations import Definition, Equation, derived
 from derive.evaluate import Point
-from derive.pipeline import TRIALS
 from derive.quantity import Quantity
-from tests.support.made_up import a, b, c, quantity, t, u, v, values, x
+from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, quantity, t, u, v, x
+from tests.support.mutations import CASES
 
-SUBJECTS = {paper.PAPER.name: Subject.of(paper, system) for paper, system in TRIALS}
 push, r = quantity("test_push", "m"), quantity("test_r", "m")
 ZERO = {push: "nothing pushes"}
 
 
-def subject(
-    printed: Equation, derived: sp.Expr, lifted: sp.Expr | None = None, reading: dict[Quantity, sp.Expr] | None = None
-) -> Subject:
+def case(
+    printed: Equation, meant: sp.Expr, lifted: sp.Expr | None = None, reading: dict[Quantity, sp.Expr] | None = None
+) -> Case:
     """A paper of one equation, with a derivation, and that derivation while an assumption is lifted."""
-    meant = Equation("claim", derived, "derived", "claim", defines=printed.defines, relation=printed.relation)
-    return Subject(
-        Paper("made up", "", {printed.number: printed}),
-        lambda: {"claim": meant},
-        lambda rng: values(rng.randint(1, 99)),
-        lambda points: [values(seed) for seed in range(points)],
-        reading or {},
-        lift=lambda claim, printed: lifted,
-        zero=ZERO,
-    )
+    equations = {MadeUpClaim.SUM: derived(MadeUpClaim.SUM, meant, printed.defines, printed.relation)}
+    paper = Paper("made up", "", {printed.number: printed}, reading=reading or {})
+    return Case(paper, MadeUp(equations, lifted, ZERO))
 
 
 def equation(residual: sp.Expr, defines: Quantity | None = None) -> Equation:
-    return Equation("n", residual, "test", "claim", defines=defines)
+    return Equation("n", residual, "test", MadeUpClaim.SUM, defines=defines)
 
 
-def recorded(own: Subject) -> dict[str, Any]:
+def recorded(own: Case) -> dict[str, Any]:
     return record.equation(own, "n", "key")
 
 
 def test_the_derived_side_stands_as_the_printed_one_does() -> None:
-    found = recorded(subject(equation(a - b * u), b * u - a))
+    found = recorded(case(equation(a - b * u), b * u - a))
     assert (found["printed"], found["derived"], found["defines"]) == (f"{a - b * u} = 0", f"{a - b * u} = 0", "")
-    found = recorded(subject(equation(x - b * u, x), x - b * v))
+    found = recorded(case(equation(x - b * u, x), x - b * v))
     assert (found["printed"], found["derived"], found["defines"]) == (f"{x - b * u} = 0", f"{x - b * v} = 0", str(x))
 
 
 def test_a_lost_print_shows_the_derivation_alone() -> None:
     lost = replace(equation(sp.S.Zero), legibility="lost")
-    found = recorded(subject(lost, a - b))
+    found = recorded(case(lost, a - b))
     assert (found["verdict"], found["printed"], found["derived"]) == ("reconstructed", "", f"{a - b} = 0")
 
 
 def test_a_definition_has_no_derived_side() -> None:
-    own = subject(replace(equation(x - a, x), claims="definition: made up"), x - a)
+    own = case(replace(equation(x - a, x), claims=Definition("made up")), x - a)
     found = recorded(own)
     assert (found["verdict"], found["derived"], found["terms"]) == ("definition", "", [])
 
 
 def test_unexplained_terms_have_their_size() -> None:
-    own = subject(equation(a - b * sp.exp(u) * u**3), a - c * sp.log(1 + v))
+    own = case(equation(a - b * sp.exp(u) * u**3), a - c * sp.log(1 + v))
     (term,) = recorded(own)["unexplained"]
     largest = max(float(abs(p(b * sp.exp(u) * u**3))) for p in own.cycle)
     derived = max(float(abs(p(part))) for p in own.cycle for part in (a, c * sp.log(1 + v)))
@@ -78,7 +70,7 @@ def test_unexplained_terms_have_their_size() -> None:
 
 
 def test_a_term_without_a_value_has_no_size() -> None:
-    own = subject(equation(a - b * sp.asin(3 + u)), a - c * sp.log(1 + v))
+    own = case(equation(a - b * sp.asin(3 + u)), a - c * sp.log(1 + v))
     (term,) = recorded(own)["unexplained"]
     assert (term["max_abs"], term["share_of_largest"]) == (None, None)
     assert "no real value" in page.as_page([recorded(own)], {"made up": ""})
@@ -97,7 +89,7 @@ def test_units_are_named_or_composed() -> None:
 
 
 def test_a_term_that_an_assumption_makes_vanish_is_named() -> None:
-    own = subject(equation(a - b * u), a - b * u, a - b * u + push * v - 2 * push)
+    own = case(equation(a - b * u), a - b * u, a - b * u + push * v - 2 * push)
     found = recorded(own)
     assert found["verdict"] == "confirmed"
     assert found["vanishing"] == [
@@ -108,11 +100,11 @@ def test_a_term_that_an_assumption_makes_vanish_is_named() -> None:
 
 
 def test_a_printed_term_that_an_assumption_makes_vanish_is_named_and_no_error() -> None:
-    own = subject(equation(a - b * u + push * v), a - b * u, a - b * u + push * v)
+    own = case(equation(a - b * u + push * v), a - b * u, a - b * u + push * v)
     found = recorded(own)
     assert found["verdict"] == "confirmed"
     assert [(v["term"], v["printed"]) for v in found["vanishing"]] == [(str(push * v), True)]
-    own = subject(equation(a - b * u + push * u), a - b * u, a - b * u + push * v)
+    own = case(equation(a - b * u + push * u), a - b * u, a - b * u + push * v)
     assert [(v["term"], v["printed"]) for v in recorded(own)["vanishing"]] == [
         (str(push * v), False),
         (str(push * u), True),
@@ -121,31 +113,31 @@ def test_a_printed_term_that_an_assumption_makes_vanish_is_named_and_no_error() 
 
 def test_terms_that_cancel_with_the_assumption_lifted_do_not_vanish_by_it() -> None:
     pair = c * push * sp.cos(u) ** 2 + c * push * sp.sin(u) ** 2 - c * push
-    own = subject(equation(a - b), a - b, a - b + pair + v * push)
+    own = case(equation(a - b), a - b, a - b + pair + v * push)
     assert [v["term"] for v in recorded(own)["vanishing"]] == [str(v * push)]
 
 
 def test_printed_terms_that_cancel_as_they_are_read_are_named() -> None:
-    own = subject(equation(x - a - r, x), x - b, reading={r: b - a})
+    own = case(equation(x - a - r, x), x - b, reading={r: b - a})
     found = recorded(own)
     assert found["verdict"] == "confirmed"
     assert found["vanishing"] == [{"term": str(-a), "because": f"{r} read as {b - a}", "printed": True}]
-    assert recorded(subject(equation(x - a - r, x), x - b - a, reading={r: b}))["vanishing"] == []
+    assert recorded(case(equation(x - a - r, x), x - b - a, reading={r: b}))["vanishing"] == []
 
 
-@pytest.mark.parametrize("name", SUBJECTS)
+@pytest.mark.parametrize("name", CASES)
 def test_lifted_derivations_become_the_derivations_under_their_assumptions(name: str) -> None:
-    own = SUBJECTS[name]
+    own = CASES[name]
     for number in own.paper.equations:
         kept, (_, derived) = own.lifted(number), own.pair(number)
         if kept is not None and derived is not None:
-            assumed = kept.residual.xreplace(dict.fromkeys(own.zero, sp.S.Zero))
+            assumed = kept.residual.xreplace(dict.fromkeys(own.subject.zero(), sp.S.Zero))
             assert sp.expand(assumed - derived.residual) == 0, number
 
 
 def test_the_planting_device_loses_terms_by_constant_carrier_speed() -> None:
     """By hand: a body that turns with the carrier and is hinged to it has m r phi'' and J phi'' more."""
-    own = SUBJECTS["wang2017"]
+    own = CASES["wang2017"]
     found = {n: {str(v.term) for v in vanished(own, n) if "phi_ddot = 0" in v.because} for n in own.paper.equations}
     assert found["12"] == {"m2*phi_ddot*y_CA", "-m2*phi_ddot*y_A1"}
     assert found["13"] == {"-m2*phi_ddot*x_CA", "m2*phi_ddot*x_A1"}
@@ -156,10 +148,10 @@ def test_the_planting_device_loses_terms_by_constant_carrier_speed() -> None:
 
 def test_the_lifted_balance_is_that_of_a_carrier_that_speeds_up() -> None:
     """About its own shaft the middle body resists with its moment of inertia, wherever its centroid lies."""
-    own = SUBJECTS["wang2017"]
+    own = CASES["wang2017"]
     kept = own.lifted("14")
     assert kept is not None
-    phi_ddot = next(s for s in own.zero if s.name == "phi_ddot")
+    phi_ddot = next(s for s in own.subject.zero() if s.name == "phi_ddot")
     slope = sp.expand(kept.residual).diff(phi_ddot)
     for point in own.points:
         J_56 = next(s for s in kept.residual.free_symbols if s.name == "J_56")
@@ -169,13 +161,13 @@ def test_the_lifted_balance_is_that_of_a_carrier_that_speeds_up() -> None:
 def test_every_record_has_its_keys() -> None:
     keys = {"paper", "equation", "legibility", "claims", "verdict", "finding", "correction", "reading", "terms",
             "unexplained", "vanishing", "printed", "derived", "defines", "key"}  # fmt: skip
-    assert recorded(subject(equation(a - b), a - b)).keys() == keys
+    assert recorded(case(equation(a - b), a - b)).keys() == keys
 
 
-@pytest.mark.parametrize("name", SUBJECTS)
+@pytest.mark.parametrize("name", CASES)
 def test_verdicts_that_are_no_judgement_have_their_reason(name: str) -> None:
     """What a definition defines is defined nowhere else, in print or by derivation; what is lost, is derived."""
-    own = SUBJECTS[name]
+    own = CASES[name]
     for number, printed in own.paper.equations.items():
         _, derived = own.pair(number)
         elsewhere = {e.defines for n, e in own.paper.equations.items() if n != number}
@@ -187,6 +179,6 @@ def test_verdicts_that_are_no_judgement_have_their_reason(name: str) -> None:
 
 
 def test_seeded_points_are_the_same_again() -> None:
-    own = SUBJECTS["shi2021"]
-    again = Point(own.admissible(random.Random(1)))
+    own = CASES["shi2021"]
+    again = Point(own.subject.admissible(random.Random(1)))
     assert again.values() == own.points[0].values()

@@ -11,16 +11,15 @@ import derive.audit
 from derive.audit.judge import judge
 from derive.audit.paper import Paper
 from derive.dimensions import _BASE
-from derive.pipeline import TRIALS
-from tests.support.mutations import derivable, is_sound, outcome, subject, untouched
+from tests.support.mutations import CASES, derivable, is_sound, outcome, untouched
 
 SOURCES = sorted(Path(derive.audit.__path__[0]).rglob("*.py"))
 TRANSCRIBED = sorted(p for folder in ("papers", "systems") for p in (SOURCES[0].parents[1] / folder).rglob("*.py"))
 
 
 def test_the_audit_names_no_paper_and_no_equation() -> None:
-    names = {paper.PAPER.name for paper, _ in TRIALS}
-    numbers = {n for paper, _ in TRIALS for n in paper.PAPER.equations} - set(_BASE)
+    names = set(CASES)
+    numbers = {n for case in CASES.values() for n in case.paper.equations} - set(_BASE)
     for path in SOURCES:
         text = path.read_text()
         assert not [n for n in names if n in text], path.name
@@ -36,13 +35,14 @@ def test_no_verdict_stands_in_transcriptions_or_derivations() -> None:
         assert not words.findall(path.read_text()), path.name
 
 
-@pytest.mark.parametrize("name", [paper.PAPER.name for paper, _ in TRIALS])
+@pytest.mark.parametrize("name", CASES)
 def test_a_copy_under_another_name_with_other_numbers_gets_the_same_verdicts(name: str) -> None:
-    own = subject(name)
+    own = CASES[name]
     renamed = {number: f"copy {i}" for i, number in enumerate(own.paper.equations)}
     copied = {new: replace(own.paper.equations[old], number=new, source="copy") for old, new in renamed.items()}
-    readings = {renamed[old]: reading for old, reading in own.readings.items()}
-    copy = replace(own, paper=Paper("copy", "a copy", copied), readings=readings, derive_claims=lambda: own.claims)
+    readings = {renamed[old]: reading for old, reading in own.paper.readings.items()}
+    paper = Paper("copy", "a copy", copied, reading=own.paper.reading, readings=readings)
+    copy = replace(own, paper=paper)
     for number in _quick(name):
         found = judge(*copy.pair(renamed[number]), own.points, copy.words)
         assert outcome(found) == outcome(untouched(name, number)), number
@@ -54,9 +54,8 @@ def _quick(name: str) -> list[str]:
 
 def test_findings_and_corrections_do_not_stand_in_the_sources() -> None:
     texts = "\n".join(path.read_text() for path in TRANSCRIBED)
-    for paper, _ in TRIALS:
-        name = paper.PAPER.name
+    for name in CASES:
         for number in derivable(name):
-            if not is_sound(name, subject(name).paper.equations[number]):
+            if not is_sound(name, CASES[name].paper.equations[number]):
                 for text in (edit for edits_ in untouched(name, number).corrections for edit in edits_):
                     assert text not in texts, text

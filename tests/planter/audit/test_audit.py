@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter import audit
-from planter.audit import numbers, page
+from planter.audit import numbers, page, verdicts
 from planter.audit.registry import FORMULAS, Inputs
-from planter.clutch.numbers import hexagon
+from planter.clutch.printed import hexagon
 from planter.errors import ComputationError
 from planter.kernels import generated
-from planter.mapping.numbers import gearing
+from planter.mapping.printed import gearing
+from planter.pickup.printed import gearing as helical
 from tests.support.cli import below
 
 PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
@@ -99,7 +99,7 @@ def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(generated, "sidecar", missing)
     with pytest.raises(ComputationError, match="make audit"):
-        audit.audit()
+        verdicts.audit()
     code, out, _ = run("--json")
     assert code == 1
     assert json.loads(out)["error"]["name"] == "ComputationError"
@@ -107,14 +107,14 @@ def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) 
 
 def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) -> None:
     law = {"paper": "yu2023", "law": "momentum", "violation": 2.5, "unit": "N", "caused_by": ["1", "2"]}
-    verdicts = {**generated.sidecar("audit"), "laws": [law]}
-    monkeypatch.setattr(generated, "sidecar", lambda name: verdicts)
-    result = audit.audit("yu2023")
+    committed = {**generated.sidecar("audit"), "laws": [law]}
+    monkeypatch.setattr(generated, "sidecar", lambda name: committed)
+    result = verdicts.audit("yu2023")
     assert result["laws"] == [law]
     assert result["summary"]["yu2023"]["laws_violated"] == 1
     assert "momentum" in page.text(result)
     assert "momentum" in run("yu2023")[1]
-    assert audit.audit("sun2019")["laws"] == []
+    assert verdicts.audit("sun2019")["laws"] == []
 
 
 def test_tables_show_equations_numbers_and_counts() -> None:
@@ -128,14 +128,14 @@ def test_tables_show_equations_numbers_and_counts() -> None:
 
 
 def test_no_verdict_stands_in_the_data() -> None:
-    files = Path(numbers.__file__).parents[1].glob("*/numbers/*.toml")
+    files = Path(numbers.__file__).parents[1].glob("*/printed/*.toml")
     text = "".join(file.read_text(encoding="utf-8") for file in files).lower()
     for word in ("reproduced", "consistent", "recomputable", "verdict", "confirmed", "misprint", "contradicted"):
         assert word not in text
 
 
 def test_the_code_names_no_paper() -> None:
-    for module in Path(audit.__file__).parent.glob("*.py"):
+    for module in Path(verdicts.__file__).parent.glob("*.py"):
         assert not re.search("|".join(PAPERS), module.read_text(encoding="utf-8")), module.name
 
 
@@ -352,7 +352,7 @@ def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
     base, tip = 20 * np.cos(np.radians(20)), 22.0
     length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
     expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert gearing.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
+    assert helical.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
 
 
 def test_split_of_a_ratio_with_a_known_mean() -> None:

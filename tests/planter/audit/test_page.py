@@ -11,8 +11,7 @@ from typing import Any
 
 import pytest
 
-from planter import audit
-from planter.audit import article, markup, page, tables, typeset
+from planter.audit import article, markup, page, tables, typeset, verdicts
 from tests.support.cli import below
 
 run, answer, _ = below("audit")
@@ -54,7 +53,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 
 
 def test_texts_on_the_page_are_escaped() -> None:
-    result = copy.deepcopy(audit.audit("yu2023"))
+    result = copy.deepcopy(verdicts.audit("yu2023"))
     result["equations"][0] |= {"printed": "</p><script>x</script> = 0", "verdict": "misprint", "finding": "a < b & c"}
     text = page.text(result)
     tree(text)

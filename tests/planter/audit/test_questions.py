@@ -15,14 +15,13 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
 
-from planter import audit
-from planter.audit import claims, consequences, numbers
+from planter.audit import claims, consequences, numbers, verdicts
 from planter.audit.registry import FORMULAS, Inputs
-from planter.clutch.numbers import hexagon, impact, trials
+from planter.clutch.printed import hexagon, impact, trials
 from planter.errors import PlanterError
-from planter.pickup.numbers import inverse
+from planter.pickup.printed import inverse
 from planter.planting import cycle
-from planter.planting.numbers import force
+from planter.planting.printed import force
 from tests.planter.pickup import pickups
 
 LAW = {"L1_mm": 93.3377, "L2_mm": 163.0, "law_p": 0.35, "dwell_deg": [210, 270], "phi5_far_deg": 40,
@@ -35,7 +34,7 @@ def inputs(**own: Any) -> Inputs:
 
 @pytest.fixture(scope="module")
 def whole() -> dict[str, Any]:
-    return audit.audit()
+    return verdicts.audit()
 
 
 # ---- every number and statement can fail ---------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from planter import bench
 from planter.bench import clock, graphs, jaxed, lanes, page, plain, processes, rate, symbolic, works
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
-from planter.cli import app
+from planter.cli.app import application
 from planter.errors import ComputationError
 from planter.kernels import Kernel, toolchain
 from planter.planting.simulation import objective_gradient
@@ -36,7 +36,7 @@ def designs(case: Case) -> list[np.ndarray]:
 
 
 def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["bench", *arguments])
+    result = CliRunner().invoke(application(), ["bench", *arguments])
     return result.exit_code, result.stdout, result.stderr
 
 

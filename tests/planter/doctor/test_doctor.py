@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import planter
-from planter.cli import app
+from planter.cli.app import application
 from planter.doctor import examination
 from planter.kernels import backends, toolchain
 from planter.planting.file import load
@@ -25,7 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def examined(*arguments: str) -> dict:  # type: ignore[type-arg]
-    result = CliRunner().invoke(app, ["doctor", *arguments, "--json"])
+    result = CliRunner().invoke(application(), ["doctor", *arguments, "--json"])
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
@@ -124,7 +124,7 @@ def test_what_is_foreseen_is_what_happens(kernel_cache: None, monkeypatch: pytes
 
 
 def test_tables_for_people() -> None:
-    result = CliRunner().invoke(app, ["doctor"])
+    result = CliRunner().invoke(application(), ["doctor"])
     assert result.exit_code == 0
     assert "This installation" in result.stdout
     assert "slopes" in result.stdout

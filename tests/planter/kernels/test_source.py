@@ -17,7 +17,8 @@ import pytest
 from planter.kernels import backends, loops, toolchain
 from planter.kernels.backends import Work
 from planter.planting import file
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from tests.support.lanes import STRICT, compiled, needs_compiler, work
 
 GOLDEN = Path(__file__).with_name("golden") / "kernels.c"
@@ -59,7 +60,7 @@ def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
     if march and platform.machine() != "x86_64":
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
-    joined = resources.files("planter").joinpath("lanes", "turn.c").read_text(encoding="utf-8")
+    joined = resources.files("planter.planting.export").joinpath("turn.c").read_text(encoding="utf-8")
     outside = loops.interface.text(small().function, ["phi"], summed=False, lanes=9)
     for number, source in enumerate((text(), joined, outside, _device_works("exact")[0].loop)):
         compiled(source, tmp_path / f"{number}.o", *flags, compiler=compiler)

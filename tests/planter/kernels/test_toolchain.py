@@ -114,7 +114,7 @@ class TestCache:
 
     def test_two_processes_that_start_together(self) -> None:
         program = (
-            "from pathlib import Path; import sys, time; from planter import toolchain\n"
+            "from pathlib import Path; import sys, time; from planter.kernels import toolchain\n"
             "source = Path(sys.argv[1]).read_text()\n"
             "print(toolchain.library('twice', source, ('-O3',)))"
         )
@@ -205,7 +205,7 @@ def test_the_variable_cc_names_the_compiler(monkeypatch: pytest.MonkeyPatch, fol
 
 SUBNORMALS = """
 import ctypes, sys, numpy as np
-from planter import toolchain
+from planter.kernels import toolchain
 ctypes.CDLL(sys.argv[1])
 tiny, small = np.array([5e-324]), np.array([2.2250738585072014e-308])
 print((tiny * 1.0).tobytes() == tiny.tobytes(), (small / 2).tobytes() == bytes([0] * 6 + [8, 0]))
@@ -242,7 +242,7 @@ class TestSubnormals:
 SEARCH = ("optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "36")
 UNLOADABLE = """
 import sys
-from planter import toolchain
+from planter.kernels import toolchain
 
 def refused(path):
     raise toolchain.NoCompiler(f"{path} cannot be loaded: failed to map segment")

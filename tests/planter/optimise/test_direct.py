@@ -14,7 +14,8 @@ from planter.optimise.descent import descend
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.planting import file
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from planter.planting.objective import problem as problem_of
 from planter.planting.objective import weights
 from planter.planting.response import Planting

@@ -11,7 +11,8 @@ from planter.optimise.range_and_spread import Sampling, Weights
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.response import Event
 from planter.planting.file import load
-from planter.planting.model import Device, Model
+from planter.planting.functions import Model
+from planter.planting.model import Device
 from planter.planting.response import Planting
 from tests.planter.optimise.toy import Toy
 

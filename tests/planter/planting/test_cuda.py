@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from planter.cli import app
+from planter.cli.app import application
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError
 from planter.kernels.loops.graph import NotPrintable
@@ -21,7 +21,8 @@ from planter.planting import simulation
 from planter.planting.cycle import angles
 from planter.planting.export import cuda
 from planter.planting.file import load
-from planter.planting.model import Device, Model
+from planter.planting.functions import Model
+from planter.planting.model import Device
 from tests.support import machines, swapped
 
 HOST = Path(__file__).with_name("cuda_on_host.h")
@@ -137,7 +138,9 @@ def test_only_one_number_for_one_angle() -> None:
 
 
 def test_the_command_writes_it(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["export", "cuda", "compact", "--model", "printed", "--out", str(tmp_path)])
+    result = CliRunner().invoke(
+        application(), ["export", "cuda", "compact", "--model", "printed", "--out", str(tmp_path)]
+    )
     assert result.exit_code == 0
     assert result.stdout.split() == [str(tmp_path / "compact_printed.cu")]
     assert (tmp_path / "compact_printed.cu").read_text().startswith("/* compact: ")

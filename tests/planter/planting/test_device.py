@@ -21,7 +21,8 @@ from planter.files import examples
 from planter.gearing.sizing import Size, Sizing
 from planter.kernels import generated
 from planter.planting import file
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 
 TEN = ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg", "R3_mm", "e3_mm", "m31", "A6_mm", "k6", "m61")
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from planter.cli import app
+from planter.cli.app import application
 from planter.files import examples
 from planter.planting.export import c99
 from planter.planting.file import load
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from planter.planting.simulation import objective_gradient
 from tests.support import swapped
 from tests.support.lanes import STRICT, path_of
@@ -21,7 +22,7 @@ OBJECTIVE = ("range_N", "variance_N2", "mean_N")
 
 
 def answer(*arguments: str) -> dict:  # type: ignore[type-arg]
-    result = CliRunner().invoke(app, [*arguments, "--json"])
+    result = CliRunner().invoke(application(), [*arguments, "--json"])
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
@@ -117,7 +118,7 @@ def test_names_are_identifiers() -> None:
 
 
 def test_a_folder_that_cannot_be_written_is_refused() -> None:
-    result = CliRunner().invoke(app, ["export", "c", "wang2017", "--out", "/dev/null/x", "--json"])
+    result = CliRunner().invoke(application(), ["export", "c", "wang2017", "--out", "/dev/null/x", "--json"])
     assert (result.exit_code, result.stdout) == (2, "")
     assert "/dev/null/x" in result.stderr
 

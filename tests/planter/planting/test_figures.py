@@ -189,7 +189,8 @@ def test_threads_do_not_disturb_each_other() -> None:
 
 def test_matplotlib_is_imported_by_the_first_figure() -> None:
     script = (
-        "import sys; from planter.report import figures, files, gearing, html, planting;"
+        "import sys; from planter.report import files, html;"
+        "from planter.planting.report import figures, gearing, page;"
         "before = 'matplotlib' in sys.modules; figures.convergence({'ga': [(1, 2.0)]});"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )

@@ -7,7 +7,8 @@ import pytest
 
 from planter.kernels import Array, Kernel, backends, toolchain
 from planter.planting.file import load
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from tests.support import swapped
 from tests.support.lanes import apart, needs_compiler
 

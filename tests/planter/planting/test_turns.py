@@ -9,7 +9,8 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError, toolchain
 from planter.planting.file import load
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.turns import FIELDS, Turns
 from tests.support import machines, swapped, xp_complex

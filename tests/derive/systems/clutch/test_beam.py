@@ -8,6 +8,7 @@ import sympy as sp
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import eigh
 
+from derive.equations import ClaimError
 from derive.papers import shi2021
 from derive.systems.clutch import beam
 from derive.systems.clutch import motion as clutch_motion
@@ -115,3 +116,10 @@ def test_print_swings_the_whole_overhang_instead_of_body_and_modal_mass() -> Non
     assert sp.simplify(rates["B2"] - q.F_M / q.m2) == 0
     derived = {str(step.symbol): step.expr for step in beam.frequency()}
     assert sp.simplify(derived["B2"] - rates["B2"].subs(q.m2, q.M_1 + q.m1)) == 0
+
+
+@pytest.mark.parametrize("number", ["B1", "B2"])
+def test_a_paper_without_what_the_engagement_starts_from_is_refused(number: str) -> None:
+    equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != number}
+    with pytest.raises(ClaimError, match=f"nothing here states ClutchClaim '{shi2021.PAPER.equations[number].claims}'"):
+        beam.printed(equations)

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from derive.dimensions import DimensionError, dimension
-from derive.equations import Equation
+from derive.equations import Definition, Equation
 from derive.papers.shi2021 import PAPER
 from derive.quantity import Quantity
 from derive.systems.clutch import claims as clutch
@@ -37,7 +37,7 @@ def differing(equations: dict[str, Equation]) -> list[str]:
     """Numbers of the printed equations that are not the derived ones at 50 digits or in their relation."""
     found = []
     for number_, printed in equations.items():
-        ours = CLAIMS.get(printed.claims)
+        ours = CLAIMS.get(str(printed.claims))
         if ours is None or printed.legibility == "lost":
             continue
         gap = printed.residual - ours.residual
@@ -70,7 +70,7 @@ def test_printed_equations_that_mix_dimensions() -> None:
 
 
 def test_every_claim_of_the_paper_is_derived() -> None:
-    claims = {e.claims for e in PAPER.equations.values() if not str(e.claims).startswith("definition: ")}
+    claims = {str(e.claims) for e in PAPER.equations.values() if not isinstance(e.claims, Definition)}
     assert claims <= CLAIMS.keys()
     assert all(claim == equation.number for claim, equation in CLAIMS.items())
 

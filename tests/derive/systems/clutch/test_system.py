@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import random
+import re
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,21 +18,23 @@ from derive.chain import ChainError
 from derive.dimensions import dimension, of_unit
 from derive.emit import functions
 from derive.emit.schedule import expression
-from derive.equations import Equation
+from derive.equations import Claim, ClaimError, Equation
 from derive.model import Formulas, Let, Stage
 from derive.papers import shi2021
 from derive.quantity import Quantity, Vector
 from derive.systems.clutch import claims, geometry, rotor
 from derive.systems.clutch import model as clutch_model
 from derive.systems.clutch import quantities as q
+from derive.systems.clutch.vocabulary import ClutchClaim
 from planter.kernels.formulas import load
 from tests.support import xp_complex, xp_mpmath
+from tests.support.made_up import MadeUpClaim
 
 MODELS = {
     model.name: model
     for model in (
         clutch_model.exact(),
-        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION),
+        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING),
         rotor.exact(),
     )
 }
@@ -133,7 +137,7 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
     printed = equations["4b"]
     once = q.c_min - (q.b - sp.sqrt(3) * q.a / 2) / sp.tan(q.phi)
     equations["4b"] = Equation("4b", once, printed.source, printed.claims, defines=q.c_min)
-    mended = clutch_model.printed(equations, shi2021.COMPLETION)
+    mended = clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
     before, after = (next(s for s in m.stages if s.name == "travel") for m in (MODELS["clutch_printed"], mended))
     ratio = before.steps[1].expr / after.steps[1].expr
     assert sp.simplify(ratio) == 2
@@ -142,14 +146,48 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
 
 def test_an_equation_that_is_missing_gives_nothing() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
-    path = next(s for s in clutch_model.printed(equations, shi2021.COMPLETION).stages if s.name == "path")
+    lacking = shi2021.LACKING | {ClutchClaim.PATH_Y}
+    path = next(s for s in clutch_model.printed(equations, shi2021.COMPLETION, lacking).stages if s.name == "path")
     assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
+
+
+def test_an_equation_that_is_missing_and_not_said_to_be_is_refused() -> None:
+    equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
+    with pytest.raises(ClaimError, match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'"):
+        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+    for claim in shi2021.LACKING:
+        with pytest.raises(ClaimError, match=re.escape(f"nothing here states ClutchClaim '{claim}'")):
+            clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim})
+
+
+def test_an_equation_that_is_there_and_said_to_be_missing_is_refused() -> None:
+    with pytest.raises(ClaimError, match="said to be lacking, but stated: 'path of C, y'"):
+        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.PATH_Y})
+
+
+@pytest.mark.parametrize(
+    ("claim", "sentence"),
+    [
+        (MadeUpClaim.NOWHERE, "nothing here states MadeUpClaim 'made-up sum that nothing derives'"),
+        (ClutchClaim.PATH_X, r"shi2021 \(2a\) and shi2021 \(2b\) claim the same: path of C, x"),
+        (ClutchClaim.FOCUS_X, "said to be lacking, but stated: 'focus of the ellipse, x'"),
+    ],
+)
+def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> None:
+    equations = {**shi2021.PAPER.equations, "2b": replace(shi2021.PAPER.equations["2b"], claims=claim)}
+    with pytest.raises(ClaimError, match=sentence):
+        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+
+
+def test_a_wrong_claim_in_an_order_is_refused() -> None:
+    with pytest.raises(ClaimError, match="nothing here states MadeUpClaim 'made-up sum'"):
+        clutch_model.Source(claims.claims()).stage("bad", (q.a,), [(MadeUpClaim.SUM, q.R)])
 
 
 def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "4b"}
     with pytest.raises(ValueError, match="margin_travel needs c_min, which nothing gives"):
-        clutch_model.printed(equations, shi2021.COMPLETION)
+        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL})
 
 
 def test_a_stage_that_needs_what_nothing_gives_is_refused() -> None:
@@ -159,7 +197,7 @@ def test_a_stage_that_needs_what_nothing_gives_is_refused() -> None:
 
 def test_an_order_that_cannot_be_solved_is_refused() -> None:
     with pytest.raises(ChainError, match="not linear in phi"):
-        clutch_model.Source(claims.claims()).lets([("least travel of the sleeve", q.phi)])
+        clutch_model.Source(claims.claims()).lets([(ClutchClaim.LEAST_TRAVEL, q.phi)])
 
 
 def test_functions_keep_the_steps_that_their_outputs_need() -> None:
@@ -170,7 +208,7 @@ def test_functions_keep_the_steps_that_their_outputs_need() -> None:
 
 
 def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
-    claim = claims.claims()["overlap with the third pair of sides"]
+    claim = claims.claims()[ClutchClaim.THIRD_OVERLAP]
     overlap = sp.lambdify(q.theta, (q.e_3 - claim.residual).subs(q.R, 1), "numpy")
     sampled = np.abs([float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]).max()
     assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] == pytest.approx(sampled, rel=1e-6)

@@ -13,15 +13,16 @@ import scipy
 import sympy as sp
 
 from derive.dimensions import DimensionError, dimension
-from derive.equations import Equation
+from derive.equations import ClaimError, Definition, Equation
 from derive.papers import sun2019
 from derive.quantity import Quantity
 from derive.systems.mapping import claims, dyads, train
 from derive.systems.mapping import quantities as q
+from derive.systems.mapping.vocabulary import MappingClaim
 
-CLAIMS = claims.claims()
+CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
-JUDGED = {n: e for n, e in PRINTED.items() if not str(e.claims).startswith("definition:")}
+JUDGED = {n: e for n, e in PRINTED.items() if not isinstance(e.claims, Definition)}
 POINTS = [claims.admissible(random.Random(seed)) for seed in range(3)]
 Point = Mapping[Quantity, mp.mpf]
 
@@ -94,7 +95,7 @@ def test_dimensions(equations: Mapping[str, Equation]) -> None:
 
 
 def test_mixed_dimensions_are_noticed() -> None:
-    assert not consistent(Equation("tampered", PRINTED["6"].residual.subs(q.p7, q.p5), "here", "here"))
+    assert not consistent(Equation("tampered", PRINTED["6"].residual.subs(q.p7, q.p5), "here", Definition("here")))
 
 
 def test_what_a_definition_defines_has_its_dimension() -> None:
@@ -310,3 +311,10 @@ def test_reference_is_a_turn_of_the_built_in_train() -> None:
 def test_admissible_points_repeat_with_their_seed() -> None:
     assert claims.admissible(random.Random(8)) == claims.admissible(random.Random(8))
     assert claims.admissible(random.Random(8)) != claims.admissible(random.Random(9))
+
+
+def test_a_value_by_what_is_not_derived_is_refused() -> None:
+    with pytest.raises(
+        ClaimError, match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j"
+    ):
+        claims._value(MappingClaim.MATRIX_ENTRY.of("A_j9"), q.A_j8, {})

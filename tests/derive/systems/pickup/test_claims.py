@@ -21,10 +21,11 @@ from derive.systems.pickup import points as pickup_points
 from derive.systems.pickup import quantities as q
 from derive.systems.pickup import teeth as pickup_teeth
 
-CLAIMS = claims.claims()
+CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
+FORMULAS = {str(claim): formula for claim, formula in claims.formulas().items()}
 PRINTED = {number: e for number, e in yu2023.PAPER.equations.items() if e.legibility != "lost"}
 LOST = [e for e in yu2023.PAPER.equations.values() if e.legibility == "lost"]
-READ = {n: replace(e, residual=e.residual.xreplace(yu2023.READINGS.get(n, {}))) for n, e in PRINTED.items()}
+READ = {n: replace(e, residual=e.residual.xreplace(yu2023.PAPER.readings.get(n, {}))) for n, e in PRINTED.items()}
 POINTS = [claims.admissible(random.Random(seed)) for seed in range(16)]
 TURN = claims.reference(24)
 SMALL = mp.mpf(10) ** -50
@@ -42,7 +43,7 @@ def value(expr: sp.Expr, point: Point) -> mp.mpf:
 
 
 def derived(claim: str, point: Point) -> float:
-    return float(value(claims.formulas()[claim][1], point))
+    return float(value(FORMULAS[claim][1], point))
 
 
 def consistent(equation: Equation) -> bool:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from derive.equations import Claimed, ClaimError
 from derive.quantity import Quantity
 from derive.systems.pickup import claims, model, points
 from derive.systems.pickup import quantities as q
+from derive.systems.pickup.vocabulary import PickupClaim
 from planter.kernels.formulas import load
 
 MODEL = load("pickup_exact")
@@ -111,3 +113,10 @@ def test_every_step_says_where_it_comes_from() -> None:
 def test_the_wrong_root_of_the_path_of_action_is_not_taken() -> None:
     path = model.by_curvature(model.kappa1, sp.Symbol("h"), sp.Symbol("alpha"))
     assert path.subs({model.kappa1: 10, "h": 0.002, "alpha": 0.35}).evalf() > 0
+
+
+@pytest.mark.parametrize("claim", [PickupClaim.PLACE.of("M2", "x"), PickupClaim.KNOT_ROW, PickupClaim.PLACE])
+def test_a_step_of_what_is_not_derived_is_refused(claim: Claimed) -> None:
+    with pytest.raises(ClaimError, match="nothing here states"):
+        model.named(PickupClaim.BAR_L1, claim)
+    assert [step.symbol for step in model.named(PickupClaim.BAR_L1)] == [q.L1]

@@ -14,9 +14,9 @@ from typing import Any
 
 from planter.audit.registry import consequence
 from planter.planting import cycle
-from planter.planting.model import Model
-from planter.planting.numbers.force import Both, both, felt, work
+from planter.planting.functions import Model
 from planter.planting.objective import weights
+from planter.planting.printed.force import Both, both, felt, work
 
 Entry = dict[str, Any]
 _SLOW = 1e-3

@@ -11,7 +11,7 @@ from planter.kernels import Array
 from planter.mapping.defects import reversals, standings
 from planter.mapping.dyads import solve
 from planter.mapping.linkage import FourBar
-from planter.mapping.numbers.dyads import chosen, poses
+from planter.mapping.printed.dyads import chosen, poses
 
 
 @formula("poses in the assembly of one of them")

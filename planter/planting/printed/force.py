@@ -16,7 +16,8 @@ from planter.files.units import factor
 from planter.kernels import Array
 from planter.planting import cycle, search
 from planter.planting.file import Machine, load
-from planter.planting.model import MODELS, Device, Model
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
 from planter.planting.objective import problem, weights
 from planter.planting.search import Optimum
 

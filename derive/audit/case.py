@@ -1,0 +1,113 @@
+"""A paper on trial: its transcriptions, the subject that derives what they claim, and points to decide at."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import sympy as sp
+from sympy import Expr
+
+from ..chain import Chain
+from ..equations import Claimed, ClaimError, Definition, Equation, among
+from ..evaluate import Point
+from ..quantity import Quantity
+from .paper import Paper
+from .subject import Subject
+
+SEEDS = (1, 2, 5, 8)
+"""Seeds of the random admissible points: between them they take both cases of every branch."""
+CYCLE = 24
+"""Points along the machine's own cycle."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A paper with the subject that it is tried against.
+
+    ``chains`` are its executable chains, if it has any: that of one side, then that of what both sides share.
+    """
+
+    paper: Paper
+    subject: Subject
+    chains: tuple[Chain, Chain] | None = None
+    _lifted: dict[str, Equation | None] = field(init=False, default_factory=dict, compare=False)
+
+    @cached_property
+    def claims(self) -> Mapping[Claimed, Equation]:
+        return self.subject.claims()
+
+    @cached_property
+    def points(self) -> list[Point]:
+        return [Point(self.subject.admissible(random.Random(seed))) for seed in SEEDS]
+
+    @cached_property
+    def cycle(self) -> list[Point]:
+        return [Point(values) for values in self.subject.reference(CYCLE)]
+
+    @cached_property
+    def words(self) -> list[Quantity]:
+        """Every quantity that the paper's equations speak of."""
+        found = set().union(*(e.residual.free_symbols for e in self.paper.equations.values()))
+        return sorted((s for s in found if isinstance(s, Quantity)), key=str)
+
+    def pair(self, number: str) -> tuple[Equation, Equation | None]:
+        """A printed equation as it is read, and its derivation, in the same quantities; None for a definition.
+
+        Raises ClaimError where the subject derives nothing of what the equation claims to be.
+        """
+        printed = self.paper.equations[number]
+        if isinstance(printed.claims, Definition):
+            return replace(printed, residual=self._read(number)), None
+        derived = self.derived(number)
+        read = replace(printed, residual=self._read(number))
+        if _states_a_sum(printed, derived):
+            first, second = self.subject.common(read.residual, derived.residual)
+            return replace(read, residual=first), replace(derived, residual=second)
+        return read, derived
+
+    def derived(self, number: str) -> Equation:
+        """What the subject has to say to a printed equation; raises ClaimError where it has nothing."""
+        printed = self.paper.equations[number]
+        try:
+            return among(self.claims, printed.claims)
+        except ClaimError as error:
+            raise ClaimError(f"{printed.source}: {error}") from None
+
+    def _read(self, number: str) -> Expr:
+        residual = self.paper.equations[number].residual.xreplace(self.reading_of(number))
+        zero = self.subject.zero()
+        if not residual.free_symbols & zero.keys() or self.lifted(number) is None:
+            return residual
+        return residual.xreplace(dict.fromkeys(zero, sp.S.Zero))
+
+    def lifted(self, number: str) -> Equation | None:
+        """The derivation of an equation while assumptions are lifted; None where none bears on it."""
+        if number not in self._lifted:
+            printed = self.paper.equations[number]
+            kept = self.subject.lift(printed.claims, printed.residual.xreplace(self.reading_of(number)))
+            self._lifted[number] = None if kept is None else replace(self.derived(number), residual=kept)
+        return self._lifted[number]
+
+    def assumed(self, number: str) -> dict[sp.Symbol, str]:
+        """Quantities of an equation, printed or derived, that an assumption makes zero, each with the reason."""
+        kept = self.lifted(number)
+        if kept is None:
+            return {}
+        here = kept.residual.free_symbols | self.paper.equations[number].residual.free_symbols
+        return {s: why for s, why in self.subject.zero().items() if s in here}
+
+    def reading_of(self, number: str) -> dict[sp.Symbol, Expr]:
+        """What the printed symbols of an equation stand for."""
+        return {**self.paper.reading, **self.paper.readings.get(number, {})}
+
+    def read_as(self, number: str) -> str:
+        """How the symbols of an equation are read that stand for something else."""
+        here = self.paper.equations[number].residual.free_symbols
+        return "; ".join(f"{s} read as {e}" for s, e in sorted(self.reading_of(number).items(), key=str) if s in here)
+
+
+def _states_a_sum(printed: Equation, derived: Equation) -> bool:
+    return printed.defines is None and derived.defines is None and printed.relation == "="

@@ -1,0 +1,94 @@
+"""The audit of papers, theirs or a user's: what was found of every equation and every law, as data and as a page."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+from . import key, page, record
+from .case import Case
+from .trial import Trial, findings
+
+Place = tuple[str, str]
+"""Name and file of a module, to load it again in another process."""
+
+
+def cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
+    """Module name -> the case that it states (``CASE``), in the order in which papers are shown; others state none.
+
+    Raises ValueError where two papers have one name.
+    """
+    found = {module.__name__: case for module in modules if isinstance(case := getattr(module, "CASE", None), Case)}
+    names = [case.paper.name for case in found.values()]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"two papers have one name: {', '.join(twice)}")
+    return dict(sorted(found.items(), key=lambda item: item[1].paper.rank))
+
+
+def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> dict[str, str]:
+    """File name -> content: what the audit found of every equation of the modules' papers, and of the laws.
+
+    What a committed audit.json says of an equation is kept if it was made from the same. Raises ClaimError where an
+    equation claims what its subject does not derive.
+    """
+    known = json.loads(committed.read_text(encoding="utf-8")) if committed and committed.is_file() else {}
+    own = list(modules)
+    records, laws = judged(own, record.keyed(known.get("equations", [])), known.get("laws", []))
+    references = {case.paper.name: case.paper.reference for case in cases(own).values()}
+    return {"audit.json": record.as_json(records, laws), "AUDIT.md": page.as_page(records, references, laws)}
+
+
+def judged(
+    modules: Sequence[ModuleType],
+    known: Mapping[tuple[str, str], record.Record],
+    known_laws: Sequence[record.Record],
+) -> tuple[list[record.Record], list[record.Record]]:
+    """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel."""
+    found = cases(modules)
+    keys = {(m, n): key.of_equation(case, n) for m, case in found.items() for n in case.paper.equations}
+    records = {(m, n): known.get((found[m].paper.name, n)) for m, n in keys}
+    law_keys = {m: key.of_laws(case) for m, case in found.items() if case.chains}
+    laws = {m: [r for r in known_laws if r["paper"] == found[m].paper.name] for m in law_keys}
+    open_equations = [one for one, old in records.items() if not record.reusable(old, keys[one])]
+    open_laws = [m for m, old in laws.items() if not (old and all(record.reusable(r, law_keys[m]) for r in old))]
+    if open_equations or open_laws:
+        places = [(m, str(sys.modules[m].__file__)) for m in found]
+        with ProcessPoolExecutor(initializer=load, initargs=(places,)) as pool:
+            trials = {m: pool.submit(_laws, m, law_keys[m]) for m in open_laws}
+            new = pool.map(_equation, open_equations, [keys[one] for one in open_equations])
+            records |= zip(open_equations, new, strict=True)
+            laws |= {m: trial.result() for m, trial in trials.items()}
+    return [r for r in records.values() if r is not None], [r for of_paper in laws.values() for r in of_paper]
+
+
+def load(places: Iterable[Place]) -> None:
+    """Load modules that are not loaded yet, as in a process that is not forked: each from its file."""
+    for name, file in places:
+        spec = spec_from_file_location(name, file)
+        if name not in sys.modules and spec and spec.loader:
+            sys.modules[name] = module_from_spec(spec)
+            spec.loader.exec_module(sys.modules[name])
+
+
+def _equation(one: tuple[str, str], its_key: str) -> record.Record:
+    module, number = one
+    return record.equation(_case(module), number, its_key)
+
+
+def _laws(module: str, its_key: str) -> list[record.Record]:
+    """The findings on the chains of a case as a whole; none if its subject states no laws."""
+    case = _case(module)
+    dynamics = case.subject.dynamics()
+    if case.chains is None or dynamics is None:
+        return []
+    return [found | {"key": its_key} for found in findings(case.paper.name, Trial(*case.chains, dynamics))]
+
+
+def _case(module: str) -> Case:
+    case: Case = sys.modules[module].CASE
+    return case

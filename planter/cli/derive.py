@@ -1,0 +1,41 @@
+"""A mechanism of one's own: its file is derived by a process of its own, and text comes back."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planter.errors import ComputationError, InputError
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption
+
+app = typer.Typer()
+
+
+FileArgument = Annotated[
+    Path, typer.Argument(metavar="FILE", help="a Python file, or a folder of such files", show_default=False)
+]
+FolderOption = Annotated[
+    Path | None, typer.Option("--out", help="folder to write to [default: generated, beside FILE]", show_default=False)
+]
+
+
+@app.command()
+def derive(source: FileArgument, out: FolderOption = None, as_json: JsonOption = False) -> None:
+    """Derive a mechanism of your own and write its functions. FILE is run as Python: hand in none that you mistrust."""
+    console = Console(as_json)
+    with console.outcome():
+        if not source.exists():
+            raise InputError(f"{source}: there is no such file or folder")
+        folder = out or (source if source.is_dir() else source.parent) / "generated"
+        command = [sys.executable, "-P", "-m", "derive", str(source), "--out", str(folder)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            error = InputError if done.returncode == InputError.exit_code else ComputationError
+            raise error(done.stderr.strip())
+        written = sorted(str(path) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+        console.result({"folder": str(folder), "files": written}, lambda: print("\n".join(written)))

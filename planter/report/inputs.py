@@ -1,0 +1,26 @@
+"""What a result rests on: every number of its file, for a page."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from planter.files import units
+from planter.report.html import Block, Cell, Folded, Table, Text
+from planter.report.labels import spaced
+
+if TYPE_CHECKING:
+    from planter.files.document import Document
+
+
+def inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()) -> Iterator[Block]:
+    """Every number of a file, less the sections `besides`, with its unit, its meaning and where it comes from."""
+    by_section: dict[str, list[tuple[Cell, ...]]] = {}
+    for path, value in machine.numbers().items():
+        section, _, key = path.partition(".")
+        if section not in besides:
+            row = (key, value, units.unit(path), meanings.get(path, ""), machine.origin(path))
+            by_section.setdefault(section, []).append(row)
+    yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
+    for section, rows in by_section.items():
+        yield Folded(spaced(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])

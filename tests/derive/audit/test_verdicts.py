@@ -1,0 +1,194 @@
+"""Papers from anywhere: found by the module that states their case, tried, and an error in them found."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+from derive import papers
+from derive.audit import key, verdicts
+from derive.audit.case import Case
+from derive.audit.paper import Paper
+from derive.equations import ClaimError
+from tests.support.made_up import MadeUp
+
+NAME = "centrifuge2024"
+TEXT = '''
+"""Two masses on opposite arms of a hub, and a paper about them."""
+
+import random
+
+import numpy as np
+import sympy as sp
+
+from derive.audit.case import Case
+from derive.audit.laws import Cycle, Dynamics, Law
+from derive.audit.paper import Paper
+from derive.audit.subject import Subject
+from derive.chain import Chain, Solve
+from derive.equations import Claim, by_claim, defined
+from derive.quantity import Quantity
+
+
+def quantity(name, unit):
+    return Quantity(name, unit, "made up", "centrifuge")
+
+
+m, g, r, w, phi = (quantity(*pair) for pair in (("m", "kg"), ("g", "m/s2"), ("r", "m"), ("w", "rad/s"), ("phi", "rad")))
+N, N_2, R = (quantity(name, "N") for name in ("N", "N_2", "R"))
+
+
+class CentrifugeClaim(Claim):
+    LIFT = "lift of a mass"
+    SUPPORT = "support of the hub"
+
+
+def values(angle):
+    side = {m: 2.0, g: 9.81, r: 0.3, w: 20.0, phi: angle}
+    one, two = (2.0 * (9.81 - 0.3 * 400 * float(sp.sin(at))) for at in (angle, angle - sp.pi))
+    return side | {N: one, N_2: two, R: one + two}
+
+
+class Centrifuge(Subject):
+    def claims(self):
+        lift = defined(CentrifugeClaim.LIFT, N, m * g - m * r * w**2 * sp.sin(phi))
+        return by_claim([lift, defined(CentrifugeClaim.SUPPORT, R, N + N_2)])
+
+    def admissible(self, rng):
+        return {symbol: sp.Rational(rng.randint(101, 999), 300) for symbol in (m, g, r, w, phi, N, N_2, R)}
+
+    def reference(self, points):
+        return [values(2 * sp.pi * k / points) for k in range(points)]
+
+    def dynamics(self):
+        angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+        one, two = ({s: np.array([float(values(at)[s]) for at in angles - back]) for s in (m, g, r, w, phi)}
+                    for back in (0, np.pi))
+        law = Law("support is the weight", "N", (R - 2 * m * g,))
+        cycle = Cycle((one, two), np.full(24, np.pi / 12))
+        return Dynamics((law,), {"reference": cycle}, self.claims(), (), lambda s: quantity(f"{s.name}_2", s.unit))
+
+
+PAPER = Paper("centrifuge2024", "Made up 2024")
+PAPER.defines("1", N, WEIGHT * m * g - m * r * w**2 * sp.sin(phi), CentrifugeClaim.LIFT)
+PAPER.defines("2", R, N + N_2, CentrifugeClaim.SUPPORT)
+CASE = Case(PAPER, Centrifuge(), (Chain(PAPER.equations, [Solve("1", N)]), Chain(PAPER.equations, [Solve("2", R)])))
+'''
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Iterator[Path]:
+    yield tmp_path
+    sys.modules.pop(NAME, None)
+
+
+def loaded(folder: Path, text: str) -> ModuleType:
+    """A user's module, from its file."""
+    file = folder / f"{NAME}.py"
+    file.write_text(text, encoding="utf-8")
+    sys.modules.pop(NAME, None)
+    verdicts.load([(NAME, str(file))])
+    return sys.modules[NAME]
+
+
+def found(modules: list[ModuleType], committed: Path | None = None) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(verdicts.verdicts(modules, committed)["audit.json"])
+    return content
+
+
+def test_an_error_planted_in_a_paper_from_outside_is_found(folder: Path) -> None:
+    content = found([loaded(folder, TEXT.replace("WEIGHT", "2"))])
+    assert {r["equation"]: r["verdict"] for r in content["equations"]} == {"1": "misprint", "2": "confirmed"}
+    assert content["equations"][0]["correction"] == ["factor 1/2 on 2*g*m"]
+    (law,) = content["laws"]
+    assert (law["law"], law["caused_by"], law["search"]) == ("support is the weight", ["1"], "exhaustive")
+    assert law["violation"] == pytest.approx(2 * 2 * 9.81, rel=1e-3)
+
+
+def test_the_same_paper_without_the_error_is_confirmed(folder: Path) -> None:
+    content = found([loaded(folder, TEXT.replace("WEIGHT", "1"))])
+    assert {r["verdict"] for r in content["equations"]} == {"confirmed"}
+    assert [(law["violation"], law["caused_by"]) for law in content["laws"]] == [(0.0, [])]
+
+
+def test_what_is_known_of_a_paper_from_outside_is_not_judged_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = loaded(folder, TEXT.replace("WEIGHT", "2"))
+    texts = verdicts.verdicts([module])
+    (folder / "audit.json").write_text(texts["audit.json"], encoding="utf-8")
+    monkeypatch.setattr(verdicts, "ProcessPoolExecutor", None)
+    assert verdicts.verdicts([module], folder / "audit.json") == texts
+    module.PAPER.equations["2"] = module.PAPER.equations["1"]
+    with pytest.raises(TypeError):
+        verdicts.verdicts([module], folder / "audit.json")
+
+
+def test_the_page_shows_a_paper_from_outside(folder: Path) -> None:
+    page = verdicts.verdicts([loaded(folder, TEXT.replace("WEIGHT", "2"))])["AUDIT.md"]
+    assert "## Made up 2024" in page
+    assert "| centrifuge2024 | support is the weight |" in page
+
+
+def test_a_wrong_claim_is_refused_before_anything_is_judged(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = TEXT.replace("WEIGHT", "1").replace("N + N_2, CentrifugeClaim.SUPPORT)\nCASE", "N + N_2, CASE_CLAIM)\nCASE")
+    wrong = wrong.replace('    SUPPORT = "', '    PULL = "pull of the hub"\n    SUPPORT = "')
+    module = loaded(folder, wrong.replace("CASE_CLAIM", "CentrifugeClaim.PULL"))
+    monkeypatch.setattr(verdicts, "ProcessPoolExecutor", None)
+    with pytest.raises(
+        ClaimError, match=r"centrifuge2024 \(2\): .* 'pull of the hub'; near it: .*'support of the hub'"
+    ):
+        verdicts.verdicts([module])
+    with pytest.raises(AttributeError, match="SUPORT"):
+        loaded(
+            folder,
+            TEXT.replace("WEIGHT", "1").replace("CentrifugeClaim.SUPPORT)\nCASE", "CentrifugeClaim.SUPORT)\nCASE"),
+        )
+
+
+def test_the_engine_of_laws_from_outside_is_their_own_module_and_what_it_imports(folder: Path) -> None:
+    module = loaded(folder, TEXT.replace("WEIGHT", "1"))
+    names = {path.name for path in key.sources([NAME])}
+    assert names >= {f"{NAME}.py", "laws.py", "chain.py", "quantity.py"}
+    assert not names & {"core.py", "sympify.py", "numeric.py"}
+    assert key.of_laws(module.CASE)
+
+
+# which papers, in which order
+
+
+def module(name: str, case: object) -> ModuleType:
+    found = ModuleType(name)
+    found.__dict__["CASE"] = case
+    return found
+
+
+def case(name: str, place: int | None = None) -> Case:
+    return Case(Paper(name, "", place=place), MadeUp({}))
+
+
+def test_papers_of_the_project_stand_in_their_order() -> None:
+    names = [found.paper.name for found in verdicts.cases(papers.modules()).values()]
+    assert names == ["wang2017", "shi2021", "yu2023", "sun2019"]
+    assert verdicts.cases(reversed(papers.modules())) == verdicts.cases(papers.modules())
+
+
+def test_papers_without_a_place_come_after_those_with_one_by_name() -> None:
+    modules = [module("m1", case("zeta")), module("m2", case("alpha")), module("m3", case("omega", 7))]
+    assert [found.paper.name for found in verdicts.cases(modules).values()] == ["omega", "alpha", "zeta"]
+
+
+def test_modules_that_state_no_case_are_passed_over() -> None:
+    assert verdicts.cases([module("m", SimpleNamespace()), ModuleType("n")]) == {}
+    assert set(verdicts.verdicts([])) == {"audit.json", "AUDIT.md"}
+
+
+def test_two_papers_of_one_name_are_refused() -> None:
+    with pytest.raises(ValueError, match="two papers have one name: same"):
+        verdicts.cases([module("m1", case("same")), module("m2", case("same", 3))])

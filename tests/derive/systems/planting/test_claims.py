@@ -1,0 +1,34 @@
+"""The planting device: what is looked up of its derivation is there, or it is refused with a sentence."""
+
+import pytest
+
+from derive.equations import Balance, ClaimError, Definition
+from derive.papers import wang2017
+from derive.systems.planting import assumptions, claims, derivation
+from derive.systems.planting import quantities as q
+from derive.systems.planting.vocabulary import PlantingClaim
+
+
+def test_every_claim_of_the_paper_is_derived() -> None:
+    judged = {e.claims for e in wang2017.PAPER.equations.values() if not isinstance(e.claims, Definition)}
+    assert judged <= claims.claims().keys()
+    assert all(equation.number == str(claim) for claim, equation in claims.claims().items())
+
+
+def test_the_mechanism_gives_what_a_paper_need_not_name() -> None:
+    found = claims.relations(derivation.build_side().mechanism)
+    assert {str(symbol) for symbol in found} == {"M_Az", "M_Aoz", "F_A1z", "M_K", "M_P", "M_Q"}
+
+
+def test_a_mechanism_without_a_balance_is_refused() -> None:
+    side = derivation.build_side()
+    side.mechanism.bodies.remove(side.outer)
+    with pytest.raises(
+        ClaimError, match="nothing here states Balance 'outer half: moment along z of planet about A ou"
+    ):
+        claims.relations(side.mechanism)
+
+
+def test_assumptions_are_lifted_from_balances_alone() -> None:
+    assert assumptions.lift(Balance("sun", "force", "x", "frame"), q.F_Px + q.F_Ox) is not None
+    assert assumptions.lift(PlantingClaim.CAM_MOMENT, q.M_T) is None

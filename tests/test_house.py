@@ -1,0 +1,90 @@
+"""How the house is built: general rooms know no machine, nothing goes round in a circle, nothing points upwards."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from planter import rooms
+from tests.support.house import FOUNDATION, ROOT, House
+
+PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
+MACHINES = sorted(rooms.folders("examples"))
+GENERAL = ((FOUNDATION,), ("files", "kernels", "terminal"), ("gearing", "numerics", "report"), ("optimise", "audit"))
+"""Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
+SHAPE = ("file", "model", "report", "tables", "commands", "printed", "examples")
+"""What every machine's room holds, as a module, a package or a folder."""
+
+
+def layers(house: House, general: tuple[tuple[str, ...], ...]) -> list[list[str]]:
+    """All rooms of a house by layers: the general ones, the machines, and what is above."""
+    known = {room for layer in general for room in layer} | set(MACHINES)
+    return [*map(list, general), MACHINES, sorted(house.rooms.keys() - known)]
+
+
+def of_texts(folder: Path, texts: dict[str, str]) -> House:
+    """A house of modules given as texts."""
+    for name, text in texts.items():
+        path = folder / "house" / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return House.of(folder / "house")
+
+
+@pytest.mark.parametrize("house", [PLANTER, DERIVE], ids=["planter", "derive"])
+def test_no_module_imports_itself_round_about(house: House) -> None:
+    assert not house.circle()
+
+
+def test_no_room_imports_one_on_its_own_layer_or_above() -> None:
+    assert not PLANTER.upward(layers(PLANTER, GENERAL))
+
+
+def test_every_general_room_is_there() -> None:
+    assert {room for layer in GENERAL for room in layer} <= PLANTER.rooms.keys()
+    assert MACHINES == ["clutch", "mapping", "pickup", "planting"]
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_machines_have_the_same_shape(machine: str) -> None:
+    room = ROOT / "planter" / machine
+    assert not [part for part in SHAPE if not ((room / part).is_dir() or (room / f"{part}.py").is_file())]
+
+
+def test_the_root_holds_the_interface_and_next_to_nothing_else() -> None:
+    assert {path.stem for path in (ROOT / "planter").glob("*.py")} == {
+        "__init__", "__main__", "errors", "rooms", "version",
+    }  # fmt: skip
+
+
+def test_planter_never_imports_the_derivation() -> None:
+    for path in (ROOT / "planter").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
+            assert not {name.partition(".")[0] for name in names} & {"derive", "sympy"}, path
+
+
+UPWARD = {
+    "at the top of a module": "from house.machine import model\n",
+    "within a function": "def f():\n    from house.machine.model import size\n",
+    "for the type checker": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import house.machine.model\n",
+    "relative": "from ..machine import model\n",
+    "by the room's own __init__": "from house.machine import size\n",
+}
+
+
+@pytest.mark.parametrize("text", UPWARD.values(), ids=UPWARD.keys())
+def test_a_general_room_that_knows_a_machine_is_found(text: str, tmp_path: Path) -> None:
+    place = "general/__init__" if "size\n" in text and "def" not in text else "general/tool"
+    house = of_texts(tmp_path, {
+        "__init__": "", "general/__init__": "", "machine/__init__": "size = 1\n", "machine/model": "size = 1\n",
+        place: text,
+    })  # fmt: skip
+    assert house.upward([["general"], ["machine"]]) == [("general", "machine")]
+    assert not house.upward([["machine"], ["general"]])
+
+
+def test_a_circle_through_a_function_is_found(tmp_path: Path) -> None:
+    one, two = "from house.b import y\nx = 1\n", "y = 1\ndef f():\n    from house.a import x\n"
+    assert set(of_texts(tmp_path, {"__init__": "", "a": one, "b": two}).circle()) == {"house.a", "house.b"}
