@@ -68,7 +68,9 @@ class Constraints(Protocol):
         """By how many steps each kind is violated, 0 where it is kept, (kinds,)."""
         values = self.values(x)
         beyond = np.maximum(0.0, np.maximum(self.lower - values, values - self.upper))
-        return np.array([beyond[self.owner == k].max() for k in range(len(self.kinds))])
+        worst = np.zeros(len(self.kinds))
+        np.maximum.at(worst, self.owner, beyond)
+        return worst
 
     def violation(self, x: Array) -> float:
         """The largest excess [steps]; infinite where a design has no rows."""

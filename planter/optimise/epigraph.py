@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.latest import Latest
 from planter.optimise.conditions import Local, Values
 from planter.optimise.problem import Problem
 
@@ -34,6 +35,7 @@ class Epigraph:
         self.g_lower = np.append(np.full(self.a + self.b, -np.inf), local.bounds[0])
         self.g_upper = np.append(np.zeros(self.a + self.b), local.bounds[1])
         self.start = np.append(u[self.free], self._ends(first))
+        self._values = Latest(lambda z: local.values(self.design(z)))
 
     def _ends(self, found: Values) -> Array:
         """t_max and t_min of the rows."""
@@ -53,9 +55,6 @@ class Epigraph:
 
     def design(self, z: Array) -> Array:
         return self.problem.design(self.point(z))
-
-    def _values(self, z: Array) -> Values:
-        return self.local.values(self.design(z))
 
     def f(self, z: Array) -> float:
         self.problem.counts.objective += 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from scipy.stats import qmc
 
 from planter.kernels import Array
 from planter.optimise.descent import MOST_ITERATIONS, Minimum, descend
@@ -20,6 +19,8 @@ AGREEING = 1e-6
 
 def points(problem: Problem, count: int, seed: int) -> list[Array]:
     """Starting points u (p,): the design to start from first; the same seed and count give the same points."""
+    from scipy.stats import qmc
+
     if count < 2:
         return [problem.start]
     cube = qmc.LatinHypercube(len(problem.free), seed=np.random.default_rng(seed)).random(count - 1)
