@@ -7,15 +7,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from planter import optimise
 from planter.bench.case import Case
 from planter.bench.clock import Times, race
 from planter.optimise import genetic
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
-from planter.optimise.response import Planting
 from planter.optimise.starts import descents
+from planter.planting import search
 from planter.planting.model import Device
+from planter.planting.objective import problem as problem_of
 
 REFERENCE = "ipopt"
 BUILT = {
@@ -41,7 +39,7 @@ def printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, list[f
     reached: dict[str, list[float]] = {name: [] for name in BUILT}
 
     def run(name: Any, starts: int | None) -> Callable[[Any], None]:
-        return lambda seed: reached[name].append(optimise.run(device, name, None, seed, starts).objective)
+        return lambda seed: reached[name].append(search.run(device, name, None, seed, starts).objective)
 
     calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
     for name in ("ipopt", "hybrid"):  # whatever they compile on the way is not counted either
@@ -56,10 +54,10 @@ def exact(case: Case, rounds: int) -> dict[str, Any]:
 
 
 def _met(device: Device, seed: int) -> dict[str, Any]:
-    search, begun = _problem(device), time.perf_counter()
-    wanted = genetic.search(search, device.machine.genetic_algorithm, seed)[0].objective
+    sought, begun = problem_of(device), time.perf_counter()
+    wanted = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
-    problem, begun = _problem(device), time.perf_counter()
+    problem, begun = problem_of(device), time.perf_counter()
     best, starts = float("inf"), 0
     for minimum in descents(problem, MOST_STARTS, seed):
         best, starts = min(best, minimum.objective), starts + 1
@@ -68,7 +66,3 @@ def _met(device: Device, seed: int) -> dict[str, Any]:
     ipopt_s = time.perf_counter() - begun
     return {"seed": seed, "ga_objective": wanted, "ga_s": ga_s, "ipopt_objective": best, "ipopt_s": ipopt_s,
             "starts": starts, "met": best <= wanted * (1 + CLOSE)}  # fmt: skip
-
-
-def _problem(device: Device) -> Problem:
-    return Problem(Planting(device), Objective.of(device.machine), device.machine.objective.samples)

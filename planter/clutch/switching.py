@@ -15,7 +15,12 @@ import numpy as np
 from planter.clutch.file import Clutch
 from planter.clutch.model import crank, given, model
 from planter.errors import InputError
-from planter.kernels import Array, Kernel
+from planter.kernels import Array
+from planter.optimise.box import Box
+from planter.optimise.constraints import Named
+from planter.optimise.expressions import Expression, Expressions
+from planter.optimise.problem import Problem
+from planter.optimise.smooth import Smooth
 
 VARIABLES = {
     "axial_angle_deg": ("phi", "axial_angle_bounds_deg"),
@@ -38,7 +43,7 @@ _DENSE = np.linspace(0, 1, 401)
 
 
 class Switching:
-    """The optimisation problem of a clutch; points u (5,) of the unit box stand for its variables.
+    """The least travel time of a clutch as a problem over its `VARIABLES`, x (5,) in SI.
 
     `stations` are the places along the way, as shares of it, at which each limit of `ALONG` is held.
 
@@ -50,37 +55,45 @@ class Switching:
         self.stations = dict(stations) if stations else dict.fromkeys(ALONG, STATIONS)
         self._limits = {"tooth force": clutch.limits.tooth_force_N, "rod angle": clutch.si("limits.rod_angle_deg")}
         bounds = np.array([[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()])
-        self.box_lower, self.box_upper = bounds.T
-        self.values |= {name: float(low) for (name, _), low in zip(VARIABLES.values(), self.box_lower, strict=True)}
+        lower, upper = bounds.T
+        own = np.array([self.values[name] for name, _ in VARIABLES.values()])
+        self.box = Box.shares(tuple(VARIABLES), lower, upper, np.clip(own, lower, upper))
+        self.values |= self.design(lower)
         self._check_closure()
 
-    @cached_property
-    def start(self) -> Array:
-        """The file's own clutch, taken into the box, (5,)."""
-        own = given(self.clutch)
-        z = np.array([own[name] for name, _ in VARIABLES.values()])
-        return np.clip((z - self.box_lower) / (self.box_upper - self.box_lower), 0, 1)
-
-    def design(self, u: Array) -> dict[str, float]:
+    def design(self, x: Array) -> dict[str, float]:
         """The variables in SI under their names in the derivation."""
-        z = self.box_lower + u * (self.box_upper - self.box_lower)
-        return {name: float(value) for (name, _), value in zip(VARIABLES.values(), z, strict=True)}
+        return {name: float(value) for (name, _), value in zip(VARIABLES.values(), x, strict=True)}
 
     @cached_property
     def names(self) -> list[str]:
-        """Names of the constraints, in their order."""
+        """Names of the limits, in their order."""
         along = [f"{what} at {100 * share:.4g} % of the way" for what in ALONG for share in self.stations[what]]
         return ["normal force", "length", "rack radius", "teeth", "outline in the space", "body and way in the space",
                 "lift of the link", *along]  # fmt: skip
 
     @cached_property
-    def symbolic(self) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """u, the travel time [s], and the margins of the constraints as shares of their limits."""
-        u = ca.SX.sym("u", len(VARIABLES))
-        z = ca.vertsplit(ca.DM(self.box_lower) + u * ca.DM(self.box_upper - self.box_lower))
-        return u, *self._expressions(*z)
+    def problem(self) -> Problem:
+        """The travel time [s], with the margins as shares of their limits to be kept above 0."""
+        return Problem(Smooth(Expression(self._x, self._expressions[0]), len(VARIABLES)), self.box, self.margins)
 
-    def _expressions(self, phi: ca.SX, k: ca.SX, *lengths: ca.SX) -> tuple[ca.SX, ca.SX]:
+    @cached_property
+    def margins(self) -> Expressions:
+        """The limits as constraints, each with a row of its own: its margin as a share of it."""
+        count = len(self.names)
+        bounds = np.zeros(count), np.full(count, np.inf)
+        return Expressions(self._x, self._expressions[1], bounds, [Named(n) for n in self.names], np.arange(count))
+
+    @cached_property
+    def _x(self) -> ca.SX:
+        return ca.SX.sym("x", len(VARIABLES))
+
+    @cached_property
+    def _expressions(self) -> tuple[ca.SX, ca.SX]:
+        """The travel time [s], and the margins as shares of their limits."""
+        return self._time_and_margins(*ca.vertsplit(self._x))
+
+    def _time_and_margins(self, phi: ca.SX, k: ca.SX, *lengths: ca.SX) -> tuple[ca.SX, ca.SX]:
         v, si, limits = self.values, self.clutch.si, self.clutch.limits
         packed, span = ca.vertcat(*lengths), v["r_A"] + v["r_D"]
         at = _entries("travel", v["a"], phi, v["mu"], v["F1"], v["F2"])
@@ -106,27 +119,11 @@ class Switching:
         ]
         return drive["lift"] / self.clutch.search.lift_rad_s, ca.vertcat(*margins)
 
-    @cached_property
-    def first(self) -> Kernel:
-        """u -> time, its gradient (5,), margins (m,) and their Jacobian (m, 5)."""
-        u, time, margins = self.symbolic
-        outputs = [time, ca.gradient(time, u), margins, ca.densify(ca.jacobian(margins, u))]
-        return Kernel(ca.Function("switching", [u], outputs, ["u"], ["time", "gradient", "margins", "jacobian"]))
-
-    @cached_property
-    def second(self) -> Kernel:
-        """u, weight, multipliers (m,) -> Hessian (5, 5) of weight * time + multipliers . margins."""
-        u, time, margins = self.symbolic
-        weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", margins.size1())
-        hessian = ca.densify(ca.hessian(weight * time + ca.dot(multipliers, margins), u)[0])
-        names = ["u", "weight", "multipliers"]
-        return Kernel(ca.Function("curvature", [u, weight, multipliers], [hessian], names, ["hessian"]))
-
-    def worst_along(self, u: Array) -> dict[str, tuple[float, float]]:
-        """For each limit of `ALONG` its least margin over the whole way, as a share, and where: at a point u."""
+    def worst_along(self, x: Array) -> dict[str, tuple[float, float]]:
+        """For each limit of `ALONG` its least margin over the whole way, as a share, and where: at a design x."""
         from scipy.optimize import minimize_scalar
 
-        design = self.values | self.design(u)
+        design = self.values | self.design(x)
         c = model().at("travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")})["c_min"]
         r_A = model().at("drive", k=design["k"], span=self.values["r_A"] + self.values["r_D"], gamma=design["gamma"],
                          theta_Amax=0.0)["r_A"]  # fmt: skip
@@ -140,17 +137,17 @@ class Switching:
             near = _DENSE[int(np.argmin(margin(_DENSE)))]
             ends = max(0.0, near - _DENSE[1]), min(1.0, near + _DENSE[1])
             inside = minimize_scalar(
-                lambda x, margin=margin: float(margin(np.array([x]))[0]), bounds=ends, method="bounded",
+                lambda s, margin=margin: float(margin(np.array([s]))[0]), bounds=ends, method="bounded",
                 options={"xatol": 1e-9},
             )  # fmt: skip
-            found[what] = min((float(margin(np.array([x]))[0]), float(x)) for x in (near, inside.x))
+            found[what] = min((float(margin(np.array([s]))[0]), float(s)) for s in (near, inside.x))
         return found
 
     def _check_closure(self) -> None:
         """Every linkage in the box closes over the longest travel in it."""
         at = {key: self.values[key] for key in ("a", "mu", "F1", "F2")}
-        longest = model().at("travel", phi=self.box_lower[0], **at)["c_min"]
-        (shortest, least, near), (_, most, far) = self.box_lower[2:], self.box_upper[2:]
+        longest = model().at("travel", phi=self.box.lower[0], **at)["c_min"]
+        (shortest, least, near), (_, most, far) = self.box.lower[2:], self.box.upper[2:]
         low, high = far + longest - shortest, shortest + near
         if not (low < least and most < high):
             raise self.clutch.input_error(
@@ -158,30 +155,6 @@ class Switching:
                 f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod always meet",
                 InputError,
             )
-
-
-class TravelTime:
-    """A `Programme` for `planter.optimise.ipopt`: the travel time, in units of `scale` [s], under the limits."""
-
-    def __init__(self, problem: Switching, scale: float) -> None:
-        self.problem, self.scale = problem, scale
-        self.lower, self.upper = np.zeros(len(VARIABLES)), np.ones(len(VARIABLES))
-        self.g_lower, self.g_upper = np.zeros(len(problem.names)), np.full(len(problem.names), np.inf)
-
-    def f(self, z: Array) -> float:
-        return float(self.problem.first(u=z)["time"][0, 0]) / self.scale
-
-    def gradient(self, z: Array) -> Array:
-        return self.problem.first(u=z)["gradient"][:, 0] / self.scale
-
-    def g(self, z: Array) -> Array:
-        return self.problem.first(u=z)["margins"][:, 0]
-
-    def jacobian(self, z: Array) -> Array:
-        return self.problem.first(u=z)["jacobian"]
-
-    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
-        return self.problem.second(u=z, weight=weight / self.scale, multipliers=multipliers)["hessian"]
 
 
 def _entries(stage: str, *arguments: ca.SX | float) -> dict[str, ca.SX]:

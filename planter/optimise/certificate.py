@@ -1,16 +1,18 @@
 """Is a point optimal? Karush, Kuhn and Tucker's conditions of a minimax problem in a box, checked without a solver.
 
-With s = spread(variance) the objective is weight_range (max f - min f) + s. At a local minimum u in [0, 1]^p there are
-shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum, summing to weight_range
-each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that sits on a joint, with
+The objective is weight (max f - min f) + s, with rows f and s what it makes of a smooth function. At a local minimum u
+in the box there are shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum,
+summing to the weight each, multipliers of the bounds z_lower, z_upper >= 0, and theta in [0, 1] for each sample that
+sits on a joint, with
 
     s_u + kinks' theta + upper_u' mu - lower_u' nu - z_lower + z_upper = 0,
-    mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower u = 0,  z_upper (1 - u) = 0.
+    mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower (u - bottom) = 0,  z_upper (top - u) = 0.
 
 A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share
 in the variance: zero lies in the sum of Clarke's subdifferentials (Clarke, Optimization and Nonsmooth Analysis, 1983,
-2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form. Constraints
-lower <= g(u) <= upper add g_u' lambda, lambda > 0 only at an upper and < 0 only at a lower bound.
+2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form, without rows that of a smooth
+programme. Constraints lower <= g(u) <= upper add g_u' lambda, lambda > 0 only at an upper and < 0 only at a lower
+bound; an equation's may have either sign.
 """
 
 from __future__ import annotations
@@ -25,12 +27,15 @@ from planter.numerics.arrays import Integers
 from planter.optimise.problem import Problem
 
 ACTIVE = 1e-6
-"""Rows this close to an extreme, as a share of the range, may carry multipliers; bounds as a share of the box."""
+"""Rows this close to an extreme, as a share of the range, may carry multipliers, and bounds in the box's unit.
+
+Constraints may that are this close to their bounds in steps, or to first order in the box's unit.
+"""
 
 
 @dataclass(frozen=True)
 class Multipliers:
-    """Multipliers at a point, in the objective's unit per N (rows) and per box width (bounds).
+    """Multipliers at a point, in the objective's unit per that of the rows and per the box's unit (bounds).
 
     `upper` (a,), `lower` (b,): of the rows of `Conditions`; `at_lower`, `at_upper` (p,): of the bounds; `kinks` (k,);
     `required` (c,): of the constraints, per step, with the sign of the side.
@@ -46,7 +51,7 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Residuals:
-    """By how much each condition is violated; dimensionless, the objective of the machine's own design being 1."""
+    """By how much each condition is violated; dimensionless, the problem's scale being 1."""
 
     stationarity: float
     shares: float
@@ -62,9 +67,9 @@ class Residuals:
 def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     """How far a point u (p,) with these multipliers is from satisfying the conditions. Knows no solver."""
     found, m = problem.conditions(u), multipliers
-    rate, weight = _rate(problem, u), problem.objective.weight_range
+    rate, weight, rows = _rate(problem, u), problem.objective.weight, len(found.upper) > 0
     slope = (
-        rate * (found.variance + found.kinks.T @ m.kinks)
+        rate * (found.smooth + found.kinks.T @ m.kinks)
         + found.upper_gradients.T @ m.upper
         - found.lower_gradients.T @ m.lower
         - m.at_lower
@@ -72,14 +77,16 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     )
     required = _Required(problem, u)
     slope = slope + required.gradients.T @ m.required
-    force = problem.reference.range_N / problem.scale
+    force = problem.reference.look.range / problem.scale if rows else 1.0
     signed = np.concatenate([m.upper, m.lower]) * force
+    shares = np.array([m.upper.sum() - weight, m.lower.sum() - weight]) if rows else np.empty(0)
     bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
-    slack = np.concatenate([found.upper.max() - found.upper, found.lower - found.lower.min()]) / problem.scale
-    room = np.concatenate([u, 1 - u])
+    top, bottom = found.upper.max(initial=-np.inf), found.lower.min(initial=np.inf)
+    slack = np.concatenate([top - found.upper, found.lower - bottom]) / problem.scale
+    room = np.concatenate(problem.box.room(u))
     return Residuals(
         stationarity=_size(slope) / problem.scale,
-        shares=_size(np.array([m.upper.sum() - weight, m.lower.sum() - weight])) * force,
+        shares=_size(shares) * force,
         feasibility=max(_size(np.minimum(room, 0)), required.violation),
         sign=_size(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
         complementarity=max(
@@ -95,32 +102,41 @@ def best_multipliers(problem: Problem, u: Array) -> Multipliers:
 
     Only rows and bounds that are active within `ACTIVE` get any; signs are exact, the rest is least squares.
     """
-    found = problem.conditions(u)
-    rate, weight = _rate(problem, u), problem.objective.weight_range
-    margin = ACTIVE * max(found.upper.max() - found.lower.min(), np.finfo(float).tiny)
-    tops = np.flatnonzero(found.upper >= found.upper.max() - margin)
-    bottoms = np.flatnonzero(found.lower <= found.lower.min() + margin)
-    low, high = np.flatnonzero(u <= ACTIVE), np.flatnonzero(u >= 1 - ACTIVE)
+    found, scale = problem.conditions(u), problem.scale
+    rate, weight = _rate(problem, u), problem.objective.weight
+    tops, bottoms = _extreme(found.upper, found.lower)
+    low, high = (np.flatnonzero(room <= ACTIVE) for room in problem.box.room(u))
     eye, required = np.eye(len(u)), _Required(problem, u)
-    up, down = (np.flatnonzero(room <= ACTIVE) for room in (required.above, required.below))
-    blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T,
-              rate * found.kinks.T, -problem.scale * eye[:, low], problem.scale * eye[:, high],
-              problem.scale * required.gradients[up].T, -problem.scale * required.gradients[down].T]  # fmt: skip
+    up, down, even = required.active()
+    rows = required.gradients
+    blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T, rate * found.kinks.T,
+              -scale * eye[:, low], scale * eye[:, high],
+              scale * rows[up].T, -scale * rows[down].T, scale * rows[even].T]  # fmt: skip
     sizes = [block.shape[1] for block in blocks]
-    sums = problem.scale * np.repeat(np.eye(7)[:2], sizes, axis=1)
+    sums = scale * np.repeat(np.eye(8)[: 2 if len(tops) else 0], sizes, axis=1)
     matrix = np.vstack([np.hstack(blocks), sums])
-    target = np.append(-rate * found.variance, [problem.scale, problem.scale])
-    limit = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 4], sizes)
-    solved = lsq_linear(matrix, target, (0, limit), method="bvls", tol=1e-15).x
-    mu, nu, theta, below, above, over, under = np.split(solved, np.cumsum(sizes)[:-1])
+    target = np.append(-rate * found.smooth, np.full(len(sums), scale))
+    least = np.repeat([*[0.0] * 7, -np.inf], sizes)
+    most = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 5], sizes)
+    solved = lsq_linear(matrix, target, (least, most), method="bvls", tol=1e-15).x if sum(sizes) else np.empty(0)
+    mu, nu, theta, below, above, over, under, free = np.split(solved, np.cumsum(sizes)[:-1])
+    count = len(rows)
     return Multipliers(
         upper=_spread(weight * mu, tops, len(found.upper)),
         lower=_spread(weight * nu, bottoms, len(found.lower)),
-        at_lower=_spread(problem.scale * below, low, len(u)),
-        at_upper=_spread(problem.scale * above, high, len(u)),
+        at_lower=_spread(scale * below, low, len(u)),
+        at_upper=_spread(scale * above, high, len(u)),
         kinks=theta,
-        required=problem.scale * (_spread(over, up, len(required.above)) - _spread(under, down, len(required.above))),
+        required=scale * (_spread(over, up, count) - _spread(under, down, count) + _spread(free, even, count)),
     )
+
+
+def _extreme(upper: Array, lower: Array) -> tuple[Integers, Integers]:
+    """Rows that attain the maximum and rows that attain the minimum."""
+    if not len(upper):
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    margin = ACTIVE * max(upper.max() - lower.min(), np.finfo(float).tiny)
+    return np.flatnonzero(upper >= upper.max() - margin), np.flatnonzero(lower <= lower.min() + margin)
 
 
 class _Required:
@@ -130,10 +146,18 @@ class _Required:
         constraints, x = problem.constraints, problem.design(u)
         if constraints is None:
             self.gradients, self.above, self.below = np.empty((0, len(u))), np.empty(0), np.empty(0)
+            self.equations = np.empty(0, dtype=bool)
             return
         values = constraints.values(x)
-        self.gradients = constraints.slopes(x) * problem.width
+        self.gradients = constraints.slopes(x) * problem.box.unit
         self.above, self.below = constraints.upper - values, values - constraints.lower
+        self.equations = constraints.lower == constraints.upper
+
+    def active(self) -> tuple[Integers, Integers, Integers]:
+        """Rows at their upper bounds, rows at their lower ones, and equations."""
+        near = ACTIVE * np.maximum(1.0, np.linalg.norm(self.gradients, axis=1))
+        at_upper, at_lower = (np.flatnonzero((r <= near) & ~self.equations) for r in (self.above, self.below))
+        return at_upper, at_lower, np.flatnonzero(self.equations)
 
     @property
     def violation(self) -> float:
@@ -147,7 +171,7 @@ class _Required:
 
 @dataclass(frozen=True)
 class ActiveBound:
-    """A bound with a positive multiplier: what the objective would lose per box width if the bound gave way."""
+    """A bound with a positive multiplier: what the objective would lose per unit of the box if the bound gave way."""
 
     name: str
     side: str
@@ -159,15 +183,15 @@ def active_bounds(problem: Problem, multipliers: Multipliers) -> list[ActiveBoun
     limit = ACTIVE * problem.scale
     return [
         ActiveBound(name, side, float(values[j]))
-        for j, name in enumerate(problem.response.names)
+        for j, name in enumerate(problem.box.names)
         for side, values in (("lower", multipliers.at_lower), ("upper", multipliers.at_upper))
         if values[j] > limit
     ]
 
 
 @dataclass(frozen=True)
-class ActiveRequirement:
-    """A requirement that holds the optimum: what the objective loses per unit of it if its limit gave way."""
+class ActiveConstraint:
+    """A constraint that holds the optimum: what the objective loses per unit of it if its limit gave way."""
 
     name: str
     side: str
@@ -175,16 +199,16 @@ class ActiveRequirement:
     unit: str
 
 
-def active_requirements(problem: Problem, multipliers: Multipliers) -> list[ActiveRequirement]:
-    """Requirements with a multiplier, in the order of the file's list; several rows of one add up."""
+def active_constraints(problem: Problem, multipliers: Multipliers) -> list[ActiveConstraint]:
+    """Constraints with a multiplier, in the order of their kinds; several rows of one add up."""
     if problem.constraints is None:
         return []
     owner, found = problem.constraints.owner, []
-    for k, kind in enumerate(problem.constraints.measures.kinds):
+    for k, kind in enumerate(problem.constraints.kinds):
         size = float(np.abs(multipliers.required[owner == k]).sum())
         if size > ACTIVE * problem.scale:
             side = kind.sides[0] if len(kind.sides) == 1 else _side(multipliers.required[owner == k])
-            found.append(ActiveRequirement(kind.name, side, size / kind.step, kind.unit))
+            found.append(ActiveConstraint(kind.name, side, size / kind.step, kind.unit))
     return found
 
 
@@ -198,7 +222,7 @@ def kkt_residual(problem: Problem, u: Array) -> float:
 
 
 def _rate(problem: Problem, u: Array) -> float:
-    return problem.objective.spread(problem.turn.look(problem.design(u)).variance)[1]
+    return problem.objective.outer(problem.objective.look(problem.design(u)).smooth)[1]
 
 
 def _spread(values: Array, places: Integers, size: int) -> Array:

@@ -1,7 +1,12 @@
-"""What the two ways to take a turn, samples and true extremes, offer to the optimisers and to the certificate."""
+"""Rows and a smooth function: what objectives offer to the optimisers and to the certificate.
+
+The maximum is the largest of some rows, the minimum the least of others, and a smooth function stands beside them: of a
+turn of a response it is the variance.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,24 +15,37 @@ from planter.kernels import Array
 
 @dataclass(frozen=True)
 class Look:
-    """Extremes [N], mean [N] and population variance [N2] of the force over a turn."""
+    """The smooth function at a design, the extremes of all rows there and a level between these.
 
-    high: float
-    low: float
-    mean: float
-    variance: float
+    Of a turn of a response they are variance, extremes and mean; where there are no rows, the extremes are those of
+    the empty set and the range is 0.
+    """
+
+    smooth: float
+    high: float = -math.inf
+    low: float = math.inf
+    mean: float = math.nan
 
     @classmethod
     def at(cls, force: Array) -> Look:
-        """Of samples (n,)."""
-        return cls(float(force.max()), float(force.min()), float(force.mean()), float(force.var()))
+        """Of samples (n,) of a turn."""
+        return cls(float(force.var()), float(force.max()), float(force.min()), float(force.mean()))
+
+    @property
+    def range(self) -> float:
+        return max(self.high - self.low, 0.0)
+
+    @property
+    def variance(self) -> float:
+        """The smooth function of a turn: the population variance of the response."""
+        return self.smooth
 
 
 @dataclass(frozen=True)
 class Values:
-    """Variance, the force in the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
+    """The smooth function, the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
 
-    variance: float
+    smooth: float
     upper: Array
     lower: Array
     holds: Array
@@ -37,14 +55,14 @@ class Values:
 class Slopes:
     """Gradients in the design of what `Values` holds: (p,), (a, p), (b, p), (k, p)."""
 
-    variance: Array
+    smooth: Array
     upper: Array
     lower: Array
     holds: Array
 
 
 class Local(Protocol):
-    """The force over a turn near a design, as functions that are smooth there: a fixed set of rows.
+    """Functions of the design that are smooth near one: a fixed set of rows.
 
     `bounds` (2, k) are those of the values' `holds`.
     """
@@ -55,7 +73,7 @@ class Local(Protocol):
     def look(self, x: Array) -> Look: ...
 
     def grown(self, x: Array, high: float, low: float) -> Local:
-        """With the rows that are missing if the force at x is to stay within [low, high] [N]."""
+        """With the rows that are missing if those at x are to stay within [low, high]."""
 
     def values(self, x: Array) -> Values: ...
 
@@ -67,26 +85,25 @@ class Local(Protocol):
 
 @dataclass(frozen=True)
 class Conditions:
-    """First-order data of a turn at a design, complete: every row, active or not, and every kink.
+    """First-order data at a design, complete: every row, active or not, and every kink.
 
-    `upper` (a,) and `lower` (b,) are values whose largest and least are the maximum and the minimum [N], with gradients
-    (a, p), (b, p). A sample that sits on a joint stands twice, with the gradient of either side. `variance` (p,) is the
-    gradient of the variance with every such sample taken on the first side, `kinks` (k, p) what each adds on the other.
+    `upper` (a,) and `lower` (b,) are values whose largest and least are the maximum and the minimum, with gradients
+    (a, p), (b, p). A sample that sits on a joint stands twice, with the gradient of either side. `smooth` (p,) is the
+    gradient of the smooth function with every such sample taken on the first side, `kinks` (k, p) what each adds on
+    the other.
     """
 
     upper: Array
     upper_gradients: Array
     lower: Array
     lower_gradients: Array
-    variance: Array
+    smooth: Array
     kinks: Array
 
 
 class Turn(Protocol):
-    """A way to take a turn of the force: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
+    """A way to take a turn of a response: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
 
     def look(self, x: Array) -> Look: ...
-
-    def local(self, x: Array) -> Local: ...
 
     def conditions(self, x: Array) -> Conditions: ...

@@ -1,62 +1,76 @@
-"""Requirements as constraints of an optimisation: rows counted in steps, so that one is as bad for each of them."""
+"""What a design has to keep: rows in bounds, counted in steps, so that one is as bad for each of them."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import Integers
 from planter.optimise.conditions import Local, Look, Slopes, Values
 
-if TYPE_CHECKING:
-    from planter.planting.model import Device
-
 KEPT = 1e-7
-"""A requirement is kept if it is violated by no more than this share of its step."""
+"""A constraint is kept if it is violated by no more than this share of its step."""
 
 
-class Constraints:
-    """Rows g(x) (k,) of a device's requirements, to be kept in [lower, upper] (k,); designs x are (p,) in SI."""
+class Kind(Protocol):
+    """A constraint as results name it: the sides that it may bind on, and the size of a step in its unit."""
 
-    def __init__(self, device: Device) -> None:
-        from planter.planting.requirements.limits import limits
-        from planter.planting.requirements.measures import Measures
+    @property
+    def name(self) -> str: ...
+    @property
+    def sides(self) -> tuple[str, ...]: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def step(self) -> float: ...
 
-        self.measures = Measures(device)
-        self.limits = limits(self.measures)
-        self.step = self.limits.step
-        self.lower, self.upper = self.limits.lower / self.step, self.limits.upper / self.step
-        names = [kind.name for kind in self.measures.kinds]
-        self.owner = np.array([names.index(row.kind.name) for row in self.measures.rows])
-        self.slopes = Latest(lambda x: self.measures.slopes(x) / self.step[:, None])
 
-    @classmethod
-    def of(cls, device: Device) -> Constraints | None:
-        """Those of the machine file; None where it has none."""
-        return None if device.machine.requirements is None else cls(device)
+@dataclass(frozen=True)
+class Named:
+    """A `Kind` with rows of its own in the unit of a step."""
+
+    name: str
+    sides: tuple[str, ...] = ("min",)
+    unit: str = "1"
+    step: float = 1.0
+
+
+class Constraints(Protocol):
+    """Rows g(x) (k,) in steps, to be kept in [lower, upper] (k,), of `kinds`: `owner` (k,) is the index of each row's.
+
+    Where a lower and an upper bound are equal the row is an equation. Designs x are (p,).
+    """
+
+    kinds: Sequence[Kind]
+    owner: Integers
+    lower: Array
+    upper: Array
+
+    def values(self, x: Array) -> Array:
+        """The rows (k,). Raises ComputationError where a design has none."""
+
+    def slopes(self, x: Array) -> Array:
+        """Gradients of the rows, (k, p)."""
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Weighted sum (p, p) of the rows' Hessians."""
 
     @property
     def count(self) -> int:
         return len(self.lower)
 
-    def values(self, x: Array) -> Array:
-        """The rows, in steps. Raises ComputationError where a design has none."""
-        scaled: Array = self.measures.at(x).values / self.step
-        return scaled
-
-    def curvature(self, x: Array, weights: Array) -> Array:
-        """Weighted sum (p, p) of the rows' Hessians."""
-        return self.measures.curvature(x, weights / self.step)
-
     def excess(self, x: Array) -> Array:
-        """By how many steps each requirement is violated, 0 where it is kept, one for each kind."""
+        """By how many steps each kind is violated, 0 where it is kept, (kinds,)."""
         values = self.values(x)
         beyond = np.maximum(0.0, np.maximum(self.lower - values, values - self.upper))
-        return np.array([beyond[self.owner == k].max() for k in range(len(self.measures.kinds))])
+        worst = np.zeros(len(self.kinds))
+        np.maximum.at(worst, self.owner, beyond)
+        return worst
 
     def violation(self, x: Array) -> float:
         """The largest excess [steps]; infinite where a design has no rows."""
@@ -66,8 +80,8 @@ class Constraints:
             return float("inf")
 
 
-class Required:
-    """A local model of the force with the rows of requirements among what is held in bounds. Implements `Local`."""
+class Constrained:
+    """A local model of an objective with the rows of constraints among what is held in bounds. Implements `Local`."""
 
     def __init__(self, local: Local, constraints: Constraints) -> None:
         self.local, self.constraints = local, constraints
@@ -76,8 +90,8 @@ class Required:
     def look(self, x: Array) -> Look:
         return self.local.look(x)
 
-    def grown(self, x: Array, high: float, low: float) -> Required:
-        return Required(self.local.grown(x, high, low), self.constraints)
+    def grown(self, x: Array, high: float, low: float) -> Constrained:
+        return Constrained(self.local.grown(x, high, low), self.constraints)
 
     def values(self, x: Array) -> Values:
         found = self.local.values(x)

@@ -2,7 +2,7 @@
 
 Rows. IPOPT solves the epigraph form on the rows in hand. Samples that turn out to violate t_max or t_min join the
 rows, until none does. True extremes are asked for anew in windows, which hide none; a second round is needed only
-where two peaks of one window change places at the optimum.
+where two peaks of one window change places at the optimum. A smooth objective has no rows.
 
 Kinks. A sampled objective has one in x wherever a joint of order 1 passes a sample. IPOPT first ignores them: it
 works with the one-sided derivatives of the side it is on, and where the optimum lies on no kink that is all. Where
@@ -19,37 +19,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from planter.kernels import Array
 from planter.optimise import certificate, direct, ipopt
 from planter.optimise.conditions import Local
 from planter.optimise.constraints import KEPT
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.objective import Evaluation
+from planter.optimise.objective import Evaluation, Kinks
 from planter.optimise.problem import Counts, Problem
-from planter.optimise.samples import MARGIN, Hold, Samples
+from planter.optimise.samples import MARGIN, Hold
 
 MOST_ITERATIONS = 60
 ROUNDS, CELLS = 12, 100
 """Most times that rows are added, and most cells that are visited."""
 CONSTRAINED_CELLS = 4
-"""The same where requirements are kept, whose rows take longer than the force's."""
+"""The same where constraints are kept, whose rows take longer than the objective's."""
 VIOLATED = 1e-9
 """A row violates an extreme if it exceeds it by more than this share of the range."""
 STATIONARY = 1e-6
 """Residual of the certificate below which a point counts as optimal."""
 FALLS = 1e-12
-"""The objective falls if it does by more than this share of that of the machine's own design."""
+"""The objective falls if it does by more than this share of the problem's scale."""
 SNAPS = (0.0, 1e-7, 1e-5, 1e-3)
-"""Coordinates this close to their bounds, as a share of the box, are set onto them if that makes a better point."""
+"""Coordinates this close to their bounds, in the box's unit, are set onto them if that makes a better point."""
 
 
 @dataclass(frozen=True)
 class Minimum:
     """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and IPOPT's iterations.
 
-    `violation` is that of the constraints, in steps.
+    `violation` is that of the constraints, in steps; `converged` is what IPOPT says of the run that ended there.
     """
 
     u: Array
@@ -57,10 +55,16 @@ class Minimum:
     residual: float
     iterations: int
     violation: float = 0.0
+    converged: bool = True
 
     @property
     def stationary(self) -> bool:
         return self.residual < STATIONARY
+
+    @property
+    def settled(self) -> bool:
+        """Whether IPOPT converged here, and the constraints are kept."""
+        return self.violation <= KEPT and self.converged
 
     @property
     def rank(self) -> tuple[bool, bool, float]:
@@ -82,25 +86,25 @@ def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIO
     `most_iterations` limits each of IPOPT's runs, `rounds` how often rows are added.
     """
     found = _complete(problem, start, problem.local(start), most_iterations, rounds)
-    if found.stationary or not isinstance(problem.turn, Samples):
+    kinks = problem.objective.kinks
+    if found.stationary or kinks is None:
         return found
-    return _through_cells(problem, problem.turn, found, most_iterations)
+    return _through_cells(problem, kinks, found, most_iterations)
 
 
 def _complete(problem: Problem, start: Array, local: Local, most_iterations: int, rounds: int = ROUNDS) -> Minimum:
-    """Solved with rows added until no other exceeds the bounds on the force."""
+    """Solved with rows added until no other exceeds the bounds on them."""
     u, iterations, found = start, 0, []
     for _ in range(rounds):
         programme = Epigraph(problem, local, u)
         solution = _solved(programme, most_iterations)
         iterations += solution.iterations
-        u = problem.point(np.clip(solution.z[:-2], 0, 1))
-        found.append(_minimum(problem, u, iterations))
-        high = programme.level + programme.unit * (float(solution.z[-2]) + VIOLATED)
-        low = programme.level + programme.unit * (float(solution.z[-1]) - VIOLATED)
-        force, on_samples = found[-1].evaluation, isinstance(problem.turn, Samples)
-        complete = force.max_N <= high and force.min_N >= low
-        if found[-1].stationary or (complete if solution.converged else on_samples):
+        u = problem.box.inside(programme.point(solution.z))
+        found.append(replace(_minimum(problem, u, iterations), converged=solution.converged))
+        high, low = programme.limits(solution.z, VIOLATED)
+        look = found[-1].evaluation.look
+        complete = look.high <= high and look.low >= low
+        if found[-1].stationary or (complete if solution.converged else not problem.objective.windows):
             break
         local = local.grown(problem.design(u), high, low)
     best = min(found, key=lambda minimum: minimum.rank)
@@ -117,23 +121,23 @@ def _solved(programme: Epigraph, most_iterations: int) -> ipopt.Solution:
     return solution
 
 
-def _through_cells(problem: Problem, turn: Samples, found: Minimum, most_iterations: int) -> Minimum:
+def _through_cells(problem: Problem, kinks: Kinks, found: Minimum, most_iterations: int) -> Minimum:
     """From cell to cell until a minimum inside one or on a kink is found, or the objective falls no more."""
 
     def solved(minimum: Minimum, holds: list[Hold]) -> Minimum:
         return _complete(problem, minimum.u, problem.local(minimum.u, tuple(holds)), most_iterations).after(minimum)
 
-    here = solved(found, [turn.wall(pin, distance) for pin, distance in turn.near(problem.design(found.u))])
+    here = solved(found, [kinks.wall(pin, distance) for pin, distance in kinks.near(problem.design(found.u))])
     for _ in range(CELLS if problem.constraints is None else CONSTRAINED_CELLS):
-        near = turn.near(problem.design(here.u))
+        near = kinks.near(problem.design(here.u))
         touching = [i for i, (_, distance) in enumerate(near) if abs(distance) < 2 * MARGIN]
         if here.stationary or not touching:
             break
-        walls = [turn.wall(pin, distance) for pin, distance in near]
+        walls = [kinks.wall(pin, distance) for pin, distance in near]
         on_kink = solved(here, [near[i][0] if i in touching else wall for i, wall in enumerate(walls)])
         if on_kink.stationary:
             return on_kink
-        across = [turn.wall(pin, -distance) for pin, distance in near]
+        across = [kinks.wall(pin, -distance) for pin, distance in near]
         limit, spent = here.objective - FALLS * problem.scale, replace(here, iterations=on_kink.iterations)
         crossed = (solved(spent, [across[i] if i in choice else wall for i, wall in enumerate(walls)])
                    for choice in _choices(touching))  # fmt: skip
@@ -151,7 +155,7 @@ def _choices(touching: list[int]) -> list[list[int]]:
 
 def _minimum(problem: Problem, u: Array, iterations: int) -> Minimum:
     """A point, with coordinates beside their bounds set onto them: an interior point is never quite there."""
-    points = {p.tobytes(): p for p in (np.where(u < s, 0.0, np.where(u > 1 - s, 1.0, u)) for s in SNAPS)}
+    points = {p.tobytes(): p for p in (problem.box.snapped(u, s) for s in SNAPS)}
     found = [
         Minimum(p, problem.evaluate(p), certificate.kkt_residual(problem, p), iterations, problem.violation(p))
         for p in points.values()

@@ -1,12 +1,12 @@
 """The epigraph form of a sampled turn for IPOPT without Python in the loop.
 
-Prologue and lanes are compiled CasADi functions; what the objective makes of them is a few matrix operations of
-CasADi's. The same programme as `planter.optimise.epigraph.Epigraph` in plain functions, for rows without holds.
+Prologue and lanes of the response are compiled CasADi functions; what the objective makes of them is a few matrix
+operations of CasADi's. The same programme as `planter.optimise.epigraph.Epigraph` in plain functions,
+for rows without holds.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from functools import cached_property
 
 import casadi as ca
@@ -14,59 +14,38 @@ import numpy as np
 
 from planter.numerics.arrays import Integers
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.response import Planting
+from planter.optimise.range_and_spread import RangeAndSpread, Weights
+from planter.optimise.response import Compiled
 from planter.optimise.samples import SampledRows
-from planter.planting.model import Device
-
-
-@dataclass(frozen=True)
-class Compiled:
-    """The functions of a device over n angles, for the use in CasADi's graphs."""
-
-    prologue: ca.Function
-    curvature: ca.Function
-    force: ca.Function
-    slopes: ca.Function
-    bending: ca.Function
 
 
 def functions(programme: Epigraph) -> dict[str, ca.Function] | None:
     """CasADi functions `nlp`, `grad_f`, `jac_g`, `hess_lag` of a programme; None where it is not all compiled."""
-    response, local = programme.problem.response, programme.local
-    if not isinstance(response, Planting) or not isinstance(local, SampledRows) or local.holds:
+    objective, local = programme.problem.objective, programme.local
+    if not isinstance(objective, RangeAndSpread) or not isinstance(local, SampledRows) or local.holds:
         return None
-    compiled = _compiled(response.device, len(local.angles))
-    return None if compiled is None else _Graph(programme, local, response.device, compiled).functions()
-
-
-def _compiled(device: Device, angles: int) -> Compiled | None:
-    force, lanes = device.force, angles * len(device.force.shares.offsets)
-    loops = [k.interface(lanes) for k in (force.value_kernel, force.slopes_kernel, force.hessian_kernel)]
-    found = [
-        f for f in (device.prologue_kernel.compiled, device.prologue_hessian_kernel.compiled, *loops) if f is not None
-    ]
-    return Compiled(*found) if len(found) == len(fields(Compiled)) else None
+    compiled = objective.response.compiled(len(local.angles))
+    return None if compiled is None else _Graph(programme, local, objective.weights, compiled).functions()
 
 
 class _Graph:
     """Expressions of a programme in z = (u of the free parameters, t_max, t_min)."""
 
-    def __init__(self, programme: Epigraph, local: SampledRows, device: Device, compiled: Compiled) -> None:
-        self.programme, self.local, self.compiled = programme, local, compiled
-        self.n, self.angles, self.shares = programme.n, len(local.angles), device.force.shares
+    def __init__(self, programme: Epigraph, local: SampledRows, weights: Weights, compiled: Compiled) -> None:
+        self.programme, self.local, self.weights, self.compiled = programme, local, weights, compiled
+        self.n, self.angles, self.shares = programme.n, len(local.angles), len(compiled.offsets)
         self.z = ca.MX.sym("x", self.n + 2)
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", len(programme.g_lower))
-        self.c = ca.MX(ca.DM(device.constants))
-        self.phi = ca.MX(ca.DM(np.add.outer(self.shares.offsets, local.angles).ravel()))
-        self.width = ca.DM(programme.problem.width[programme.free])
+        self.c = ca.MX(ca.DM(compiled.constants))
+        self.phi = ca.MX(ca.DM(np.add.outer(compiled.offsets, local.angles).ravel()))
+        self.width = ca.DM(programme.problem.box.unit[programme.free])
 
     @cached_property
     def x(self) -> ca.MX:
-        problem = self.programme.problem
-        u = ca.MX(ca.DM(problem.start))
+        box = self.programme.problem.box
+        u = ca.MX(ca.DM(box.start))
         u[self.programme.free.tolist()] = self.z[: self.n]
-        lower, upper = ca.DM(problem.response.lower), ca.DM(problem.response.upper)
-        return ca.fmin(ca.fmax(lower + u * problem.width, lower), upper)
+        return ca.fmin(ca.fmax(ca.DM(box.origin) + u * box.unit, ca.DM(box.lower)), ca.DM(box.upper))
 
     @cached_property
     def prologue(self) -> tuple[ca.MX, ca.MX]:
@@ -76,7 +55,7 @@ class _Graph:
 
     def _folded(self, lanes: ca.MX) -> ca.MX:
         """Rows of the lanes as rows of the angles."""
-        parts = [lanes[k * self.angles : (k + 1) * self.angles, :] for k in range(len(self.shares.offsets))]
+        parts = [lanes[k * self.angles : (k + 1) * self.angles, :] for k in range(self.shares)]
         total = parts[0]
         for part in parts[1:]:
             total = total + part
@@ -95,9 +74,8 @@ class _Graph:
 
     def _spread(self, variance: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
         """The weighted spread as a function of the variance: value, first and second derivative."""
-        objective = self.programme.problem.objective
         v = ca.MX.sym("v")
-        spread = objective.weight_variance * (v if objective.kind == "paper" else ca.sqrt(v))
+        spread = self.weights.weight_variance * (v if self.weights.kind == "paper" else ca.sqrt(v))
         first = ca.jacobian(spread, v)
         f = ca.Function("spread", [v], [spread, first, ca.densify(ca.jacobian(first, v))])
         value, slope, bend = f(variance)
@@ -105,7 +83,7 @@ class _Graph:
 
     def _value(self, force: ca.MX) -> ca.MX:
         p = self.programme
-        span = p.problem.objective.weight_range * p.unit * (self.z[-2] - self.z[-1])
+        span = self.weights.weight_range * p.unit * (self.z[-2] - self.z[-1])
         return (span + self._spread(_variance(force))[0]) / p.problem.scale
 
     def _rows(self, force: ca.MX) -> ca.MX:
@@ -136,7 +114,7 @@ class _Graph:
     def _gradient(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
         p = self.programme
         along = self._spread(_variance(force))[1] * self._along(force, slopes)
-        end = p.problem.objective.weight_range * p.unit
+        end = self.weights.weight_range * p.unit
         return ca.vertcat(along, end, -end) / p.problem.scale
 
     def _jacobian(self, slopes: ca.MX) -> ca.MX:
@@ -158,7 +136,7 @@ class _Graph:
 
     def _bent(self, weights: ca.MX) -> ca.MX:
         """Weighted sum of the force's Hessians in the free coordinates (n, n)."""
-        lanes = ca.repmat(weights, len(self.shares.offsets), 1)
+        lanes = ca.repmat(weights, self.shares, 1)
         h, dh = self.prologue
         packed, slope = self.compiled.bending(self.phi, self.x, self.c, h, dh, lanes)
         size = 1 + self.x.numel()

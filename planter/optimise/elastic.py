@@ -1,8 +1,8 @@
-"""The least violation: which requirement has to give way, by how much, so that all the others are kept.
+"""The least violation: which constraint has to give way, by how much, so that all the others are kept.
 
-Over z = (u, s), s >= 0 one for each requirement in its steps:
+Over z = (u, s), s >= 0 one for each kind of constraint in its steps:
 
-    minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in [0, 1].
+    minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in the box.
 
 The sum has few terms at its minimum. Where more than one remains, each is tried alone with the others kept.
 """
@@ -27,7 +27,7 @@ MOST_ITERATIONS = 80
 
 
 class Elastic:
-    """A `Programme` for `planter.optimise.ipopt`; `giving` (kinds,) says which requirements may give way."""
+    """A `Programme` for `planter.optimise.ipopt`; `giving` (kinds,) says which may give way."""
 
     def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Array) -> None:
         self.problem, self.constraints, self.u = problem, constraints, start
@@ -36,8 +36,8 @@ class Elastic:
         self.below, self.above = np.isfinite(constraints.lower), np.isfinite(constraints.upper)
         self.owner = np.vstack([owner[self.above], owner[self.below]])
         count = len(self.owner)
-        self.lower = np.zeros(self.p + self.kinds)
-        self.upper = np.append(np.ones(self.p), np.where(giving, np.inf, 0.0))
+        self.lower = np.append(problem.box.bottom, np.zeros(self.kinds))
+        self.upper = np.append(problem.box.top, np.where(giving, np.inf, 0.0))
         self.g_lower, self.g_upper = np.full(count, -np.inf), np.zeros(count)
         self.start = np.append(start, np.where(giving, constraints.excess(problem.design(start)), 0.0))
 
@@ -61,7 +61,7 @@ class Elastic:
         return found
 
     def jacobian(self, z: Array) -> Array:
-        slopes = self.constraints.slopes(self._x(z)) * self.problem.width
+        slopes = self.constraints.slopes(self._x(z)) * self.problem.box.unit
         return np.hstack([np.vstack([slopes[self.above], -slopes[self.below]]), -self.owner])
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
@@ -69,7 +69,7 @@ class Elastic:
         above, below = np.split(multipliers, [int(self.above.sum())])
         weights[self.above] += above
         weights[self.below] -= below
-        width = self.problem.width
+        width = self.problem.box.unit
         total = np.zeros((len(z), len(z)))
         bent = self.constraints.curvature(self._x(z), weights) * np.outer(width, width)
         total[: self.p, : self.p] = bent + weight * WEIGHT * np.eye(self.p)
@@ -78,7 +78,7 @@ class Elastic:
 
 @dataclass(frozen=True)
 class Least:
-    """A point u (p,) and by how many steps each requirement is violated there, (kinds,); all 0 where all are kept."""
+    """A point u (p,) and by how many steps each kind is violated there, (kinds,); all 0 where all are kept."""
 
     u: Array
     excess: Array
@@ -93,8 +93,8 @@ class Least:
 
 
 def least_violation(problem: Problem, constraints: Constraints, start: Array) -> Least:
-    """The least violation reached from a point u (p,), of one requirement alone if that can be."""
-    everything = np.ones(len(constraints.measures.kinds), dtype=bool)
+    """The least violation reached from a point u (p,), of one kind alone if that can be."""
+    everything = np.ones(len(constraints.kinds), dtype=bool)
     found = _solved(problem, constraints, start, everything)
     broken = np.flatnonzero(found.excess > ALONE)
     if len(broken) < 2:
@@ -106,7 +106,7 @@ def least_violation(problem: Problem, constraints: Constraints, start: Array) ->
 
 def _solved(problem: Problem, constraints: Constraints, start: Array, giving: Array) -> Least:
     programme = Elastic(problem, constraints, start, giving)
-    u = np.clip(ipopt.solve(programme, programme.start, MOST_ITERATIONS).z[: len(start)], 0, 1)
+    u = problem.box.inside(ipopt.solve(programme, programme.start, MOST_ITERATIONS).z[: len(start)])
     try:
         return Least(u, constraints.excess(problem.design(u)))
     except ComputationError:

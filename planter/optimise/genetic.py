@@ -1,4 +1,4 @@
-"""The genetic algorithm, with pymoo's operators and the settings of a machine file.
+"""The genetic algorithm, with pymoo's operators.
 
 Each free parameter is a binary number of `bits_per_variable` digits over its box. A generation draws `selection_ratio`
 times the population as offspring, by binary tournament, single-point crossover and bit flips; they replace all but the
@@ -10,18 +10,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from planter.kernels import Array
 from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
-from planter.planting.sections import GeneticAlgorithm
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.population import Population
+
+
+class Settings(Protocol):
+    """Size of the population, number of generations, digits of a parameter, shares and probabilities."""
+
+    @property
+    def individuals(self) -> int: ...
+    @property
+    def generations(self) -> int: ...
+    @property
+    def bits_per_variable(self) -> int: ...
+    @property
+    def selection_ratio(self) -> float: ...
+    @property
+    def crossover_probability(self) -> float: ...
+    @property
+    def mutation_probability(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -34,7 +50,7 @@ class Individual:
 
 def search(
     problem: Problem,
-    settings: GeneticAlgorithm,
+    settings: Settings,
     seed: int,
     progress: Callable[[Progress], None] | None = None,
 ) -> list[Individual]:
@@ -57,11 +73,11 @@ def decode(problem: Problem, bits: Array, length: int) -> list[Array]:
     """Points u (p,) of chromosomes (n, free * length): each gene a binary number, its highest digit first."""
     genes = bits.astype(float).reshape(len(bits), len(problem.free), length)
     values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
-    return [problem.point(v) for v in values]
+    return [problem.within(v) for v in values]
 
 
 def distinct(individuals: list[Individual], count: int, apart: float) -> list[Individual]:
-    """The best individuals of which no two are closer than `apart` box widths in every coordinate."""
+    """The best individuals of which no two are closer than `apart` units of the box in every coordinate."""
     chosen: list[Individual] = []
     for one in individuals:
         if len(chosen) < count and all(np.abs(one.u - other.u).max() > apart for other in chosen):
@@ -75,7 +91,7 @@ def _individuals(problem: Problem, population: Population, length: int) -> list[
     return sorted(found, key=lambda individual: individual.objective)
 
 
-def _algorithm(problem: Problem, settings: GeneticAlgorithm, seed: int) -> Algorithm:
+def _algorithm(problem: Problem, settings: Settings, seed: int) -> Algorithm:
     """pymoo's algorithm, set up to be asked for individuals and told their objectives."""
     from pymoo.algorithms.soo.nonconvex.ga import GA
     from pymoo.config import Config

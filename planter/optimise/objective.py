@@ -1,50 +1,64 @@
-"""Objective (31) of Wang et al. (2017): weighted range and spread of the support force."""
+"""What a problem makes small: a weighted range of rows, if it has any, and what it makes of a smooth function."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Protocol
 
-from planter.planting.file import Machine
-
-
-@dataclass(frozen=True)
-class Objective:
-    """weight_range * range + weight_variance * spread.
-
-    The spread is the population variance [N2] for kind "paper", equation (31) as printed, which adds N to N2; and the
-    standard deviation [N] for kind "newton".
-    """
-
-    weight_range: float
-    weight_variance: float
-    kind: Literal["paper", "newton"]
-
-    @classmethod
-    def of(cls, machine: Machine) -> Objective:
-        settings = machine.objective
-        return cls(settings.weight_range, settings.weight_variance, settings.kind)
-
-    def spread(self, variance: float) -> tuple[float, float, float]:
-        """The weighted spread as a function of the variance: value, first and second derivative."""
-        if self.kind == "paper":
-            return self.weight_variance * variance, self.weight_variance, 0.0
-        deviation = math.sqrt(max(variance, math.ulp(0.0)))
-        first = self.weight_variance / (2 * deviation)
-        return self.weight_variance * deviation, first, -first / (2 * variance) if variance > 0 else 0.0
-
-    def value(self, range_N: float, variance: float) -> float:
-        return self.weight_range * range_N + self.spread(variance)[0]
+from planter.kernels import Array
+from planter.numerics.arrays import Flags
+from planter.optimise.conditions import Conditions, Local, Look
+from planter.optimise.samples import Hold
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A design's force over a turn [N, N2] and what the objective makes of it."""
+    """The objective at a design, and what it is made of."""
 
     objective: float
-    range_N: float
-    variance_N2: float
-    max_N: float
-    min_N: float
-    mean_N: float
+    look: Look
+
+
+class Kinks(Protocol):
+    """Where an objective has kinks: joints that pass its rows, to be kept on one side of them or on the kink."""
+
+    def near(self, x: Array) -> list[tuple[Hold, float]]: ...
+
+    def wall(self, pin: Hold, distance: float) -> Hold: ...
+
+
+class Objective(Protocol):
+    """weight * (largest upper row - least lower row) + outer(a smooth function), over designs x (p,).
+
+    `unit` is what counts as one in residuals and tolerances; None: its value at the design to start from. `felt` (p,)
+    marks the parameters that it feels at all. `windows` says that its rows move with the design, so that a solve which
+    failed is worth another with new ones. `kinks` is None where it is smooth but for its rows.
+    """
+
+    @property
+    def weight(self) -> float: ...
+    @property
+    def unit(self) -> float | None: ...
+    @property
+    def felt(self) -> Flags: ...
+    @property
+    def windows(self) -> bool: ...
+    @property
+    def kinks(self) -> Kinks | None: ...
+
+    def outer(self, smooth: float) -> tuple[float, float, float]:
+        """What the smooth function's value adds to the objective, with first and second derivative."""
+
+    def look(self, x: Array) -> Look: ...
+
+    def local(self, x: Array, holds: Sequence[Hold] = ()) -> Local:
+        """The objective near a design, joints held as told."""
+
+    def conditions(self, x: Array) -> Conditions:
+        """First-order data at a design; gradients in the design."""
+
+
+def evaluation(objective: Objective, look: Look) -> Evaluation:
+    """What an objective makes of a look at a design."""
+    return Evaluation(objective.weight * look.range + objective.outer(look.smooth)[0], look)

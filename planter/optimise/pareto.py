@@ -15,13 +15,14 @@ from planter.optimise import ipopt
 from planter.optimise.conditions import Local
 from planter.optimise.descent import MOST_ITERATIONS, ROUNDS, VIOLATED
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.objective import Evaluation, Objective
-from planter.optimise.problem import Problem, Sampling
-from planter.optimise.response import Planting, Response
+from planter.optimise.objective import Evaluation
+from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import Sampling, Weights
+from planter.optimise.range_and_spread import problem as over_turn
+from planter.optimise.response import Response
 from planter.optimise.starts import descents
-from planter.planting.model import Device
 
-LEAST_RANGE, LEAST_VARIANCE = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper")
+LEAST_RANGE, LEAST_VARIANCE = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")
 STARTS = 4
 SLACK = 1e-6
 """The caps keep this share of the front's length away from its ends, where nothing is left to choose."""
@@ -53,21 +54,16 @@ class Capped(Epigraph):
         return super().hessian(z, weight, multipliers[:-1])
 
 
-def front(device: Device, samples: Sampling | None = None, points: int = 15) -> list[Compromise]:
-    """The Pareto front of a device, from least range to least variance; see `sweep`."""
-    return sweep(Planting(device), device.machine.objective.samples if samples is None else samples, points)
-
-
 def sweep(response: Response, sampling: Sampling, points: int = 15) -> list[Compromise]:
     """A front of at most `points` compromises, evenly spaced in range, from least range to least variance.
 
     The ends are the best of a few starts; in between each compromise starts from the one before. Caps for which IPOPT
     finds no optimum, and compromises that another one beats, are left out.
     """
-    problem = Problem(response, LEAST_VARIANCE, sampling)
-    u = _best(Problem(response, LEAST_RANGE, sampling))
-    least, most = problem.evaluate(u), problem.evaluate(_best(problem))
-    caps = least.range_N + (most.range_N - least.range_N) * np.linspace(SLACK, 1 - SLACK, max(points, 2))
+    problem = over_turn(response, LEAST_VARIANCE, sampling)
+    u = _best(over_turn(response, LEAST_RANGE, sampling))
+    least, most = (problem.evaluate(end).look.range for end in (u, _best(problem)))
+    caps = least + (most - least) * np.linspace(SLACK, 1 - SLACK, max(points, 2))
     found = []
     for cap in caps:
         reached = _capped(problem, u, float(cap))
@@ -83,18 +79,18 @@ def _best(problem: Problem) -> Array:
 
 def _capped(problem: Problem, start: Array, cap: float) -> Array | None:
     """The point of least variance with a range of at most `cap` [N]; None if it was not found."""
-    u, local = start, problem.turn.local(problem.design(start))
+    u, local = start, problem.local(start)
     for _ in range(ROUNDS):
         programme = Capped(problem, local, u, cap)
         solution = ipopt.solve(programme, programme.start, MOST_ITERATIONS)
-        u = problem.point(np.clip(solution.z[:-2], 0, 1))
-        high, low = programme.level + programme.unit * solution.z[-2:]
-        if solution.converged and problem.evaluate(u).range_N <= cap + VIOLATED * programme.unit:
+        u = problem.box.inside(programme.point(solution.z))
+        high, low = programme.limits(solution.z)
+        if solution.converged and problem.evaluate(u).look.range <= cap + VIOLATED * programme.unit:
             return u
         local = local.grown(problem.design(u), high, low)
     return None
 
 
 def _beats(one: Evaluation, other: Evaluation) -> bool:
-    not_worse = one.range_N <= other.range_N and one.variance_N2 <= other.variance_N2
-    return not_worse and (one.range_N < other.range_N or one.variance_N2 < other.variance_N2)
+    a, b = one.look, other.look
+    return a.range <= b.range and a.variance <= b.variance and (a.range < b.range or a.variance < b.variance)

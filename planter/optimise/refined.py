@@ -110,7 +110,7 @@ class Panels:
     @cached_property
     def look(self) -> Look:
         force = np.append(self.extremes.force, self.mean)
-        return Look(float(force.max()), float(force.min()), self.mean, self.variance)
+        return Look(self.variance, float(force.max()), float(force.min()), self.mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.support_rates(self.at, np.mod(phi, self.response.period))
@@ -223,7 +223,7 @@ class RefinedRows:
     def curvature(self, x: Array, weights: Values) -> Array:
         state = self._state(x)
         each = np.concatenate([weights.upper, weights.lower])
-        return weights.variance * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
+        return weights.smooth * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
 
 
 class _State:

@@ -1,20 +1,13 @@
-"""What the optimisers need of a machine: its support force over a turn, with exact derivatives.
-
-The optimisers are written against the protocol `Response`, so any closed curve F(phi, x) can stand in for a device.
-`Planting` makes one of a `planter.planting.model.Device`.
-"""
+"""A closed curve F(phi, x), such as a force over a machine's turn, with exact derivatives."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Protocol
 
 import casadi as ca
-import numpy as np
 
-from planter.kernels import Array, Kernel
-from planter.planting.model import Device
+from planter.kernels import Array
 
 
 @dataclass(frozen=True)
@@ -27,6 +20,27 @@ class Event:
     name: str
     order: int
     period: float | None
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A response over n angles as compiled functions, for the use in CasADi's graphs; it has constants c.
+
+    The force is a sum of equal shares: F(phi) is that of `force` at phi + each of `offsets` [rad], its lanes.
+    """
+
+    constants: Array
+    offsets: tuple[float, ...]
+    prologue: ca.Function
+    """(x, c) -> h, dh: what no angle changes, and its sparse Jacobian in x."""
+    curvature: ca.Function
+    """(x, c, weights) -> Hessian (p, p) of weights . h in x."""
+    force: ca.Function
+    """(phi, x, c, h) -> the share of each lane."""
+    slopes: ca.Function
+    """(phi, x, c, h, dh) -> shares, and their Jacobian in (phi, x)."""
+    bending: ca.Function
+    """(phi, x, c, h, dh, weights) -> weighted sum of the Hessians in (phi, x), packed, and the weighted slope in h."""
 
 
 class Response(Protocol):
@@ -78,84 +92,5 @@ class Response(Protocol):
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         """Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
-
-class Planting:
-    """A planting device as a `Response`: period pi, since side 2 is side 1 half a turn later."""
-
-    period = float(np.pi)
-
-    def __init__(self, device: Device) -> None:
-        self.device = device
-        self.names, self.lower, self.upper = device.names, device.lower, device.upper
-        self.design = device.design
-        self.events = tuple(Event(**entry) for entry in device.sidecar["events"])
-        self.prologue = device.prologue
-        force = device.force
-        self.support, self.support_slopes = force.value, force.slopes
-        self.support_hessian, self.support_hessians = force.hessian, force.hessians
-
-    def _kernel(self, name: str, outputs: dict[str, ca.SX]) -> Kernel:
-        """Outputs at many angles; in machine code if the device is. Each is made once for a device."""
-        known, key = self.device.kernels, (name, self.device.compiled)
-        if key not in known:
-            values = [ca.densify(value) for value in outputs.values()]
-            f = ca.Function(name, self.device.functions.inputs, values, ["phi", "x", "c", "h"], list(outputs))
-            known[key] = Kernel(f, lanes=["phi"])
-            if self.device.compiled:
-                known[key].compile()
-        return known[key]
-
-    @cached_property
-    def _events(self) -> Kernel:
-        functions = self.device.functions
-        return self._kernel(
-            "events", {"g": functions.events, "along_phi": ca.jacobian(functions.events, functions.phi)}
-        )
-
-    @cached_property
-    def _event_slopes(self) -> Kernel:
-        functions = self.device.functions
-        z = ca.vertcat(functions.phi, functions.x, functions.h)
-        return self._kernel("event_slopes", {"g": ca.jacobian(functions.events, z)})
-
-    @cached_property
-    def _event_hessian(self) -> Kernel:
-        """Hessian in (phi, x) of the weighted events, the prologue included."""
-        functions = self.device.functions
-        events = ca.Function("events", functions.inputs, [functions.events])
-        phi, x, c = ca.MX.sym("phi"), ca.MX.sym("x", functions.x.numel()), ca.MX.sym("c", functions.c.numel())
-        weights = ca.MX.sym("weights", functions.events.numel())
-        g = ca.dot(weights, events(phi, x, c, functions.prologue_function(x, c)))
-        hessian, _ = ca.hessian(g, ca.vertcat(phi, x))
-        names = ["phi", "x", "c", "weights"]
-        return Kernel(ca.Function("event_hessian", [phi, x, c, weights], [ca.densify(hessian)], names, ["hessian"]))
-
-    def _inputs(self, at: Any, phi: Array) -> dict[str, Any]:
-        return {"phi": phi, "x": at.x, "c": self.device.constants, "h": at.h}
-
-    def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """F [N] and dF/dphi at angles, (n,) each."""
-        force, first, _ = self.device.force.rates(at, phi)
-        return force, first
-
-    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """dF/dphi and d2F/dphi2 at angles, (n,) each."""
-        return self.device.force.rates(at, phi)[1:]
-
-    def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """g of every event of side 1 and its derivative in phi, (k, n) each."""
-        found = self._events(**self._inputs(at, phi))
-        return found["g"], found["along_phi"]
-
-    def event_slopes(self, at: Any, phi: Array) -> Array:
-        """Jacobian of g in (phi, x), (k, n, 1 + p)."""
-        found = self._event_slopes(**self._inputs(at, phi))["g"].reshape(len(self.events), len(phi), -1)
-        size = 1 + len(self.names)
-        slopes: Array = found[:, :, :size].copy()
-        slopes[:, :, 1:] += found[:, :, size:] @ at.dh
-        return slopes
-
-    def event_hessian(self, at: Any, phi: float, event: int) -> Array:
-        """Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
-        weights = np.eye(len(self.events))[event]
-        return self._event_hessian(phi=phi, x=at.x, c=self.device.constants, weights=weights)["hessian"]
+    def compiled(self, angles: int) -> Compiled | None:
+        """The response over so many angles without Python; None where it is not all compiled."""

@@ -56,7 +56,7 @@ class Hold:
 
 
 class Samples:
-    """A turn of the force as N samples. Implements `Turn`."""
+    """A turn of the force as N samples. Implements `Turn` and `Kinks`."""
 
     def __init__(self, response: Response, samples: int) -> None:
         self.response = response
@@ -145,10 +145,10 @@ class SampledRows:
     def curvature(self, x: Array, weights: Values) -> Array:
         state = self._state(x)
         n, centred = len(state.force), state.gradients - state.gradients.mean(axis=0)
-        each = 2 / n * weights.variance * (state.force - state.force.mean())
+        each = 2 / n * weights.smooth * (state.force - state.force.mean())
         np.add.at(each, self.upper, weights.upper)
         np.add.at(each, self.lower, weights.lower)
-        squared: Array = 2 / n * weights.variance * (centred.T @ centred)
+        squared: Array = 2 / n * weights.smooth * (centred.T @ centred)
         return squared + state.hessian(each, weights.holds)
 
 

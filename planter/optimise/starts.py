@@ -1,32 +1,33 @@
-"""IPOPT from several starts: the machine's own design, then points of a Latin hypercube in the box."""
+"""Descents from several starts: the design to start from, then points of a Latin hypercube in the box."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from scipy.stats import qmc
 
 from planter.kernels import Array
-from planter.optimise.descent import Minimum, descend
+from planter.optimise.descent import MOST_ITERATIONS, Minimum, descend
 from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
 
 DEFAULT_STARTS = 8
 AGREEING = 1e-6
-"""Starts agree whose objectives differ by less than this share of the objective of the machine's own design."""
+"""Starts agree whose objectives differ by less than this share of the problem's scale."""
 
 
 def points(problem: Problem, count: int, seed: int) -> list[Array]:
-    """Starting points u (p,): the machine's own design first; the same seed and count give the same points."""
+    """Starting points u (p,): the design to start from first; the same seed and count give the same points."""
+    from scipy.stats import qmc
+
     if count < 2:
         return [problem.start]
     cube = qmc.LatinHypercube(len(problem.free), seed=np.random.default_rng(seed)).random(count - 1)
-    return [problem.start, *(problem.point(v) for v in cube)]
+    return [problem.start, *(problem.within(v) for v in cube)]
 
 
-def _nearer(problem: Problem, start: Array) -> Array:
+def nearer(problem: Problem, start: Array) -> Array:
     """A start, or where the constraints are violated least on the way from it."""
     if problem.constraints is None or problem.kept(start):
         return start
@@ -36,8 +37,16 @@ def _nearer(problem: Problem, start: Array) -> Array:
 def descents(
     problem: Problem, count: int, seed: int, progress: Callable[[Progress], None] | None = None
 ) -> Iterator[Minimum]:
-    """The local minima, one for each start, as they are found."""
+    """The local minima from so many points of the box, one after another as they are found.
+
+    A start that breaks constraints is first taken to where they are violated least.
+    """
     for i, start in enumerate(points(problem, count, seed), 1):
-        yield descend(problem, _nearer(problem, start))
+        yield descend(problem, nearer(problem, start))
         if progress is not None and problem.best is not None:
             progress(Progress("ipopt", "start", i, count, problem.best.objective))
+
+
+def descents_from(problem: Problem, starts: Sequence[Array], most_iterations: int = MOST_ITERATIONS) -> list[Minimum]:
+    """The local minima from points u (p,) as they are."""
+    return [descend(problem, start, most_iterations) for start in starts]

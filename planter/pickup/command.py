@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from planter.errors import InputError
+from planter.optimise.result import Certificate
 from planter.pickup.file import Pickup, load
 from planter.pickup.model import Train, build
 from planter.pickup.redesign import Redesign, redesign
@@ -54,7 +55,16 @@ def _told(moved: Redesign) -> dict[str, Any]:
         "moved_mm": moved.moved * 1000,
         "iterations": moved.iterations,
         "rounds": moved.rounds,
+        "certificate": None if moved.certificate is None else _certificate(moved.certificate),
         "requirements_before": [requirement.as_json() for requirement in moved.before],
         "value_points_before_mm": (moved.points_before * 1000).tolist(),
         "value_points_mm": (moved.points * 1000).tolist(),
     }
+
+
+def _certificate(proof: Certificate) -> dict[str, Any]:
+    """Residual of the last round's optimum, and the requirements that hold it.
+
+    A multiplier is what the change gains per unit of its requirement.
+    """
+    return {"kkt_residual": proof.kkt_residual, "active": [vars(one).copy() for one in proof.active_constraints]}

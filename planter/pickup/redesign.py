@@ -8,12 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.kernels import Array, Kernel
+from planter.kernels import Array
+from planter.optimise.box import Box
+from planter.optimise.constraints import Named
+from planter.optimise.descent import Minimum, descend
+from planter.optimise.expressions import Expression, Expressions
+from planter.optimise.problem import Problem
+from planter.optimise.result import Certificate, certified
+from planter.optimise.smooth import Smooth
 from planter.pickup.file import Pickup
 from planter.pickup.graph import Nodes, Sampled, nodes, sampled
 from planter.pickup.law import TURN
@@ -45,13 +53,23 @@ SETTLED = np.radians(0.01)
 BROKEN = 1e-4
 """Slack from which a requirement cannot be held, in the unit in which it is imposed."""
 
-NAMES = ("push angle", "straight entry", "needle to tray", "slope on the teeth", "pitch curves convex")
+MOST_ITERATIONS = 300
+KINDS = (
+    Named("push angle", unit="deg"), Named("straight entry", unit="mm"), Named("needle to tray", unit="mm"),
+    Named("slope on the teeth", step=0.1), Named("pitch curves convex", unit="1/m", step=10.0),
+)  # fmt: skip
 """Requirements that the optimiser knows, each with a slack of its own."""
+NAMES = tuple(kind.name for kind in KINDS)
+PINNED = Named("arm at the farthest tip", ("equal",), "rad")
+"""What stays as it is."""
 
 
 @dataclass(frozen=True)
 class Redesign:
-    """The train at the start and the one that was found, with value points (n, 2) [m] and requirements of both."""
+    """The train at the start and the one that was found, with value points (n, 2) [m] and requirements of both.
+
+    `certificate` is that of the last round's optimum, None where nothing had to be moved.
+    """
 
     start: Train
     train: Train
@@ -61,6 +79,7 @@ class Redesign:
     after: list[Requirement]
     iterations: int
     rounds: int
+    certificate: Certificate | None
 
     @property
     def holds(self) -> bool:
@@ -78,24 +97,26 @@ def redesign(machine: Pickup, train: Train, progress: Callable[[str, int, int], 
     at = nodes(train, machine.spline.value_points)
     reserve = dict.fromkeys(NAMES, 0.0)
     v, iterations, current, after, turns = at.values, 0, train, before, 0
+    proof: Certificate | None = None
     for turns in range(1, ROUNDS + 1):
         if all(requirement.holds for requirement in after):
             turns -= 1
             break
-        problem = Problem(machine, train, at, push(current)[0], reserve)
-        v, broken, used = problem.solve(v)
-        iterations += used
+        change = LeastChange(machine, train, at, push(current)[0], reserve)
+        found = change.solve(v)
+        v, broken, proof = change.angles(found.u), change.slack(found.u), certified(change.problem, found.u, [found])
+        iterations += found.iterations
         rested = push(current)[0]
         current = replace(train, law=at.law_of(v), found=None)
         after = requirements(machine, current)
         if progress is not None:
             progress(f"round {turns}: least margin {min(r.margin for r in after):.4g}", turns, ROUNDS)
-        if abs(rested - problem.rests) < SETTLED:
+        if abs(rested - change.rests) < SETTLED:
             if broken > BROKEN:
                 break
             reserve = _tightened(reserve, after)
     steps = np.arange(machine.spline.value_points) * TURN / machine.spline.value_points
-    return Redesign(train, current, train.tip(steps), current.tip(steps), before, after, iterations, turns)
+    return Redesign(train, current, train.tip(steps), current.tip(steps), before, after, iterations, turns, proof)
 
 
 _SHARE = {"sun's pitch curve convex": "pitch curves convex", "intermediate gear's convex": "pitch curves convex",
@@ -112,9 +133,13 @@ def _tightened(reserve: dict[str, float], after: list[Requirement]) -> dict[str,
     return grown
 
 
-@dataclass
-class Problem:
-    """The programme for IPOPT: variables are arm's angles [rad], the slope of the entry's line, and the slacks."""
+@dataclass(frozen=True)
+class LeastChange:
+    """The least change of a train that holds its requirements where its needle `rests`, more of them by a `reserve`.
+
+    Variables x are the arm's angles at the nodes in steps of `STEP` from the train's own, the slope of the entry's
+    line, and the slacks.
+    """
 
     machine: Pickup
     train: Train
@@ -122,32 +147,47 @@ class Problem:
     rests: float
     reserve: dict[str, float] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        n = self.at.size
-        self.x = ca.MX.sym("x", n + 1 + len(NAMES))
-        self.lower = np.concatenate([np.full(n, -np.pi / 2 / STEP), [-1.0], np.zeros(len(NAMES))])
-        self.upper = np.concatenate([np.full(n, np.pi / 2 / STEP), [1.0], np.full(len(NAMES), 1e3)])
-        objective, held, pinned = self._graph(n)
-        g = ca.vertcat(held, pinned)
-        self.g_lower = np.zeros(g.numel())
-        self.g_upper = np.concatenate([np.full(held.numel(), np.inf), np.zeros(pinned.numel())])
-        self._compile(objective, g)
+    @cached_property
+    def problem(self) -> Problem:
+        """The search's variables are those of the programme, and its objective counts as it is."""
+        x = ca.MX.sym("x", self.at.size + 1 + len(NAMES))
+        objective, held, pinned = self._graph(x)
+        rows = ca.vertcat(*held, pinned)
+        count, free = rows.numel(), rows.numel() - pinned.numel()
+        owner = np.repeat(np.arange(len(KINDS) + 1), [*(part.numel() for part in held), pinned.numel()])
+        bounds = np.zeros(count), np.where(np.arange(count) < free, np.inf, 0.0)
+        constraints = Expressions(x, rows, bounds, (*KINDS, PINNED), owner)
+        return Problem(Smooth(Expression(x, objective), x.numel(), unit=1.0), self._box, constraints)
 
-    def _graph(self, n: int) -> tuple[ca.MX, ca.MX, ca.MX]:
-        v, tilted, slack = ca.DM(self.at.values) + STEP * self.x[:n], self.x[n], self.x[n + 1 :]
+    @property
+    def _box(self) -> Box:
+        n, k = self.at.size, len(NAMES)
+        most = np.concatenate([np.full(n, np.pi / 2 / STEP), [1.0], np.full(k, 1e3)])
+        lower = np.concatenate([-most[: n + 1], np.zeros(k)])
+        names = (
+            *(f"arm at node {i}" for i in range(1, n + 1)),
+            "slope of the entry",
+            *(f"slack of {s}" for s in NAMES),
+        )
+        return Box.plain(names, lower, most, np.zeros(n + 1 + k))
+
+    def _graph(self, x: ca.MX) -> tuple[ca.MX, list[ca.MX], ca.MX]:
+        """The change, the rows of each requirement, which are at least 0 where it holds, and what is 0."""
+        n = self.at.size
+        v, tilted, slack = ca.DM(self.at.values) + STEP * x[:n], x[n], x[n + 1 :]
         cell, t = Cell.of(self.machine), self.train.samples(SAMPLES)
         now = sampled(self.train, self.at, v, t, Entry(self.train, cell).axis(), cell.entry)
         held = [
-            *self._angles(v, slack[0]),
-            *(part + slack[1] for part in self._straight(now, t, tilted)),
-            *(part + slack[2] for part in self._clear(now, t, cell)),
+            ca.vertcat(*self._angles(v, slack[0])),
+            ca.vertcat(*(part + slack[1] for part in self._straight(now, t, tilted))),
+            ca.vertcat(*(part + slack[2] for part in self._clear(now, t, cell))),
             (now.slopes[0, :].T - LEAST_SLOPE - self.reserve["slope on the teeth"]) * 10 + slack[3],
             ca.vec(now.curvatures) / 10 - (LEAST_CURVATURE / 10 + self.reserve["pitch curves convex"]) + slack[4],
         ]
         moved = (now.arm - ca.DM(self.train.law.arm(t))) * (self.train.geometry.L2 * 1000 / MOVED_MM)
         bent = (now.slopes[2, :].T - ca.DM(self.train.law.slopes(t)[2])) / BENT
         objective = (ca.sumsqr(moved) + ca.sumsqr(bent)) / SAMPLES + PENALTY * ca.sum1(slack)
-        return objective, ca.vertcat(*held), self._row(v, 0.0, 0) - np.pi
+        return objective, held, self._row(v, 0.0, 0) - np.pi
 
     def _row(self, v: ca.MX, t: float, order: int) -> ca.MX:
         first = self.train.toothed[0]
@@ -189,48 +229,28 @@ class Problem:
             found += [(widened - taper * ca.fmax(depth, 0) - side * beside) * 1000, (widened - side * surface) * 1000]
         return found
 
-    def _compile(self, objective: ca.MX, g: ca.MX) -> None:
-        x, lam, weight = self.x, ca.MX.sym("lam", g.numel()), ca.MX.sym("weight")
-        second, _ = ca.hessian(weight * objective + ca.dot(lam, g), x)
-        self._objective = Kernel(ca.Function("objective", [x], [objective], ["x"], ["f"]))
-        self._gradient = Kernel(ca.Function("gradient", [x], [ca.gradient(objective, x)], ["x"], ["df"]))
-        self._held = Kernel(ca.Function("held", [x], [g], ["x"], ["g"]))
-        self._jacobian = Kernel(ca.Function("jacobian", [x], [ca.jacobian(g, x)], ["x"], ["dg"]))
-        self._second = Kernel(ca.Function("second", [x, weight, lam], [second], ["x", "weight", "lam"], ["ddl"]))
-
-    def f(self, z: Array) -> float:
-        return float(self._objective(x=z)["f"][0, 0])
-
-    def gradient(self, z: Array) -> Array:
-        return self._gradient(x=z)["df"][:, 0]
-
-    def g(self, z: Array) -> Array:
-        return self._held(x=z)["g"][:, 0]
-
-    def jacobian(self, z: Array) -> Array:
-        return self._jacobian(x=z)["dg"]
-
-    def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
-        return self._second(x=z, weight=weight, lam=multipliers)["ddl"]
-
     def start(self, v: Array) -> Array:
         """Variables with slacks that let every requirement hold."""
-        z = np.concatenate([(v - self.at.values) / STEP, [0.0], np.full(len(NAMES), 0.0)])
-        short = max(0.0, -float(self.g(z)[:-1].min()))
+        z = np.concatenate([(v - self.at.values) / STEP, np.zeros(1 + len(NAMES))])
+        constraints = self.problem.constraints
+        assert constraints is not None
+        short = max(0.0, -float(constraints.values(z)[:-1].min()))
         z[-len(NAMES) :] = short + 1e-3
         return z
 
-    def solve(self, v: Array) -> tuple[Array, float, int]:
-        """The best angles (size,) from a start, the largest slack that they need, and the iterations that this took.
+    def angles(self, u: Array) -> Array:
+        """The arm's angles (size,) at a point."""
+        return self.at.values + STEP * u[: self.at.size]
 
-        Raises ComputationError where IPOPT finds none.
-        """
-        from planter.optimise import ipopt
+    def slack(self, u: Array) -> float:
+        """The largest slack at a point."""
+        return float(u[-len(NAMES) :].max())
 
-        found = ipopt.solve(self, self.start(v), most_iterations=300)
-        if not found.converged:
+    def solve(self, v: Array) -> Minimum:
+        """The least change, looked for from angles (size,). Raises ComputationError where IPOPT finds none."""
+        found = descend(self.problem, self.start(v), MOST_ITERATIONS)
+        if not found.settled:
             raise ComputationError(
                 f"the value points were not moved: IPOPT stopped after {found.iterations} iterations"
             )
-        slack = float(found.z[-len(NAMES) :].max())
-        return self.at.values + STEP * found.z[: self.at.size], slack, found.iterations
+        return found

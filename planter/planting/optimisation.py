@@ -6,18 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from planter import optimise as search
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise.hybrid import Method
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem, Sampling
+from planter.optimise.problem import Problem
 from planter.optimise.progress import Progress
-from planter.optimise.response import Planting
-from planter.optimise.result import Result
-from planter.planting import cycle
+from planter.optimise.range_and_spread import Sampling
+from planter.planting import cycle, search
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
+from planter.planting.objective import problem
+from planter.planting.search import Optimum
 from planter.planting.simulation import checked_samples
 
 
@@ -25,7 +24,7 @@ from planter.planting.simulation import checked_samples
 class Optimisation:
     """What was found, the models' devices by name, and the result as the interface gives it."""
 
-    found: Result
+    found: Optimum
     devices: dict[str, Device]
     result: dict[str, Any]
 
@@ -49,7 +48,7 @@ def optimise(
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
-    start = _problem(device, sampling).reference
+    start = problem(device, sampling).reference.look
     result = {
         "machine": device.machine.name,
         "model": device.model,
@@ -57,9 +56,9 @@ def optimise(
         "samples": sampling,
         "seed": seed,
         "start_design": cycle.shown_design(device, device.design),
-        "start_range_N": start.range_N,
-        "start_variance_N2": start.variance_N2,
-        "cross": {model: _scores(_problem(other, sampling), found.design) for model, other in devices.items()},
+        "start_range_N": start.range,
+        "start_variance_N2": start.variance,
+        "cross": {model: _scores(problem(other, sampling), found.design) for model, other in devices.items()},
     }
     return Optimisation(found, devices, result)
 
@@ -75,12 +74,6 @@ def sampling_of(device: Device, text: str | None) -> Sampling:
         raise InputError(f"--samples = {text} is not allowed: {allowed}") from None
 
 
-def _problem(device: Device, sampling: Sampling) -> Problem:
-    return Problem(Planting(device), Objective.of(device.machine), sampling)
-
-
-def _scores(problem: Problem, x: Array) -> dict[str, float]:
+def _scores(task: Problem, x: Array) -> dict[str, float]:
     """Objective of the machine file's own design and of the optimum x (p,) in one model."""
-    look = problem.turn.look(x)
-    optimum = problem.objective.value(look.high - look.low, look.variance)
-    return {"start": problem.reference.objective, "optimum": optimum}
+    return {"start": task.reference.objective, "optimum": task.score(x).objective}

@@ -10,13 +10,14 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise.objective import Objective
 from planter.optimise.refined import Panels, Refined
-from planter.optimise.response import Planting
 from planter.optimise.samples import Samples
 from planter.planting import cycle as planting
+from planter.planting import response
 from planter.planting.model import Device
+from planter.planting.objective import weights
 from planter.planting.requirements import record as requirements
+from planter.planting.response import Planting
 
 FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 AT = (
@@ -42,7 +43,7 @@ def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float]
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
     prologue = device.prologue(device.design)
     turn = planting.cycle(device, prologue, planting.angles(count))
-    objective = Objective.of(device.machine)
+    objective = weights(device.machine)
     sampled = planting.statistics(turn.support)
     found = Refined(Planting(device)).look(device.design)
     result = {
@@ -56,8 +57,8 @@ def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float]
         "objective": objective.value(sampled["range_N"], sampled["variance_N2"]),
         "warnings": [w.table() for w in planting.warnings(device, device.design, turn)],
         "refined": {
-            "max_N": found.high, "min_N": found.low, "range_N": found.high - found.low,
-            "variance_N2": found.variance, "objective": objective.value(found.high - found.low, found.variance),
+            "max_N": found.high, "min_N": found.low, "range_N": found.range,
+            "variance_N2": found.variance, "objective": objective.value(found.range, found.variance),
         },
         "work": work(device),
         "at": at(device, at_deg),
@@ -102,17 +103,15 @@ def work(device: Device) -> dict[str, float]:
 
 def sensitivity(device: Device, samples: int | None = None) -> dict[str, Any]:
     """Objective, its gradient in shown units, and which directions of the design the support force does not feel."""
-    from planter.optimise import sensitivity as directions
-
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
     value, gradient = objective_gradient(device, count)
     named = dict(zip(device.names, (gradient * device.scale).tolist(), strict=True))
-    return {"objective": value, "gradient": named, **directions(device, device.design, count)}
+    return {"objective": value, "gradient": named, **response.sensitivity(device, device.design, count)}
 
 
 def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
-    objective, angles = Objective.of(device.machine), Samples(Planting(device), samples).angles
+    objective, angles = weights(device.machine), Samples(Planting(device), samples).angles
     force, slopes = device.support_slopes(device.prologue(device.design), angles)
     along = slopes[:, 1:]
     variance_gradient = 2 / len(force) * (force - force.mean()) @ along

@@ -21,9 +21,9 @@ from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError, backends, loops, toolchain
 from planter.kernels.toolchain import NoCompiler
 from planter.optimise.conditions import Look
-from planter.optimise.objective import Objective
 from planter.optimise.samples import angles
 from planter.planting.model import Device
+from planter.planting.objective import weights
 
 FIELDS = ("objective", "range_N", "variance_N2", "mean_N")
 """What is found of a turn, in the order of the compiled record."""
@@ -53,7 +53,7 @@ class Turns:
     def __init__(self, device: Device, samples: int | None = None) -> None:
         self.device = device
         self.samples = samples or device.machine.objective.samples
-        self.objective = Objective.of(device.machine)
+        self.objective = weights(device.machine)
         self.shares = device.force.shares
         self._native = _native(self)
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from planter.optimise.constraints import Constraints
 from planter.planting.compare import box
 from planter.planting.file import Machine
 from planter.planting.model import Device
+from planter.planting.requirements.constraints import Required
 
 
 def proposal(machine: Machine, ranked: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
@@ -37,7 +37,5 @@ def left(machine: Machine, entry: dict[str, Any], limits: dict[str, float]) -> f
     """The largest violation [steps] of an entry's design once limits are set anew."""
     changed = machine.with_numbers({f"requirements.{key}": value for key, value in limits.items()})
     device = Device(box.described(changed, (entry["stage1"], entry["stage2"])))
-    constraints = Constraints.of(device)
-    assert constraints is not None
     x = device.scale * np.array([entry["design"][name] for name in device.names])
-    return constraints.violation(x)
+    return Required(device).violation(x)

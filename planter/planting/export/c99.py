@@ -17,8 +17,8 @@ import casadi as ca
 from planter.kernels import Array
 from planter.kernels import loops as lanes
 from planter.kernels.loops import functions
-from planter.optimise.objective import Objective
 from planter.planting.model import Device
+from planter.planting.objective import weights
 from planter.version import __version__
 
 WIDTH = 116
@@ -54,7 +54,7 @@ def template(file: str) -> str:
 
 def _values(device: Device, own: str) -> dict[str, Any]:
     """What the templates ask for."""
-    objective, offsets = Objective.of(device.machine), device.force.shares.offsets
+    objective, offsets = weights(device.machine), device.force.shares.offsets
     samples = device.machine.objective.samples
     angles = angles_of(device, samples)
     count = angles * len(offsets)

@@ -21,10 +21,10 @@ from planter.kernels import Array, CallError
 from planter.kernels.loops import functions
 from planter.kernels.loops.graph import Assignment, Graph, NotPrintable, Place
 from planter.kernels.toolchain import NoCompiler
-from planter.optimise.objective import Objective
 from planter.planting import cycle
 from planter.planting.export import c99
 from planter.planting.model import Device
+from planter.planting.objective import weights
 from planter.planting.turns import FIELDS
 
 
@@ -108,7 +108,7 @@ class Batches:
     """
 
     def __init__(self, device: Device, library: Path, samples: int | None = None) -> None:
-        self.device, self.objective = device, Objective.of(device.machine)
+        self.device, self.objective = device, weights(device.machine)
         self.samples = samples or device.machine.objective.samples
         own, raw = c99.name(device), ctypes.CDLL(str(library))
         self._run, self._error = getattr(raw, f"{own}_turns"), getattr(raw, f"{own}_error")

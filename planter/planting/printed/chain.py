@@ -13,9 +13,9 @@ from importlib.resources import files
 from typing import Any
 
 from planter.audit.registry import consequence
-from planter.optimise.objective import Objective
 from planter.planting import cycle
 from planter.planting.functions import Model
+from planter.planting.objective import weights
 from planter.planting.printed.force import Both, both, felt, work
 
 Entry = dict[str, Any]
@@ -58,7 +58,7 @@ def _forces(machine: Both, own: Mapping[str, float]) -> Iterator[Entry]:
     for key, name in HEADLINES.items():
         unit = "N2" if key.endswith("N2") else "N"
         yield _entry("support force over a turn", name, unit, by_print[key], derived[key], own.get(key))
-    objective = Objective.of(machine.machine).value(own["range_N"], own["variance_N2"])
+    objective = weights(machine.machine).value(own["range_N"], own["variance_N2"])
     yield _entry("support force over a turn", "objective", "", by_print["objective"], derived["objective"], objective)
 
 
@@ -125,7 +125,7 @@ MEASURES: dict[str, tuple[str, str, Callable[[Both, Model], float]]] = {
 
 def _objective(machine: Both, own: Mapping[str, float]) -> Entry:
     """How the objective weighs the paper's own numbers: the sum of a force and its square depends on the unit."""
-    objective = Objective.of(machine.machine)
+    objective = weights(machine.machine)
     spread = objective.spread(own["variance_N2"])[0]
     share, in_kilonewton = (100 * spread / (spread + objective.weight_range * own["range_N"] * scale)
                             for scale in (1.0, 1e3))  # fmt: skip

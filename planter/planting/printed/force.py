@@ -11,18 +11,15 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from planter import optimise
 from planter.audit.registry import Inputs, formula
 from planter.files.units import factor
 from planter.kernels import Array
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
-from planter.optimise.response import Planting
-from planter.optimise.result import Result
-from planter.planting import cycle
+from planter.planting import cycle, search
 from planter.planting.file import Machine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from planter.planting.objective import problem, weights
+from planter.planting.search import Optimum
 
 _IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
 """What of a machine does not bear on the force of its own design, or is no input of it."""
@@ -49,22 +46,19 @@ class Both:
         return {model: cycle.cycle(d, d.prologue(d.design), self.angles) for model, d in self.devices.items()}
 
     @cached_property
-    def optima(self) -> dict[Model, Result]:
+    def optima(self) -> dict[Model, Optimum]:
         """The optimum of each model, by IPOPT from the machine's own design."""
-        return {model: optimise.run(device, "ipopt", None, 0, 1) for model, device in self.devices.items()}
+        return {model: search.run(device, "ipopt", None, 0, 1) for model, device in self.devices.items()}
 
     def headlines(self, model: Model) -> dict[str, float]:
         """Extremes, range, mean, variance and objective of the machine's own design."""
         found = cycle.statistics(self.turns[model].support)
-        objective = Objective.of(self.machine).value(found["range_N"], found["variance_N2"])
+        objective = weights(self.machine).value(found["range_N"], found["variance_N2"])
         return {**found, "objective": objective}
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
-        device = self.devices[model]
-        problem = Problem(Planting(device), Objective.of(self.machine), self.machine.objective.samples)
-        look = problem.turn.look(x)
-        return problem.objective.value(look.high - look.low, look.variance)
+        return problem(self.devices[model]).score(x).objective
 
     def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
         """Support force [N] of the machine's own design with other values of some of its inputs, in shown units."""

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter import optimise
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
-from planter.optimise.response import Planting
-from planter.planting import cycle
+from planter.planting import cycle, response
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
+from planter.planting.objective import problem, weights
 from planter.planting.report import figures
 from planter.planting.report.gearing import gearing, ratios
 from planter.planting.report.page import device_page
@@ -24,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
+    from planter.optimise.conditions import Look
     from planter.planting.optimisation import Optimisation
     from planter.planting.simulation import Simulation
 
@@ -114,7 +112,7 @@ def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None)
 def _joints(device: Device, x: Array) -> dict[str, list[float]]:
     """Carrier angles [deg] of the joints of both sides, in the order of the model's events."""
     found: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
-    for place in optimise.joints_of(device, x):
+    for place in response.joints(device, x):
         found[place.name].append(float(np.degrees(place.angle)))
     return {name: places for name, places in found.items() if places}
 
@@ -129,21 +127,23 @@ def _motion(device: Device, x: Array) -> dict[str, Figure]:
 
 
 def _search(device: Device, found: Optimisation) -> dict[str, Figure]:
-    objective = Objective.of(device.machine)
+    from planter.planting import search
+
+    objective = weights(device.machine)
     marks = {
         "machine file": (found.result["start_range_N"], found.result["start_variance_N2"]),
         "optimum": (found.result["range_N"], found.result["variance_N2"]),
     }
-    front = [one.evaluation for one in optimise.front(device, found.found.sampling, FRONT_POINTS)]
-    scored = [(one.range_N, one.variance_N2) for one in (*front, *_cloud(device, found))]
-    weights = (objective.weight_range, objective.weight_variance) if objective.kind == "paper" else None
+    front = [one.evaluation.look for one in search.front(device, found.found.sampling, FRONT_POINTS)]
+    scored = [(one.range, one.variance) for one in (*front, *_cloud(device, found))]
+    line = (objective.weight_range, objective.weight_variance) if objective.kind == "paper" else None
     return {
-        "pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, weights),
+        "pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, line),
         "convergence": figures.convergence(found.found.history),
     }
 
 
-def _cloud(device: Device, found: Optimisation) -> list[Any]:
-    """Evaluations of designs anywhere in the box."""
-    problem = Problem(Planting(device), Objective.of(device.machine), found.found.sampling)
-    return [problem.evaluate(u) for u in np.random.default_rng(found.found.seed).random((CLOUD, device.size))]
+def _cloud(device: Device, found: Optimisation) -> list[Look]:
+    """Turns of designs anywhere in the box."""
+    task = problem(device, found.found.sampling)
+    return [task.evaluate(u).look for u in np.random.default_rng(found.found.seed).random((CLOUD, device.size))]

@@ -1,32 +1,41 @@
 """Fastest switching: exact derivatives, an optimum that another solver does not beat, a certificate that can fail."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
 from planter.clutch import file
-from planter.clutch.optimise import certificate, optimise
-from planter.clutch.switching import VARIABLES, Switching, TravelTime
+from planter.clutch.optimise import optimise
+from planter.clutch.switching import VARIABLES, Switching
 from planter.errors import ComputationError, InputError
+from planter.optimise.certificate import best_multipliers, check, kkt_residual
+from planter.optimise.epigraph import Epigraph
 
 CLUTCH = file.load("shi2021")
 FOUND = optimise(CLUTCH)
 
 
-def at(problem: Switching, design: dict[str, float]) -> np.ndarray:
+def at(switching: Switching, design: dict[str, float]) -> np.ndarray:
+    """The point of the box."""
     own = np.array(
         [design[key] * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1) for key in VARIABLES]
     )
-    return (own - problem.box_lower) / (problem.box_upper - problem.box_lower)
+    return (own - switching.box.origin) / switching.box.unit
+
+
+def programme_of(switching: Switching) -> Epigraph:
+    return Epigraph(switching.problem, switching.problem.local(switching.box.start), switching.box.start)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_derivatives_against_differences(seed):
-    problem = Switching(CLUTCH)
-    programme = TravelTime(problem, 0.05)
+    switching = Switching(CLUTCH)
+    programme = programme_of(switching)
     u, h = np.random.default_rng(seed).uniform(0.1, 0.9, 5), 1e-5
     steps = h * np.eye(5)
-    multipliers = np.random.default_rng(seed + 9).normal(size=len(problem.names))
+    multipliers = np.random.default_rng(seed + 9).normal(size=len(switching.names))
 
     def slope(z):
         return 0.7 * programme.gradient(z) + programme.jacobian(z).T @ multipliers
@@ -44,33 +53,49 @@ def test_the_optimum_keeps_every_limit_and_is_certified():
     assert proof["kkt_residual"] < 1e-6
     assert proof["agreeing_starts"] == proof["starts"] == 8
     assert min(FOUND["least_margin_along"].values()) > -1e-6
-    problem = Switching(CLUTCH)
-    assert problem.first(u=at(problem, FOUND["design"]))["margins"].min() > -1e-6
+    switching = Switching(CLUTCH)
+    assert switching.margins.values(switching.box.at(at(switching, FOUND["design"]))).min() > -1e-6
     assert FOUND["travel_time_s"] < FOUND["start_travel_time_s"]
     for key, (low, high) in FOUND["bounds"].items():
         assert low <= FOUND["design"][key] <= high
 
 
 def test_another_solver_does_not_beat_it():
-    problem = Switching(CLUTCH)
-    programme = TravelTime(problem, FOUND["travel_time_s"])
+    programme = programme_of(Switching(CLUTCH))
+    best = FOUND["travel_time_s"] / FOUND["start_travel_time_s"]
     random = np.random.default_rng(4)
     limits = {"type": "ineq", "fun": programme.g, "jac": programme.jacobian}
     for _ in range(3):
         found = minimize(programme.f, random.random(5), jac=programme.gradient, bounds=[(0, 1)] * 5, method="SLSQP",
                          constraints=[limits], options={"maxiter": 300, "ftol": 1e-12})  # fmt: skip
         if found.success and programme.g(found.x).min() > -1e-8:
-            assert found.fun > 1 - 1e-5
+            assert found.fun > best * (1 - 1e-5)
 
 
 def test_a_point_beside_the_optimum_has_no_certificate():
-    problem = Switching(CLUTCH, FOUND["stations"])
-    u = at(problem, FOUND["design"])
-    assert certificate(problem, u, FOUND["start_travel_time_s"]).residual < 1e-5
+    switching = Switching(CLUTCH, FOUND["stations"])
+    problem, u = switching.problem, at(switching, FOUND["design"])
+    assert kkt_residual(problem, u) < 1e-5
     for i in range(5):
         moved = u.copy()
         moved[i] += 0.02 if u[i] < 0.5 else -0.02
-        assert certificate(problem, moved, FOUND["start_travel_time_s"]).residual > 1e-3
+        assert kkt_residual(problem, moved) > 1e-3
+
+
+def test_a_wrong_multiplier_is_noticed():
+    switching = Switching(CLUTCH, FOUND["stations"])
+    problem, u = switching.problem, at(switching, FOUND["design"])
+    m = best_multipliers(problem, u)
+    assert (m.required <= 0).all()
+    for wrong in (-m.required, 2 * m.required, 0 * m.required, np.roll(m.required, 1)):
+        assert check(problem, u, replace(m, required=wrong)).worst > 1e-3
+
+
+def test_there_are_no_rows_to_bound():
+    """The programme's variables are those of the box: neither t_max nor t_min."""
+    programme = programme_of(Switching(CLUTCH))
+    assert len(programme.start) == len(VARIABLES)
+    assert programme.limits(programme.start) == (np.inf, -np.inf)
 
 
 def test_what_holds_the_optimum_is_what_gives_time_when_it_gives_way():

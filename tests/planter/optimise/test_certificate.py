@@ -9,8 +9,8 @@ from planter.optimise import certificate, ipopt
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
 from planter.optimise.descent import STATIONARY, descend
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import Weights
+from planter.optimise.range_and_spread import problem as over_turn
 from tests.planter.optimise import toys
 
 SAMPLINGS = [360, 91, "refined"]
@@ -33,7 +33,7 @@ def test_a_moved_optimum_fails(optimum, step):
     for j in problem.free:
         moved = u.copy()
         moved[j] += step if u[j] < 0.5 else -step
-        assert kkt_residual(problem, moved) > STATIONARY, problem.response.names[j]
+        assert kkt_residual(problem, moved) > STATIONARY, problem.box.names[j]
 
 
 def test_a_point_outside_the_box_fails(optimum):
@@ -61,10 +61,10 @@ def test_a_wrong_multiplier_fails(optimum, field, change):
 
 def test_a_solver_stopped_after_three_iterations_fails(optimum):
     problem, _ = optimum
-    programme = Epigraph(problem, problem.turn.local(problem.design(problem.start)), problem.start)
+    programme = Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
     stopped = ipopt.solve(programme, programme.start, most_iterations=3)
     assert stopped.iterations == 3
-    assert kkt_residual(problem, problem.point(stopped.z[:-2])) > STATIONARY
+    assert kkt_residual(problem, programme.point(stopped.z)) > STATIONARY
 
 
 def test_multipliers_say_what_a_bound_costs():
@@ -72,17 +72,16 @@ def test_multipliers_say_what_a_bound_costs():
     problem = toys.problem("refined")
     u = descend(problem, problem.start).u
     for bound in certificate.active_bounds(problem, best_multipliers(problem, u)):
-        j = problem.response.names.index(bound.name)
-        x, step = problem.design(u), 1e-4 * problem.width[j]
+        j = problem.box.names.index(bound.name)
+        x, step = problem.design(u), 1e-4 * problem.box.unit[j]
         x[j] += step if bound.side == "upper" else -step
-        look = problem.turn.look(x)
-        saved = problem.evaluate(u).objective - problem.objective.value(look.high - look.low, look.variance)
+        saved = problem.evaluate(u).objective - problem.score(x).objective
         assert saved == pytest.approx(1e-4 * bound.multiplier, rel=0.05), bound.name
 
 
 def test_third_harmonic_shares_of_tied_peaks():
     """By symmetry the four tied peaks, two of each sign, need shares that add up to the weight of the range."""
-    problem = Problem(toys.third_harmonic(), toys.RANGE, "refined")
+    problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
     u = np.array([(0.5 - 1 / 6) / 0.9])
     m = best_multipliers(problem, u)
     assert check(problem, u, m).worst < 1e-12
@@ -92,11 +91,11 @@ def test_third_harmonic_shares_of_tied_peaks():
 
 def test_clarke_at_a_kink_that_holds_the_optimum():
     """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their mixture is."""
-    problem = Problem(toys.corner(), toys.VARIANCE, 12)
+    problem = over_turn(toys.corner(), toys.VARIANCE, 12)
     u = descend(problem, problem.start).u
     found = problem.conditions(u)
     assert len(found.kinks) == 1
-    one, other = found.variance[0], (found.variance + found.kinks[0])[0]
+    one, other = found.smooth[0], (found.smooth + found.kinks[0])[0]
     assert one * other < 0
     m = best_multipliers(problem, u)
     assert 0 < m.kinks[0] < 1
@@ -109,6 +108,6 @@ def test_clarke_at_a_kink_that_holds_the_optimum():
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
 def test_the_residual_does_not_depend_on_units(unit):
     plain = toys.problem(90)
-    scaled = toys.problem(90, Objective(0.6 * unit, 0.4 * unit, "paper"))
+    scaled = toys.problem(90, Weights(0.6 * unit, 0.4 * unit, "paper"))
     u = np.full(10, 0.4)
     assert kkt_residual(scaled, u) == pytest.approx(kkt_residual(plain, u), rel=1e-6)

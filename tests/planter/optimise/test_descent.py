@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import linprog, minimize_scalar
 
 from planter.optimise.descent import descend
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import Weights
+from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.samples import angles
 from tests.planter.optimise import toys
 
@@ -15,9 +15,9 @@ from tests.planter.optimise import toys
 @pytest.mark.parametrize("start", [0.0, 0.3, 1.0])
 def test_third_harmonic_injection(sampling, start):
     """Least range of cos phi + x cos 3 phi: sqrt 3 at x = -1/6, several peaks tied."""
-    problem = Problem(toys.third_harmonic(), toys.RANGE, sampling)
+    problem = over_turn(toys.third_harmonic(), toys.RANGE, sampling)
     found = descend(problem, np.array([start]))
-    assert found.evaluation.range_N == pytest.approx(np.sqrt(3), abs=1e-8)
+    assert found.evaluation.look.range == pytest.approx(np.sqrt(3), abs=1e-8)
     if sampling == "refined":
         assert problem.design(found.u) == pytest.approx([-1 / 6], abs=1e-5)
     assert found.stationary
@@ -27,21 +27,21 @@ def test_third_harmonic_injection(sampling, start):
 @pytest.mark.parametrize("samples", [40, 41])
 def test_a_linear_force_agrees_with_linear_programming(seed, samples):
     toy, constant, slopes = toys.linear(seed)
-    problem = Problem(toy, toys.RANGE, samples)
+    problem = over_turn(toy, toys.RANGE, samples)
     found = descend(problem, problem.start)
     basis = toys.waves(angles(samples, toy.period))
     rows, level = basis @ slopes, basis @ constant
     ones = np.ones((samples, 1))
     matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones])])
     oracle = linprog([0, 0, 0, 1, -1], matrix, np.append(-level, level), bounds=[(-1, 1)] * 3 + [(None, None)] * 2)
-    assert found.evaluation.range_N == pytest.approx(oracle.fun, abs=1e-7)
+    assert found.evaluation.look.range == pytest.approx(oracle.fun, abs=1e-7)
     assert found.stationary
 
 
 def test_refined_ties_are_sharper_than_samples():
     """True extremes tie at the optimum of a linear force: as many as hold a vertex of three parameters."""
     toy, _, _ = toys.linear(1)
-    problem = Problem(toy, toys.RANGE, "refined")
+    problem = over_turn(toy, toys.RANGE, "refined")
     found = descend(problem, problem.start)
     assert found.stationary
     conditions = problem.conditions(found.u)
@@ -49,7 +49,7 @@ def test_refined_ties_are_sharper_than_samples():
         conditions.lower < conditions.lower.min() + 1e-6
     ).sum()
     assert tied > 2
-    fine = Problem(toy, toys.RANGE, 2000)
+    fine = over_turn(toy, toys.RANGE, 2000)
     assert fine.evaluate(found.u).objective == pytest.approx(found.evaluation.objective, abs=1e-4)
     assert descend(fine, found.u).evaluation.objective <= found.evaluation.objective
 
@@ -59,7 +59,7 @@ def test_refined_ties_are_sharper_than_samples():
 @pytest.mark.parametrize("weights", [(0.0, 1.0), (0.3, 1.0)])
 def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
     """One parameter, kinks in x wherever the corner passes a sample: a fine scan finds nothing better."""
-    problem = Problem(toys.corner(), Objective(*weights, kind), sampling)
+    problem = over_turn(toys.corner(), Weights(*weights, kind), sampling)
     scan = min((problem.evaluate(np.array([u])).objective, u) for u in np.linspace(0, 1, 201))
     near = minimize_scalar(
         lambda u: problem.evaluate(np.array([u])).objective,
@@ -72,17 +72,17 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
 
 
 def test_an_optimum_on_a_kink_is_found_and_lies_on_it():
-    problem = Problem(toys.corner(), toys.VARIANCE, 12)
+    problem = over_turn(toys.corner(), toys.VARIANCE, 12)
     found = descend(problem, problem.start)
     assert found.stationary
-    gaps = np.abs(problem.turn.angles[:, None] - problem.design(found.u))
+    gaps = np.abs(problem.objective.turn.angles[:, None] - problem.design(found.u))
     assert gaps.min() < 1e-8
 
 
 @pytest.mark.parametrize("sampling", [16, 17, "refined"])
 def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sampling):
     """The corner's place depends on both, not linearly; many kinks, peaks that tie: a grid of 41 by 41 is no better."""
-    problem = Problem(toys.bent(), toys.PAPER, sampling)
+    problem = over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
     found = [descend(problem, start) for start in starts]
     assert all(minimum.stationary for minimum in found)
@@ -95,11 +95,11 @@ def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sa
 @pytest.mark.parametrize("kind", ["paper", "newton"])
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_the_machine_is_optimised_within_its_bounds(sampling, kind, model):
-    problem = toys.problem(sampling, Objective(0.6, 0.4, kind), model)
+    problem = toys.problem(sampling, Weights(0.6, 0.4, kind), model)
     found = descend(problem, problem.start)
     assert found.stationary
     assert found.evaluation.objective < problem.reference.objective
-    x, response = problem.design(found.u), problem.response
+    x, response = problem.design(found.u), problem.objective.response
     assert ((response.lower <= x) & (x <= response.upper)).all()
     held = (found.u == 0) | (found.u == 1)
     assert held.sum() >= 4
@@ -120,7 +120,7 @@ def test_a_refined_optimum_does_not_depend_on_a_grid():
 def test_insensitive_parameters_keep_the_design_of_the_machine_file():
     problem = toys.problem(90)
     found = descend(problem, problem.point(np.full(len(problem.free), 0.9)))
-    names = problem.response.names
+    names = problem.box.names
     fixed = [names.index("gamma_deg"), names.index("A6_mm")]
     assert sorted(set(range(10)) - set(problem.free)) == fixed
-    assert problem.design(found.u)[fixed] == pytest.approx(problem.response.design[fixed], rel=1e-15)
+    assert problem.design(found.u)[fixed] == pytest.approx(problem.objective.response.design[fixed], rel=1e-15)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -10,12 +12,13 @@ from planter.kernels import toolchain
 from planter.optimise import direct, ipopt
 from planter.optimise.descent import descend
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
-from planter.optimise.response import Planting
+from planter.optimise.range_and_spread import problem as over_turn
 from planter.planting import file
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from planter.planting.objective import problem as problem_of
+from planter.planting.objective import weights
+from planter.planting.response import Planting
 
 SAMPLES = 120
 
@@ -32,10 +35,9 @@ pytestmark = pytest.mark.skipif(not _has_compiler(), reason="no C compiler")
 
 
 def programme(device: Device, kind: str = "paper") -> Epigraph:
-    settings = Objective.of(device.machine)
-    objective = Objective(settings.weight_range, settings.weight_variance, kind)
-    problem = Problem(Planting(device), objective, SAMPLES)
-    return Epigraph(problem, problem.turn.local(problem.design(problem.start)), problem.start)
+    chosen = replace(weights(device.machine), kind=kind)
+    problem = over_turn(Planting(device), chosen, SAMPLES)
+    return Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
 
 
 @pytest.fixture(scope="module", params=MODELS)
@@ -69,7 +71,8 @@ def test_a_tampered_width_is_noticed(device: Device) -> None:
     plain = programme(device)
     called_back = ipopt._functions(plain, [])["grad_f"]
     before = values(direct.functions(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
-    plain.problem.width = plain.problem.width * 1.001
+    box = plain.problem.box
+    plain.problem.box = replace(box, unit=box.unit * 1.001)
     after = values(direct.functions(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
     assert np.abs(after[1] - before[1]).max() > 1e-6 * np.abs(before[1]).max()
     assert values(called_back, [plain.start, ca.DM(0, 0)])[1].shape == after[1].shape
@@ -77,7 +80,7 @@ def test_a_tampered_width_is_noticed(device: Device) -> None:
 
 def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     def minimum() -> tuple[float, float, int]:
-        problem = Problem(Planting(device), Objective.of(device.machine), SAMPLES)
+        problem = problem_of(device, SAMPLES)
         found = descend(problem, problem.start)
         assert problem.counts.gradient > 5
         return found.objective, found.residual, found.iterations

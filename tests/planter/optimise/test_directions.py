@@ -4,15 +4,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter import optimise
 from planter.optimise.directions import sensitivity
+from planter.planting.response import sensitivity as machine_sensitivity
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
 
 def test_the_machine():
     machine = toys.device()
-    found = optimise.sensitivity(machine, machine.design, 360)
+    found = machine_sensitivity(machine, machine.design, 360)
     assert found["effective_parameters"] == 7
     single, other, mixed = found["insensitive"]
     assert (single, other) == ([{"gamma_deg": 1.0}], [{"A6_mm": 1.0}])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from planter.optimise import genetic
-from planter.optimise.problem import Problem
+from planter.optimise.objective import evaluation
+from planter.optimise.range_and_spread import problem as over_turn
 from planter.planting.file import load
 from tests.planter.optimise import toys
 
@@ -15,7 +16,7 @@ def settings():
 
 
 def search(settings, seed=0, progress=None):
-    problem = Problem(toys.third_harmonic(), toys.RANGE, 24)
+    problem = over_turn(toys.third_harmonic(), toys.RANGE, 24)
     return problem, genetic.search(problem, settings, seed, progress)
 
 
@@ -55,7 +56,7 @@ def test_offspring_replace_all_but_the_best(settings, monkeypatch):
 
 
 def test_chromosomes_reach_both_bounds_exactly():
-    problem = Problem(toys.linear(0)[0], toys.RANGE, 24)
+    problem = over_turn(toys.linear(0)[0], toys.RANGE, 24)
     bits = np.array([[False] * 20 + [True] * 20 + [True] + [False] * 19])
     (u,) = genetic.decode(problem, bits, 20)
     assert u.tolist() == [0.0, 1.0, 2**19 / (2**20 - 1)]
@@ -68,8 +69,8 @@ def test_distinct_individuals_are_apart():
 
 
 def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
-    problem = Problem(toys.third_harmonic(), toys.RANGE, 24)
-    look, calls = problem.turn.look, []
+    problem = over_turn(toys.third_harmonic(), toys.RANGE, 24)
+    look, calls = problem.objective.turn.look, []
 
     def stopped(x):
         calls.append(x)
@@ -77,8 +78,8 @@ def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
             raise KeyboardInterrupt
         return look(x)
 
-    monkeypatch.setattr(problem.turn, "look", stopped)
+    monkeypatch.setattr(problem.objective.turn, "look", stopped)
     with pytest.raises(KeyboardInterrupt):
         genetic.search(problem, settings, 0)
-    least = min(problem._evaluation(look(x)).objective for x in calls[:49])
+    least = min(evaluation(problem.objective, look(x)).objective for x in calls[:49])
     assert problem.best.objective == least

@@ -4,16 +4,18 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planter import optimise
 from planter.errors import InputError
 from planter.optimise import hybrid
-from planter.optimise.aside import Aside
-from planter.optimise.result import Interrupted
+from planter.optimise.second_process import SecondProcess
+from planter.optimise.starts import descents
+from planter.planting import search
+from planter.planting.search import Interrupted
 from tests.planter.optimise import toys
 
 N, STARTS = 60, 3
@@ -21,7 +23,7 @@ N, STARTS = 60, 3
 
 @pytest.fixture(scope="module")
 def results():
-    return {m: optimise.run(toys.device(), m, samples=N, seed=1, starts=STARTS) for m in hybrid.METHODS}
+    return {m: search.run(toys.device(), m, samples=N, seed=1, starts=STARTS) for m in hybrid.METHODS}
 
 
 def test_hybrid_is_never_worse_than_either_alone(results):
@@ -39,15 +41,15 @@ def test_hybrid_runs_the_same_search_and_the_same_starts(results):
 
 def test_one_process_or_two_is_the_same(results, monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
-    alone = optimise.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
+    alone = search.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
     assert alone.design.tobytes() == results["hybrid"].design.tobytes()
     assert alone.history == results["hybrid"].history
     assert alone.evaluations == results["hybrid"].evaluations
 
 
 def test_a_second_process_that_fails_is_done_without(results, monkeypatch):
-    monkeypatch.setattr(Aside, "result", lambda self: None)
-    found = optimise.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
+    monkeypatch.setattr(SecondProcess, "result", lambda self: None)
+    found = search.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
     assert found.design.tobytes() == results["hybrid"].design.tobytes()
 
 
@@ -100,7 +102,7 @@ def test_an_interrupt_hands_over_the_best_so_far(method):
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted) as caught:
-        optimise.run(toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop)
+        search.run(toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop)
     best = caught.value.best
     assert best is not None
     assert best.objective <= seen[-1].best * (1 + 1e-12)
@@ -114,7 +116,7 @@ def test_an_interrupt_before_anything_was_found_has_nothing_to_hand_over(monkeyp
 
     monkeypatch.setattr(hybrid.genetic, "search", stop)
     with pytest.raises(Interrupted) as caught:
-        optimise.run(toys.device(), "ga", samples=N)
+        search.run(toys.device(), "ga", samples=N)
     assert caught.value.best is None
     assert caught.value.partial is None
 
@@ -138,11 +140,11 @@ def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
 
 def test_an_unknown_method_is_refused():
     with pytest.raises(InputError, match="hybrid, ipopt, ga"):
-        optimise.run(toys.device(), "annealing")
+        search.run(toys.device(), "annealing")
 
 
 def test_refined_needs_no_samples():
-    found = optimise.run(toys.device(), "ipopt", samples="refined", starts=2)
+    found = search.run(toys.device(), "ipopt", samples="refined", starts=2)
     assert found.certificate.kkt_residual < 1e-6
     assert found.certificate.agreeing_starts == 2
     assert found.evaluation.objective == pytest.approx(1.9044107244, abs=1e-9)
@@ -156,10 +158,26 @@ def test_the_import_is_light():
 
 
 def test_the_second_process_dies_with_its_run():
-    with Aside(toys.device(), N, 1, 50) as aside:
+    with SecondProcess(search.recipe(toys.device(), N), 1, 50) as aside:
         process = aside._process
         assert process.poll() is None
     assert process.poll() is not None
+
+
+def test_the_second_process_finds_the_minima_of_the_first():
+    recipe = search.recipe(toys.device(), N)
+    with SecondProcess(recipe, 1, 2) as aside:
+        report = aside.result()
+    assert report is not None
+    here = list(descents(recipe.problem(), 2, 1))
+    assert [m.u.tobytes() for m in report.minima] == [m.u.tobytes() for m in here]
+    assert [m.evaluation for m in report.minima] == [m.evaluation for m in here]
+
+
+def test_a_recipe_that_makes_nothing_is_noticed():
+    recipe = replace(search.recipe(toys.device(), N), function="planter.planting.search:unmade")
+    with SecondProcess(recipe, 1, 2) as aside:
+        assert aside.result() is None
 
 
 def test_designs_are_inside_their_bounds_to_the_last_bit(results):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from planter import optimise
 from planter.errors import ComputationError
 from planter.numerics import roots
 from planter.optimise import joints
+from planter.planting.response import joints as joints_of
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -14,7 +14,7 @@ from tests.planter.optimise.toys import difference
 def test_joints_of_the_machine_lie_where_closed_forms_put_them():
     machine = toys.device()
     alpha3, m31 = machine.design[2], machine.design[6]
-    found = optimise.joints_of(machine, machine.design)
+    found = joints_of(machine, machine.design)
     angles = {(place.name, place.side): place.angle for place in found}
     assert angles["gear 3, t = 0", 1] == pytest.approx(2 * np.pi - alpha3, abs=1e-13)
     assert angles["gear 3, t = pi/m", 1] == pytest.approx(np.pi / m31 - alpha3, abs=1e-13)

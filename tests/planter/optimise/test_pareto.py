@@ -5,8 +5,8 @@ import pytest
 
 from planter.optimise import ipopt, pareto
 from planter.optimise.descent import descend
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import Weights
+from planter.optimise.range_and_spread import problem as over_turn
 from tests.planter.optimise import toys
 
 
@@ -16,12 +16,12 @@ def front():
 
 
 def test_the_front_falls_and_no_design_beats_it(front):
-    ranges = [one.evaluation.range_N for one in front]
-    variances = [one.evaluation.variance_N2 for one in front]
+    ranges = [one.evaluation.look.range for one in front]
+    variances = [one.evaluation.look.variance for one in front]
     assert len(front) >= 6
     assert ranges == sorted(ranges)
     assert variances == sorted(variances, reverse=True)
-    turn = Problem(toys.linear(2)[0], toys.RANGE, 40).turn
+    turn = over_turn(toys.linear(2)[0], toys.RANGE, 40).objective.turn
     for x in np.random.default_rng(0).uniform(-1, 1, (300, 3)):
         look = turn.look(x)
         assert all(r < look.high - look.low or v < look.variance for r, v in zip(ranges, variances, strict=True))
@@ -29,17 +29,17 @@ def test_the_front_falls_and_no_design_beats_it(front):
 
 def test_weighted_sums_lie_on_or_above_it(front):
     """For a linear force the problem is convex, so that the front is too: an optimum of weights touches it."""
-    ranges = [one.evaluation.range_N for one in front]
-    variances = [one.evaluation.variance_N2 for one in front]
-    problem = Problem(toys.linear(2)[0], Objective(0.3, 1.0, "paper"), 40)
+    ranges = [one.evaluation.look.range for one in front]
+    variances = [one.evaluation.look.variance for one in front]
+    problem = over_turn(toys.linear(2)[0], Weights(0.3, 1.0, "paper"), 40)
     found = descend(problem, problem.start).evaluation
-    on_front = np.interp(found.range_N, ranges, variances)
-    assert found.variance_N2 == pytest.approx(on_front, rel=0.02)
-    assert found.variance_N2 <= on_front * (1 + 1e-9)
+    on_front = np.interp(found.look.range, ranges, variances)
+    assert found.look.variance == pytest.approx(on_front, rel=0.02)
+    assert found.look.variance <= on_front * (1 + 1e-9)
 
 
 def test_points_are_evenly_spaced_in_range(front):
-    steps = np.diff([one.evaluation.range_N for one in front])
+    steps = np.diff([one.evaluation.look.range for one in front])
     assert steps == pytest.approx(np.full(len(steps), steps.mean()), rel=1e-3)
 
 
@@ -52,7 +52,7 @@ def test_caps_without_an_optimum_are_left_out(monkeypatch):
         return solve(programme, start, most)
 
     whole = pareto.sweep(toys.linear(2)[0], 40, points=4)
-    unit = Problem(toys.linear(2)[0], toys.RANGE, 40).reference.range_N
-    stuck.limit = whole[1].evaluation.range_N * 1.001 / unit
+    unit = over_turn(toys.linear(2)[0], toys.RANGE, 40).reference.look.range
+    stuck.limit = whole[1].evaluation.look.range * 1.001 / unit
     monkeypatch.setattr(pareto.ipopt, "solve", stuck)
     assert len(pareto.sweep(toys.linear(2)[0], 40, points=4)) == 2 < len(whole)

@@ -5,7 +5,7 @@ import pytest
 
 from planter.optimise.conditions import Values
 from planter.optimise.refined import Panels, Refined
-from planter.optimise.response import Planting
+from planter.planting.response import Planting
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -64,11 +64,11 @@ def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response
 
     def value(y):
         values = rows.values(y)
-        return weights.variance * values.variance + weights.upper @ values.upper + weights.lower @ values.lower
+        return weights.smooth * values.smooth + weights.upper @ values.upper + weights.lower @ values.lower
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return weights.variance * slopes.variance + weights.upper @ slopes.upper + weights.lower @ slopes.lower
+        return weights.smooth * slopes.smooth + weights.upper @ slopes.upper + weights.lower @ slopes.lower
 
     step = 2e-5 * width
     scale = np.abs(weighted(x) * width).max()

@@ -42,11 +42,11 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return weights.variance * slopes.variance + weights.upper @ slopes.upper + weights.lower @ slopes.lower
+        return weights.smooth * slopes.smooth + weights.upper @ slopes.upper + weights.lower @ slopes.lower
 
     def value(y):
         values = rows.values(y)
-        return weights.variance * values.variance + weights.upper @ values.upper + weights.lower @ values.lower
+        return weights.smooth * values.smooth + weights.upper @ values.upper + weights.lower @ values.lower
 
     step = 1e-5 * width
     scale = np.abs(weighted(x) * width).max()
@@ -79,11 +79,11 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
 
     def value(y):
         values = rows.values(y)
-        return 1.3 * values.variance + weights.upper @ values.upper + weights.holds @ values.holds
+        return 1.3 * values.smooth + weights.upper @ values.upper + weights.holds @ values.holds
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return 1.3 * slopes.variance + weights.upper @ slopes.upper + weights.holds @ slopes.holds
+        return 1.3 * slopes.smooth + weights.upper @ slopes.upper + weights.holds @ slopes.holds
 
     scale = np.abs(weighted(x) * width).max()
     assert weighted(x) * width == pytest.approx(difference(value, x, 1e-5 * width) * width, abs=1e-7 * scale)
@@ -100,6 +100,6 @@ def test_a_sample_on_a_joint_stands_in_the_conditions_with_both_gradients():
     assert (len(on.upper), len(off.upper)) == (13, 12)
     assert on.upper_gradients[[1, 12], 0] == pytest.approx([0.5, -0.5], abs=1e-7)
     assert on.kinks.shape == (1, 1)
-    before, after = (turn.conditions(np.array([np.pi / 6 + s * 1e-7])).variance for s in (1, -1))
-    assert on.variance == pytest.approx(before, abs=1e-6)
-    assert on.variance + on.kinks[0] == pytest.approx(after, abs=1e-6)
+    before, after = (turn.conditions(np.array([np.pi / 6 + s * 1e-7])).smooth for s in (1, -1))
+    assert on.smooth == pytest.approx(before, abs=1e-6)
+    assert on.smooth + on.kinks[0] == pytest.approx(after, abs=1e-6)

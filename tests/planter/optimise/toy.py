@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.response import Event
+from planter.optimise.response import Compiled, Event
 
 
 class Toy:
@@ -87,3 +87,6 @@ class Toy:
 
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         return self._call("g_second", at, np.array([phi]), np.eye(len(self.events))[event])
+
+    def compiled(self, angles: int) -> Compiled | None:
+        return None

@@ -6,15 +6,17 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem, Sampling
-from planter.optimise.response import Event, Planting
+from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import Sampling, Weights
+from planter.optimise.range_and_spread import problem as over_turn
+from planter.optimise.response import Event
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
+from planter.planting.response import Planting
 from tests.planter.optimise.toy import Toy
 
-RANGE, VARIANCE, PAPER = Objective(1.0, 0.0, "paper"), Objective(0.0, 1.0, "paper"), Objective(0.6, 0.4, "paper")
+RANGE, VARIANCE, PAPER = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper"), Weights(0.6, 0.4, "paper")
 CORNER = Event("corner", 1, 2 * np.pi)
 
 
@@ -73,8 +75,8 @@ def _planting(model: Model) -> Planting:
     return Planting(Device(load("wang2017", short), model))
 
 
-def problem(sampling: Sampling = 360, objective: Objective = PAPER, model: Model = "exact") -> Problem:
-    return Problem(planting(model), objective, sampling)
+def problem(sampling: Sampling = 360, weights: Weights = PAPER, model: Model = "exact") -> Problem:
+    return over_turn(planting(model), weights, sampling)
 
 
 def difference(function, x: Array, step: Array | float) -> Array:  # type: ignore[no-untyped-def]

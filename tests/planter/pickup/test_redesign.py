@@ -1,13 +1,18 @@
 """The reverse design: exact derivatives, requirements held, and what cannot be held said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from planter.optimise.certificate import best_multipliers, check, kkt_residual
+from planter.optimise.descent import STATIONARY
+from planter.optimise.epigraph import Epigraph
 from planter.pickup.file import load
 from planter.pickup.graph import nodes
 from planter.pickup.inverse import invert
 from planter.pickup.model import build
-from planter.pickup.redesign import NAMES, Problem, redesign
+from planter.pickup.redesign import NAMES, PINNED, LeastChange, redesign
 from planter.pickup.requirements import push, requirements
 from tests.planter.pickup.pickups import steps
 
@@ -17,8 +22,14 @@ AT = nodes(TRAIN, 25)
 
 
 @pytest.fixture(scope="module")
-def problem() -> Problem:
-    return Problem(MACHINE, TRAIN, AT, push(TRAIN)[0], dict.fromkeys(NAMES, 0.0))
+def change() -> LeastChange:
+    return LeastChange(MACHINE, TRAIN, AT, push(TRAIN)[0], dict.fromkeys(NAMES, 0.0))
+
+
+@pytest.fixture(scope="module")
+def programme(change: LeastChange) -> Epigraph:
+    start = change.start(AT.values)
+    return Epigraph(change.problem, change.problem.local(start), start)
 
 
 @pytest.fixture(scope="module")
@@ -37,27 +48,27 @@ def test_the_law_is_linear_in_the_value_points() -> None:
     assert law.arm(t + 2 * np.pi) - law.arm(t) == pytest.approx(2 * np.pi)
 
 
-def test_gradient_jacobian_and_hessian_are_those_of_differences(problem: Problem) -> None:
+def test_gradient_jacobian_and_hessian_are_those_of_differences(change: LeastChange, programme: Epigraph) -> None:
     rng = np.random.default_rng(1)
-    z = problem.start(AT.values + rng.normal(0, 0.002, AT.size))
-    ahead, multipliers, h = rng.normal(size=len(z)), rng.random(len(problem.g_lower)), 1e-6
-    f, g = ([part(z + s * h * ahead) for s in (1, -1)] for part in (problem.f, problem.g))
-    assert (f[0] - f[1]) / (2 * h) == pytest.approx(problem.gradient(z) @ ahead, rel=1e-6)
-    assert np.abs((g[0] - g[1]) / (2 * h) - problem.jacobian(z) @ ahead).max() < 1e-4
+    z = change.start(AT.values + rng.normal(0, 0.002, AT.size))
+    ahead, multipliers, h = rng.normal(size=len(z)), rng.random(len(programme.g_lower)), 1e-6
+    f, g = ([part(z + s * h * ahead) for s in (1, -1)] for part in (programme.f, programme.g))
+    assert (f[0] - f[1]) / (2 * h) == pytest.approx(programme.gradient(z) @ ahead, rel=1e-6)
+    assert np.abs((g[0] - g[1]) / (2 * h) - programme.jacobian(z) @ ahead).max() < 1e-4
 
     def slope(at: np.ndarray) -> np.ndarray:
-        return problem.gradient(at) + problem.jacobian(at).T @ multipliers
+        return programme.gradient(at) + programme.jacobian(at).T @ multipliers
 
     bend = (slope(z + h * ahead) - slope(z - h * ahead)) / (2 * h)
-    exact = problem.hessian(z, 1.0, multipliers) @ ahead
+    exact = programme.hessian(z, 1.0, multipliers) @ ahead
     assert np.abs(bend - exact).max() < 1e-5 * np.abs(exact).max()
 
 
-def test_constraints_agree_with_the_requirements(problem: Problem) -> None:
+def test_constraints_agree_with_the_requirements(programme: Epigraph) -> None:
     """Without slack the push angle falls short by what the requirement says."""
     z = np.concatenate([np.zeros(AT.size), [0.0], np.zeros(len(NAMES))])
     margin = {one.name: one.margin for one in requirements(MACHINE, TRAIN)}
-    assert problem.g(z)[:4].min() == pytest.approx(margin["push angle"], abs=1e-4)
+    assert programme.g(z)[:4].min() == pytest.approx(margin["push angle"], abs=1e-4)
 
 
 def test_value_points_are_moved_until_the_requirements_hold(moved) -> None:
@@ -98,3 +109,32 @@ def test_targets_that_exclude_each_other_are_not_held() -> None:
     margin = {one.name: one.margin for one in moved.after}
     assert margin["push angle"] + margin["push angle less pick angle"] == pytest.approx(-6, abs=0.05)
     assert {name for name, value in margin.items() if value < -1e-6} <= {"push angle", "push angle less pick angle"}
+
+
+def test_the_search_sees_the_programme_as_it_is(programme: Epigraph) -> None:
+    """Nothing is scaled, there is no t_max and no t_min, and what is pinned is an equation."""
+    problem = programme.problem
+    assert len(programme.start) == AT.size + 1 + len(NAMES)
+    assert problem.scale == 1.0
+    assert programme.design(programme.start) == pytest.approx(programme.start, rel=1e-15)
+    assert programme.f(programme.start) == problem.score(programme.start).objective
+    assert programme.g_upper[-1] == programme.g_lower[-1] == 0
+
+
+def test_the_optimum_is_certified_and_what_holds_it_is_named(moved) -> None:
+    assert moved.certificate.kkt_residual < STATIONARY
+    names = [one.name for one in moved.certificate.active_constraints]
+    assert set(names) <= {*NAMES, PINNED.name}
+    assert "push angle" in names
+
+
+def test_a_moved_point_and_wrong_multipliers_have_no_certificate(change: LeastChange) -> None:
+    problem, found = change.problem, change.solve(AT.values)
+    m = best_multipliers(problem, found.u)
+    assert check(problem, found.u, m).worst < STATIONARY
+    for j in (0, AT.size // 2, AT.size - 1):
+        beside = found.u.copy()
+        beside[j] += 1e-3
+        assert kkt_residual(problem, beside) > STATIONARY
+    for wrong in (-m.required, 2 * m.required, 0 * m.required):
+        assert check(problem, found.u, replace(m, required=wrong)).worst > STATIONARY

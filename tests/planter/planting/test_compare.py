@@ -84,7 +84,7 @@ def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, d
 def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     """The families' own parameters, put into a machine of these families, make the same objective."""
     from planter.optimise.refined import Refined
-    from planter.optimise.response import Planting
+    from planter.planting.response import Planting
 
     entry = next(e for e in resumed[0]["devices"] if (e["stage1"], e["stage2"]) == ("eccentric_circle", "ellipse"))
     own = file.load("wang2017").table()

@@ -47,7 +47,7 @@ def expected(own: Device, designs: Array, samples: int) -> Array:
     for x in designs:
         force = own.support(own.prologue(x), angles(samples))
         span, variance = float(np.ptp(force)), float(force.var())
-        objective = simulation.Objective.of(own.machine).value(span, variance)
+        objective = simulation.weights(own.machine).value(span, variance)
         rows.append((objective, span, variance, float(force.mean())))
     return np.array(rows)
 

@@ -13,19 +13,19 @@ import pytest
 from planter.errors import InputError
 from planter.files import examples
 from planter.optimise import certificate
-from planter.optimise.constraints import Constraints
 from planter.optimise.elastic import least_violation
-from planter.optimise.feasible import Infeasible, point
-from planter.optimise.objective import Objective
+from planter.optimise.feasible import nearest
 from planter.optimise.problem import Problem
-from planter.optimise.response import Planting
 from planter.planting import cycle
 from planter.planting import file as machine
 from planter.planting.file import Machine
 from planter.planting.model import Device
+from planter.planting.objective import problem as problem_with
+from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
 from planter.planting.requirements.section import KINDS
+from planter.planting.requirements.verdict import infeasible
 
 WIDE = "wang2017-wide"
 
@@ -199,10 +199,9 @@ def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures:
 # --- as constraints -----------------------------------------------------------------------------------
 
 
-def problem_of(device: Device) -> tuple[Problem, Constraints]:
-    constraints = Constraints.of(device)
-    assert constraints is not None
-    return Problem(Planting(device), Objective.of(device.machine), "refined", constraints), constraints
+def problem_of(device: Device) -> tuple[Problem, Required]:
+    constraints = Required(device)
+    return problem_with(device, "refined", constraints), constraints
 
 
 def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) -> None:
@@ -218,9 +217,9 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
     """The list's own margin of the funnel's speed conflicts with the distance of the nozzles."""
     strict = machine.load(WIDE, {"funnel_speed_margin_m_s": 0.05})
     problem, constraints = problem_of(Device(strict))
-    with pytest.raises(Infeasible) as caught:
-        point(problem, constraints, [problem.start])
-    error = caught.value
+    least = nearest(problem, constraints, [problem.start])
+    assert not least.kept
+    error = infeasible(constraints, problem.design(least.u), least)
     assert error.exit_code == 1
     assert len(error.violations) == 1
     broken = error.violations[0]
@@ -230,7 +229,7 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
         limit = broken.limit + share * (broken.relaxed - broken.limit)
         relaxed = strict.with_numbers({f"requirements.{broken.key}": limit})
         again, rows = problem_of(Device(relaxed))
-        u = (error.design - again.response.lower) / again.width
+        u = (error.design - again.box.origin) / again.box.unit
         assert (rows.violation(again.design(u)) < 1e-6) is kept
         assert (least_violation(again, rows, np.clip(u, 0, 1)).total < 1e-6) is kept
 
@@ -259,7 +258,7 @@ def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -
 
 def test_a_machine_without_requirements_has_no_constraints() -> None:
     plain = Device(machine.load("wang2017"))
-    assert Constraints.of(plain) is None
+    assert Required.of(plain) is None
     with pytest.raises(InputError, match="requirements is missing"):
         Measures(plain)
 

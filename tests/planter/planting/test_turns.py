@@ -8,10 +8,10 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError, toolchain
-from planter.optimise.objective import Objective
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from planter.planting.objective import weights
 from planter.planting.turns import FIELDS, Turns
 from tests.support import machines, swapped, xp_complex
 from tests.support.lanes import needs_compiler
@@ -41,7 +41,7 @@ def complex_objective(subject: Turns, x: Array) -> complex:
     device = subject.device
     array, phi = ArrayModel.like(device), 2 * np.pi * np.arange(subject.samples) / subject.samples
     force = np.asarray(array(xp_complex, phi + 0j, list(x.astype(complex)), device.constants).totals["F_support"])
-    real, objective = force.real, Objective.of(device.machine)
+    real, objective = force.real, weights(device.machine)
     variance = ((force - force.mean()) ** 2).mean()
     spread = variance if objective.kind == "paper" else np.sqrt(variance)
     span = force[real.argmax()] - force[real.argmin()]
@@ -64,7 +64,7 @@ def drawn(device: Device, count: int, seed: int = 5) -> Array:
 def test_value_and_gradient_against_complex_step(name: str, model: Model, samples: int) -> None:
     """Machine `compact` takes the standard deviation, `wang2017` the variance."""
     subject = turns(name, model, "casadi-vm", samples)
-    assert Objective.of(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
+    assert weights(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
     width = subject.device.upper - subject.device.lower
     for x in drawn(subject.device, 2):
         value, gradient = subject.gradient(x)

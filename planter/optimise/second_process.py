@@ -1,31 +1,43 @@
 """The starts of a hybrid run in a second process, while the genetic algorithm runs in the first.
 
-The process is `python -m planter.optimise.aside`: it is told the machine and the task as JSON, and writes one line of
-JSON for each minimum as it is found, so nothing depends on what the main module is, and nothing is lost when it is
-stopped. Numbers pass as text that reads back to the same bits; the minima are those that the first process would
-find.
+The process is `python -m planter.optimise.second_process`: it is told, as JSON, which importable function makes the
+problem and of what, and writes one line of JSON for each minimum as it is found, so nothing depends on what the main
+module is, and nothing is lost when it is stopped. Numbers pass as text that reads back to the same bits; the minima are
+those that the first process would find.
 """
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import IO, Any
 
 import numpy as np
 
-from planter.optimise.constraints import Constraints
+from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
-from planter.optimise.objective import Evaluation, Objective
-from planter.optimise.problem import Counts, Problem, Sampling
-from planter.optimise.response import Planting
+from planter.optimise.objective import Evaluation
+from planter.optimise.problem import Counts, Problem
 from planter.optimise.starts import descents
-from planter.planting.file import Machine
-from planter.planting.model import Device
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How another process makes a problem: a function, as "package.module:name", and its arguments, fit for JSON."""
+
+    function: str
+    arguments: Mapping[str, Any]
+
+    def problem(self) -> Problem:
+        module, name = self.function.split(":")
+        made: Problem = getattr(importlib.import_module(module), name)(**self.arguments)
+        return made
 
 
 @dataclass(frozen=True)
@@ -37,17 +49,16 @@ class Report:
     history: list[tuple[int, float]]
 
 
-class Aside:
+class SecondProcess:
     """Descents in a second process. Use as a context: leaving it ends the process."""
 
-    def __init__(self, device: Device, sampling: Sampling, seed: int, starts: int) -> None:
+    def __init__(self, recipe: Recipe, seed: int, starts: int) -> None:
         self.starts = starts
-        task = {"machine": device.machine.table(), "model": device.model, "sampling": sampling, "seed": seed,
-                "starts": starts, "compiled": device.compiled}  # fmt: skip
+        task = {**asdict(recipe), "seed": seed, "starts": starts}
         self._lines: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
         paths = [path or os.getcwd() for path in sys.path]
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "planter.optimise.aside"], stdin=subprocess.PIPE, stdout=self._lines,
+            [sys.executable, "-m", "planter.optimise.second_process"], stdin=subprocess.PIPE, stdout=self._lines,
             stderr=subprocess.DEVNULL, text=True, start_new_session=True,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
         )  # fmt: skip
@@ -55,7 +66,7 @@ class Aside:
         with self._process.stdin as channel:
             json.dump(task, channel)
 
-    def __enter__(self) -> Aside:
+    def __enter__(self) -> SecondProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -79,21 +90,19 @@ class Aside:
 
 
 def _minimum(line: dict[str, Any]) -> Minimum:
-    evaluation = Evaluation(**line["evaluation"])
-    return Minimum(np.array(line["u"]), evaluation, line["residual"], line["iterations"], line["violation"])
+    evaluation = Evaluation(line["evaluation"]["objective"], Look(**line["evaluation"]["look"]))
+    told = {key: line[key] for key in ("residual", "iterations", "violation", "converged")}
+    return Minimum(np.array(line["u"]), evaluation, **told)
 
 
 def main() -> None:
     """Read the task, write the minima."""
     task = json.load(sys.stdin)
-    device = Device(Machine.model_validate(task["machine"]), task["model"])
-    if task["compiled"]:
-        device.compile()
-    problem = Problem(Planting(device), Objective.of(device.machine), task["sampling"], Constraints.of(device))
+    problem = Recipe(task["function"], task["arguments"]).problem()
     for minimum in descents(problem, task["starts"], task["seed"]):
         line = {"u": minimum.u.tolist(), "evaluation": asdict(minimum.evaluation), "residual": minimum.residual,
-                "iterations": minimum.iterations, "violation": minimum.violation, "counts": asdict(problem.counts),
-                "history": problem.history}  # fmt: skip
+                "iterations": minimum.iterations, "violation": minimum.violation, "converged": minimum.converged,
+                "counts": asdict(problem.counts), "history": problem.history}  # fmt: skip
         print(json.dumps(line), flush=True)
 
 

@@ -1,0 +1,26 @@
+"""What a planting device's optimisation makes small: objective (31) of Wang et al. (2017), over designs in its box."""
+
+from __future__ import annotations
+
+from planter.optimise import range_and_spread
+from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import Sampling, Weights
+from planter.planting.file import Machine
+from planter.planting.model import Device
+from planter.planting.requirements.constraints import Required
+from planter.planting.response import Planting
+
+
+def weights(machine: Machine) -> Weights:
+    """Of range and spread of the support force, as the machine file has them."""
+    settings = machine.objective
+    return Weights(settings.weight_range, settings.weight_variance, settings.kind)
+
+
+def problem(device: Device, sampling: Sampling | None = None, required: Required | None = None) -> Problem:
+    """The device's objective over `sampling`, the machine file's samples where it is None, under requirements if any.
+
+    Parameters are searched in shares of the machine file's bounds.
+    """
+    chosen = device.machine.objective.samples if sampling is None else sampling
+    return range_and_spread.problem(Planting(device), weights(device.machine), chosen, required)

@@ -1,0 +1,64 @@
+"""Requirements that no design keeps: which one has to give way, at which angle, by how much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.errors import PlanterError
+from planter.kernels import Array
+from planter.optimise.constraints import KEPT
+from planter.optimise.elastic import Least
+from planter.planting import cycle
+from planter.planting.requirements.constraints import Required
+from planter.planting.requirements.limits import relaxed
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A requirement that has to give way: by `amount` in its unit its limit must be relaxed, to `relaxed`."""
+
+    name: str
+    amount: float
+    unit: str
+    phi_deg: float | None
+    value: float
+    key: str
+    limit: float
+    relaxed: float
+
+    def __str__(self) -> str:
+        place = f" at phi = {self.phi_deg:.6g} deg" if self.phi_deg is not None else ""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return (
+            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
+        )
+
+
+class Infeasible(PlanterError):
+    """No design in the box keeps the requirements; `violations` are the least found, at `design` (p,) in SI."""
+
+    def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array) -> None:
+        told = "; ".join(map(str, violations))
+        plural = "one of them is" if len(violations) == 1 else "these are"
+        super().__init__(f"no design within the bounds keeps all requirements, and {plural} nearest to it: {told}")
+        self.violations, self.partial, self.design = violations, partial, design
+
+
+def infeasible(required: Required, x: Array, least: Least) -> Infeasible:
+    """What the least violation that was found, at a design x (p,), says of the requirements."""
+    entries = required.record(x)
+    violations = [_violation(required, entries[k]) for k in np.flatnonzero(least.excess > KEPT)]
+    partial = {
+        "violations": [vars(one).copy() for one in violations],
+        "design": cycle.shown_design(required.measures.device, x),
+        "requirements": entries,
+    }
+    return Infeasible(violations, partial, x)
+
+
+def _violation(required: Required, entry: dict[str, Any]) -> Violation:
+    key, limit, new = relaxed(required.measures.section, entry["name"], entry["value"])
+    return Violation(entry["name"], abs(new - limit), entry["unit"], entry["phi_deg"], entry["value"], key, limit, new)

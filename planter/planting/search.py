@@ -1,0 +1,156 @@
+"""Optimisation of a device's design: least range and spread of its support force within bounds and requirements."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+from planter import errors
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.optimise import pareto
+from planter.optimise.feasible import MOST_TRIED, nearest
+from planter.optimise.hybrid import METHODS, Method, Search
+from planter.optimise.pareto import Compromise
+from planter.optimise.problem import Problem
+from planter.optimise.progress import Progress
+from planter.optimise.range_and_spread import Sampling, angles_of
+from planter.optimise.result import Result
+from planter.optimise.second_process import Recipe, SecondProcess
+from planter.optimise.starts import DEFAULT_STARTS, points
+from planter.planting import objective
+from planter.planting.file import Machine
+from planter.planting.functions import Model
+from planter.planting.model import Device
+from planter.planting.requirements.constraints import Required
+from planter.planting.requirements.verdict import infeasible
+from planter.planting.response import Planting, sensitivity
+
+
+@dataclass(frozen=True)
+class Optimum(Result):
+    """A device's optimum: `design` x (p,) in SI.
+
+    `insensitive` spans the directions that the force does not feel at the optimum, each [{name: weight}, ...] in
+    parts of the box width: along these the design is not determined.
+    """
+
+    sampling: Sampling
+    names: tuple[str, ...]
+    effective_parameters: int
+    insensitive: list[list[dict[str, float]]]
+    requirements: list[dict[str, Any]]
+
+    def table(self, scale: Array) -> dict[str, Any]:
+        """The result as the interface gives it, less the scores in both models; `scale` (p,) SI per shown unit."""
+        shown = (self.design / scale).tolist()
+        return {
+            "method": self.method,
+            "objective": self.objective,
+            "design": dict(zip(self.names, shown, strict=True)),
+            "range_N": self.evaluation.look.range,
+            "variance_N2": self.evaluation.look.variance,
+            "start_objective": self.start_objective,
+            "evaluations": vars(self.evaluations).copy(),
+            "seconds": self.seconds,
+            "certificate": self._certificate(),
+            "effective_parameters": self.effective_parameters,
+            "insensitive": self.insensitive,
+            **({"requirements": self.requirements} if self.requirements else {}),
+        }
+
+    def _certificate(self) -> dict[str, Any]:
+        """The certificate, with the requirements that hold the optimum where there are any to keep."""
+        found = vars(self.certificate).copy()
+        found["active_bounds"] = [vars(bound).copy() for bound in self.certificate.active_bounds]
+        active = [vars(one).copy() for one in found.pop("active_constraints")]
+        return found | ({"active_requirements": active} if self.requirements else {})
+
+
+class Interrupted(errors.Interrupted):
+    """The user stopped an optimisation; `best` is the result so far, None if nothing was evaluated yet."""
+
+    def __init__(self, best: Optimum | None, scale: Array) -> None:
+        super().__init__(None if best is None else best.table(scale))
+        self.best = best
+
+
+def run(
+    device: Device,
+    method: Method = "hybrid",
+    samples: Sampling | None = None,
+    seed: int = 0,
+    starts: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Optimum:
+    """The best design of a device within its bounds, with its certificate.
+
+    `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts`
+    is the number of IPOPT's starts, `progress` is told how far the search is.
+
+    Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
+    Interrupted, with the best so far, on KeyboardInterrupt.
+    """
+    if method not in METHODS:
+        raise InputError(f"method = {method!r} is not allowed: it must be one of {', '.join(METHODS)}")
+    sampling = device.machine.objective.samples if samples is None else samples
+    count = DEFAULT_STARTS if starts is None else starts
+    required = Required.of(device)
+    task = objective.problem(device, sampling, required)
+    search = Search(task, device.machine.genetic_algorithm, seed, count, progress)
+    with _beside(device, method, sampling, seed, count) as beside:
+        try:
+            known = [] if required is None else [kept(task, required, seed)]
+            found = search.run(method, beside, known)
+        except KeyboardInterrupt:
+            best = search.so_far(method, beside)
+            told = None if best is None else _optimum(device, required, sampling, best)
+            raise Interrupted(told, device.scale) from None
+    return _optimum(device, required, sampling, found)
+
+
+def kept(task: Problem, required: Required, seed: int) -> Array:
+    """A point u (p,) that keeps the requirements. Raises Infeasible, with the least violation, where there is none."""
+    least = nearest(task, required, points(task, MOST_TRIED, seed))
+    if not least.kept:
+        raise infeasible(required, task.design(least.u), least)
+    return least.u
+
+
+def _optimum(device: Device, required: Required | None, sampling: Sampling, found: Result) -> Optimum:
+    return Optimum(
+        **vars(found), sampling=sampling, names=device.names, **sensitivity(device, found.design, angles_of(sampling)),
+        requirements=[] if required is None else required.record(found.design),
+    )  # fmt: skip
+
+
+def _beside(
+    device: Device, method: Method, sampling: Sampling, seed: int, starts: int
+) -> AbstractContextManager[SecondProcess | None]:
+    """The starts in a second process, where there is something to run beside them and a core for it."""
+    if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.slopes_kernel.way == "lanes":
+        return nullcontext()
+    return SecondProcess(recipe(device, sampling), seed, starts)
+
+
+def recipe(device: Device, sampling: Sampling) -> Recipe:
+    """How another process makes a device's problem: by `made`."""
+    arguments = {"machine": device.machine.table(), "model": device.model, "sampling": sampling,
+                 "compiled": device.compiled}  # fmt: skip
+    return Recipe(f"{__name__}:{made.__name__}", arguments)
+
+
+def made(machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bool) -> Problem:
+    """The problem of a machine given as a table, its kernels compiled if asked for."""
+    device = Device(Machine.model_validate(machine), model)
+    if compiled:
+        device.compile()
+    return objective.problem(device, sampling, Required.of(device))
+
+
+def front(device: Device, samples: Sampling | None = None, points: int = 15) -> list[Compromise]:
+    """The Pareto front of range against variance of a device's force, from least range to least variance."""
+    return pareto.sweep(Planting(device), device.machine.objective.samples if samples is None else samples, points)
