@@ -7,8 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from .own import OwnError
-from .written import GENERATED, add, changes, differences, write
+from .build.folder import GENERATED, add, changes, differences, write
+from .build.own import OwnError
 
 WHAT = """code (the default): the models and families of this project; audit: what their papers claim, judged; or a FILE
 or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
@@ -40,8 +40,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _derived(what: str, out: Path | None, check: bool) -> int:
     """Write or compare one part of our own, or what the user names; the exit status."""
-    from .generation import code_of
-    from .pipeline import PARTS, VERDICTS
+    from .build.generation import code_of
+    from .build.pipeline import PARTS, VERDICTS
 
     if what not in PARTS:
         content, beside = code_of(what)

@@ -12,6 +12,7 @@ PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = ((FOUNDATION,), ("files", "kernels", "terminal"), ("gearing", "numerics", "report"), ("optimise", "audit"))
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
+DERIVATION = ((FOUNDATION,), ("audit", "gearing", "mechanics"), ("emit", "systems"), ("papers",), ("build",))
 SHAPE = ("file", "model", "report", "tables", "commands", "printed", "examples")
 """What every machine's room holds, as a module, a package or a folder."""
 
@@ -38,6 +39,7 @@ def test_no_module_imports_itself_round_about(house: House) -> None:
 
 def test_no_room_imports_one_on_its_own_layer_or_above() -> None:
     assert not PLANTER.upward(layers(PLANTER, GENERAL))
+    assert not DERIVE.upward(DERIVATION)
 
 
 def test_every_general_room_is_there() -> None:

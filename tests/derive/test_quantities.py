@@ -4,10 +4,10 @@ import pytest
 import sympy as sp
 
 from derive import papers, systems
+from derive.build.generation import models
 from derive.dimensions import DimensionError, dimension, of_unit
 from derive.discovery import modules
 from derive.emit.schedule import expression
-from derive.generation import models
 from derive.model import Let, System, entries
 from derive.papers import wang2017
 from derive.quantity import Quantity

@@ -17,6 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 FOUNDATION = "foundation"
 """The room of the modules that stand at the root of a package, which all others may import."""
+WAYS_IN = ("", ".__main__", ".toolkit")
+"""Modules that gather a package for those who come from outside; nothing inside imports them."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +44,10 @@ class House:
 
     @cached_property
     def rooms(self) -> dict[str, frozenset[str]]:
-        """Rooms, each with the other rooms that it imports. The package's own `__init__`, the way in, is none."""
+        """Rooms, each with the other rooms that it imports. The ways into the package belong to none."""
         found: dict[str, set[str]] = {}
         for module, imported in self.imports.items():
-            if module not in (self.package, f"{self.package}.__main__"):
+            if module.removeprefix(self.package) not in WAYS_IN:
                 room = self.room(module)
                 found.setdefault(room, set()).update({self.room(other) for other in imported} - {room})
         return {room: frozenset(others) for room, others in found.items()}

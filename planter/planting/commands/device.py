@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planter.errors import Interrupted
-from planter.planting.commands.options import (
-    MachineArgument,
-    Model,
-    ModelOption,
-    SamplesOption,
-    SpeedOption,
-    device_of,
-)
+from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, SpeedOption, device_of
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
 

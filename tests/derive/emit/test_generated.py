@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from derive.pipeline import VERDICTS, code
-from derive.written import GENERATED, differences, write
+from derive.build.folder import GENERATED, differences, write
+from derive.build.pipeline import VERDICTS, code
 
 ROOT = Path(__file__).parents[3]
 BASELINE = json.loads((Path(__file__).parent / "operations.json").read_text())

@@ -11,12 +11,12 @@ import pytest
 import scipy.special
 
 import planter
+from derive.build.folder import GENERATED
 from derive.discovery import modules
 from derive.emit.folder import of_curve
 from derive.emit.targets import casadi
 from derive.gearing import families
 from derive.gearing.meshing import FAMILIES, PitchCurve
-from derive.written import GENERATED
 from planter.errors import GeometryError, InputError
 from planter.files import examples
 from planter.gearing import families as curves

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
-from . import papers, systems
-from .discovery import GROUPS, TARGETS, installed, loaded, modules, offered
-from .emit.folder import texts
-from .emit.target import Target, built_in
-from .gearing.meshing import FAMILIES, PitchCurve
-from .model import System
+from .. import papers, systems
+from ..discovery import GROUPS, TARGETS, installed, loaded, modules, offered
+from ..emit.folder import texts
+from ..emit.target import Target, built_in
+from ..gearing.meshing import FAMILIES, PitchCurve
+from ..model import System
 from .own import OwnError, blamed
 
 NOTHING = (

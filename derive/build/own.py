@@ -39,5 +39,5 @@ def complaint(error: Exception, path: Path) -> str:
 def _in(folder: Path, filename: str) -> bool:
     """Whether a file is the user's: in the folder, neither of this package nor installed."""
     file = Path(filename).resolve()
-    ours = file.is_relative_to(Path(__file__).resolve().parent)
+    ours = file.is_relative_to(Path(__file__).resolve().parents[1])
     return file.is_relative_to(folder) and not ours and "site-packages" not in file.parts

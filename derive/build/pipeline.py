@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from . import papers
-from .audit import verdicts as audit
-from .discovery import modules
+from .. import papers
+from ..audit import verdicts as audit
+from ..discovery import modules
 from .generation import code
 
 

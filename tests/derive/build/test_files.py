@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from derive import generation
+from derive.build import generation
 from derive.__main__ import main
 from derive.gearing.meshing import FAMILIES
 from derive.quantity import _RESERVED
