@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from planter import rooms
+from tests.support import picture
 from tests.support.house import FOUNDATION, ROOT, House
 
 PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
@@ -65,6 +66,10 @@ def test_planter_never_imports_the_derivation() -> None:
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
             assert not {name.partition(".")[0] for name in names} & {"derive", "sympy"}, path
+
+
+def test_the_picture_is_that_of_the_house() -> None:
+    assert picture.PICTURE.read_text(encoding="utf-8") == picture.picture(), "python -m tests.support.picture"
 
 
 UPWARD = {

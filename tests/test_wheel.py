@@ -32,7 +32,7 @@ def test_the_wheel_ships_generated_code_and_machines_and_the_derivation(wheel: P
 def test_the_wheel_derives_a_file_of_a_users_own(wheel: Path, tmp_path: Path) -> None:
     """Unpacked, far from the checkout; what it writes is what the checkout writes."""
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
-    own = Path(shutil.copy(ROOT / "tests" / "derive" / "own" / "slider_crank.py", tmp_path))
+    own = Path(shutil.copy(ROOT / "docs" / "examples" / "slider_crank.py", tmp_path))
     command = [sys.executable, "-m", "derive", str(own), "--out"]
     for site, out in ((tmp_path / "site", "there"), (ROOT, "here")):
         clean = os.environ | {"PYTHONPATH": str(site)}
@@ -47,24 +47,50 @@ def test_the_wheel_derives_a_file_of_a_users_own(wheel: Path, tmp_path: Path) ->
     assert len(written[0]) == 5
 
 
-def test_the_wheel_optimises_in_an_empty_environment(wheel: Path, tmp_path: Path) -> None:
-    place = tmp_path / "environment"
+@pytest.fixture(scope="module")
+def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An environment that holds the wheel and what it needs, and nothing of the derivation's."""
+    place = tmp_path_factory.mktemp("environment")
     venv.create(place, with_pip=True)
-    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
-    install = [
-        str(place / "bin" / "python"),
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--constraint",
-        str(ROOT / "constraints.txt"),
-    ]
-    subprocess.run([*install, str(wheel)], cwd=tmp_path, env=clean, check=True)
-    command = [str(place / "bin" / "planter"), "optimise", "wang2017", "--json"]
-    done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, check=True)
-    result = json.loads(done.stdout)
+    install(place, str(wheel))
+    return place / "bin"
+
+
+def install(place: Path, *what: str) -> None:
+    command = [str(place / "bin" / "python"), "-m", "pip", "install", "--quiet"]
+    subprocess.run([*command, "--constraint", str(ROOT / "constraints.txt"), *what], cwd=place, env=CLEAN, check=True)
+
+
+CLEAN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+
+
+def run(folder: Path, *command: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*map(str, command)], cwd=folder, env=CLEAN, capture_output=True, text=True, check=False)
+
+
+def test_the_wheel_optimises_in_an_empty_environment(environment: Path, tmp_path: Path) -> None:
+    result = json.loads(run(tmp_path, environment / "planter", "optimise", "wang2017", "--json").stdout)
     assert result["objective"] < result["start_objective"]
     assert result["certificate"]["kkt_residual"] < 1e-6
-    has_sympy = subprocess.run([str(place / "bin" / "python"), "-c", "import sympy"], capture_output=True, check=False)
-    assert has_sympy.returncode != 0, "the derivation's packages must not be needed at run time"
+
+
+def test_a_file_of_ones_own_is_derived_and_evaluated_from_the_wheel(
+    wheel: Path, environment: Path, tmp_path: Path
+) -> None:
+    own = shutil.copy(ROOT / "docs" / "examples" / "slider_crank.py", tmp_path)
+    without = run(tmp_path, environment / "planter", "derive", own, "--json")
+    assert (without.returncode, without.stdout) == (2, ""), "SymPy must not be there yet"
+    assert "pip install 'planter[derive]'" in without.stderr
+    install(environment.parent, f"{wheel}[derive]")
+    found = json.loads(run(tmp_path, environment / "planter", "derive", own, "--json").stdout)
+    assert {Path(name).name for name in found["files"]} == {"slider_crank.py", "slider_crank.json"}
+    assert len(found["files"]) == 3
+    assert float(run(tmp_path, environment / "python", "-c", CRANK).stdout) == pytest.approx(0.03 + 0.11, rel=1e-15)
+
+
+CRANK = """
+from pathlib import Path
+from planter.kernels.formulas import load
+crank = load("slider_crank", Path("generated"))
+print(crank.at("lane", phi=0.0, data=[11.0, 0.03, 0.11, 0.04, 0.7, 0.0009, 1.3])["x_B"])
+"""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,9 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array, Kernel, generated
+
+HOISTED = "hoisted"
+"""What a prologue gives and a lane takes."""
 
 
 class Formulas:
@@ -42,9 +46,12 @@ class Formulas:
     def __call__(self, stage: str, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (n,): single inputs are numbers or (n,), packed ones (rows,) or (rows, n).
 
-        Raises CallError for inputs that do not fit, ComputationError where a result is not finite.
+        What a lane takes from its prologue is found from the other inputs. Raises CallError for inputs that do not
+        fit, ComputationError where a result is not finite.
         """
         kernel = self._kernel(stage)
+        if HOISTED in kernel.names and HOISTED not in inputs:
+            inputs[HOISTED] = self._hoisted(inputs)
         packed = {name: _columns(kernel, name, value) for name, value in inputs.items()}
         count = max((columns.shape[1] for columns in packed.values()), default=1)
         lanes = {k: np.broadcast_to(v, (v.shape[0], count)) if v.shape[1] == 1 else v for k, v in packed.items()}
@@ -54,6 +61,10 @@ class Formulas:
     def at(self, stage: str, **inputs: object) -> dict[str, float]:
         """The same for a single lane, as numbers."""
         return {name: float(value[0]) for name, value in self(stage, **inputs).items()}
+
+    def _hoisted(self, inputs: Mapping[str, object]) -> Array:
+        prologue = self._kernel("prologue")
+        return prologue(**{name: inputs[name] for name in prologue.names if name in inputs})[HOISTED]
 
     def _kernel(self, stage: str) -> Kernel:
         if stage not in self._kernels:

@@ -1,6 +1,7 @@
 """The picture of the house, drawn from its imports: `python -m tests.support.picture` writes docs/house.svg.
 
-Rooms stand on floors, each one above all that it imports. Of the arrows those are drawn that do not follow from others.
+Rooms stand on floors, each one above all that it imports; on top what finds the others by their shape and imports
+none of them. Of the arrows those are drawn that do not follow from others.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from html import escape
 
 from tests.support.house import FOUNDATION, ROOT, House
 
+FINDS = {"cli"}
+"""Rooms that find others by their shape."""
 PICTURE = ROOT / "docs" / "house.svg"
 WIDTH, HEIGHT = 118, 40
 GAP, RISE, EDGE, TITLE = 14, 46, 24, 34
@@ -46,6 +49,7 @@ def reduced(house: House) -> list[tuple[str, str]]:
 def storeys(house: House) -> list[list[str]]:
     """Rooms by floor, the highest first."""
     floors = house.floors
+    floors |= {room: max(floors.values()) + 1 for room in floors.keys() & FINDS}
     return [sorted(r for r in floors if floors[r] == level) for level in range(max(floors.values()), -1, -1)]
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from planter.kernels import generated
 
-HERE = Path(__file__).parent
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "slider_crank.py"
 DATA = {"omega": 11.0, "r": 0.03, "L": 0.11, "c": 0.04, "m": 0.7, "J": 0.0009, "M": 1.3}
 PHI = np.linspace(0, 2 * np.pi, 721)
 
@@ -20,7 +20,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What `python -m derive FILE` writes beside a file, run from elsewhere."""
     place = tmp_path_factory.mktemp("own")
     file = place / "slider_crank.py"
-    file.write_text((HERE / "slider_crank.py").read_text(encoding="utf-8"), encoding="utf-8")
+    file.write_text(EXAMPLE.read_text(encoding="utf-8"), encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-m", "derive", str(file)], cwd="/", capture_output=True, text=True, check=True
     )
