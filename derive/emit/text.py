@@ -35,8 +35,11 @@ class Emitted:
     functions: tuple[RuntimeFunction, ...] = ()
 
     def __post_init__(self) -> None:
-        if twice := sorted({name for name in self.speaks if self.speaks.count(name) > 1}):
-            raise ValueError(f"function {self.name}: {', '.join(twice)} stands for two things; rename one of them")
+        twice = {name for name in self.speaks if self.speaks.count(name) > 1}
+        twice |= {v.name for v in self.inputs if v.name == self.output.name}
+        if twice:
+            names = ", ".join(sorted(twice))
+            raise ValueError(f"function {self.name}: {names} stands for two things; rename one of them")
 
     @cached_property
     def speaks(self) -> list[str]:

@@ -132,6 +132,8 @@ def test_a_name_for_two_things_is_refused() -> None:
         emitted(lane(let(load, phi), let(load, phi**2)))
     with pytest.raises(ValueError, match="function lane: size stands for two things"):
         emitted(lane(inputs=(Vector("size", (size,)),)))
+    with pytest.raises(ValueError, match="function lane: side stands for two things"):
+        emitted(lane(let(load, size * phi), inputs=(Vector("side", (size,)),)))
     form = ClosedForm("lane", (phi,), (let(load, phi),), SIDE)
     with pytest.raises(ValueError, match="test: two functions are called lane"):
         texts([System("test", "Test", "test", (), lane(), (form,))], (), ())
