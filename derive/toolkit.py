@@ -13,7 +13,7 @@ from .emit.text import Emitted
 from .equations import Balance, Equation
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Mechanism, Part, Pin, about_pin
-from .mechanics.contacts import Contact, follower, mesh, tangent_angle
+from .mechanics.contacts import GearContact, follower, mesh, tangent_angle
 from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
 from .mechanics.kinematics import GearStage, Kinematics
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
@@ -22,10 +22,56 @@ from .quantity import OpenVector, Quantity, Vector
 built_in()
 
 __all__ = [
-    "Axis", "Balance", "Body", "Call", "Chain", "ChainError", "ClosedForm", "Condition", "Contact", "Dialect",
-    "Emitted", "Equation", "Event", "Frame", "FrameError", "GearStage", "Kinematics", "Lane", "Let",
-    "Mechanism", "Motion", "OpenVector", "Part", "Pin", "PitchCurve", "Point", "Printer", "Quantity",
-    "RuntimeFunction", "Shape", "Shared", "Solve", "System", "Target", "Vec", "Vector", "X", "Y", "Z",
-    "about_pin", "clip", "displacement", "follower", "mesh", "needed", "ordered", "register", "switch",
-    "tangent_angle", "unit", "wrap", "zero",
+    "Axis",
+    "Balance",
+    "Body",
+    "Call",
+    "Chain",
+    "ChainError",
+    "ClosedForm",
+    "Condition",
+    "Dialect",
+    "Emitted",
+    "Equation",
+    "Event",
+    "Frame",
+    "FrameError",
+    "GearContact",
+    "GearStage",
+    "Kinematics",
+    "Lane",
+    "Let",
+    "Mechanism",
+    "Motion",
+    "OpenVector",
+    "Part",
+    "Pin",
+    "PitchCurve",
+    "Point",
+    "Printer",
+    "Quantity",
+    "RuntimeFunction",
+    "Shape",
+    "Shared",
+    "Solve",
+    "System",
+    "Target",
+    "Vec",
+    "Vector",
+    "X",
+    "Y",
+    "Z",
+    "about_pin",
+    "clip",
+    "displacement",
+    "follower",
+    "mesh",
+    "needed",
+    "ordered",
+    "register",
+    "switch",
+    "tangent_angle",
+    "unit",
+    "wrap",
+    "zero",
 ]  # fmt: skip

@@ -83,8 +83,8 @@ def test_a_file_of_ones_own_is_derived_and_evaluated_from_the_wheel(
     assert "pip install 'planter[derive]'" in without.stderr
     install(environment.parent, f"{wheel}[derive]")
     found = json.loads(run(tmp_path, environment / "planter", "derive", own, "--json").stdout)
-    assert {Path(name).name for name in found["files"]} == {"slider_crank.py", "slider_crank.json"}
-    assert len(found["files"]) == 3
+    assert {Path(name).stem for name in found["files"]} == {"slider_crank", "__init__"}
+    assert len(found["files"]) == 5
     assert float(run(tmp_path, environment / "python", "-c", CRANK).stdout) == pytest.approx(0.03 + 0.11, rel=1e-15)
 
 

@@ -14,7 +14,7 @@ from .frames import Frame, Motion, Point, Vec, Z, displacement, unit
 
 
 @dataclass(frozen=True)
-class Contact:
+class GearContact:
     """Where two gears touch: on the line of centres, which is x of ``frame``, from the inner gear's centre outwards.
 
     ``tangent`` is the angle from there to the tangent of the pitch curves, counter-clockwise, in (0, pi).
@@ -47,7 +47,7 @@ class Contact:
         return sp.cos(normal) + drag * sp.cos(across), sp.sin(normal) + drag * sp.sin(across), S.Zero
 
 
-def mesh(mechanism: Mechanism, tag: str, inner: Body, outer: Body, contact: Contact) -> None:
+def mesh(mechanism: Mechanism, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
     """Tooth contact at the pitch point: the flank that gives the required moment bears, and pushes."""
     moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
     plus, minus = contact.flank(1), contact.flank(-1)

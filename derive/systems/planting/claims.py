@@ -15,7 +15,7 @@ from ...chain import ordered, solve_linear
 from ...equations import Balance, Claimed, Equation, among, by_claim, defined
 from ...evaluate import Point
 from ...mechanics.bodies import Mechanism
-from ...mechanics.contacts import Contact
+from ...mechanics.contacts import GearContact
 from ...mechanics.frames import displacement
 from ...model import Let
 from ...quantity import Quantity
@@ -112,7 +112,13 @@ def _places(side: derivation.Side) -> list[Equation]:
 
 
 def _teeth(
-    tag: str, contact: Contact, moment: Quantity, normal: Quantity, along: Quantity, across: Quantity, drag: Quantity
+    tag: str,
+    contact: GearContact,
+    moment: Quantity,
+    normal: Quantity,
+    along: Quantity,
+    across: Quantity,
+    drag: Quantity,
 ) -> list[Equation]:
     """Tooth contact: directions and sizes of normal force and friction on the flank that can give the moment."""
     mech = derivation.build_side().mechanism

@@ -16,7 +16,7 @@ from ...branches import clip, wrap
 from ...chain import Chain, ordered
 from ...equations import Equation
 from ...mechanics.bodies import Body, Mechanism, Part, Pin, about_pin
-from ...mechanics.contacts import Contact, follower, mesh, tangent_angle
+from ...mechanics.contacts import GearContact, follower, mesh, tangent_angle
 from ...mechanics.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, unit
 from ...mechanics.kinematics import GearStage, Kinematics
 from ...model import Event, Lane, Let, Shared, Step, System, needed
@@ -57,8 +57,8 @@ Q = Point("Q", A1, Vec(LINE2, (q.r6, S.Zero, S.Zero)))
 A = Point("A", B1, Vec(PLANET, (q.x_A, q.y_A, q.z_A)))
 TIP = Point("tip", B1, Vec(PLANET, (q.L_tip, S.Zero, S.Zero)))
 
-CONTACT_P = Contact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2)
-CONTACT_Q = Contact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2)
+CONTACT_P = GearContact(WORLD, LINE1, A1, q.r5, q.xi1, q.alpha_n, q.mu2)
+CONTACT_Q = GearContact(WORLD, LINE2, B1, q.r7, q.xi2, q.alpha_n, q.mu2)
 
 
 STAGE1 = GearStage(1, q.PARAMETERS1, q.HOISTED1)

@@ -22,7 +22,7 @@ from ...branches import switch
 from ...dimensions import of_unit
 from ...evaluate import Point
 from ...machine_file import MachineFile
-from ...mechanics.contacts import Contact
+from ...mechanics.contacts import GearContact
 from ...mechanics.frames import Vec
 from ...model import Event, needed
 from ...quantity import Quantity
@@ -83,7 +83,7 @@ def _momentum_rate(side: derivation.Side, other: derivation.OtherSide, axis: int
     return own + other(own)
 
 
-def _tooth_push(contact: Contact, force: tuple[Quantity, Quantity]) -> Expr:
+def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
     """Normal force of the flank that the force on the inner gear lies on, positive where it points into the gear."""
     inward = contact.tangent + pi / 2
     normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(contact.world)
@@ -101,7 +101,7 @@ def _pull(push: Expr) -> Expr:
     return switch(push, S.Zero, push)
 
 
-class Motion:
+class BuiltInMotion:
     """The motion of the built-in machine: the kinematic quantities of a side at a carrier angle."""
 
     def __init__(self) -> None:
@@ -167,7 +167,7 @@ class Piece:
 def _cycle() -> Cycle:
     """Half a turn of both sides."""
     with mpmath.workdps(WORKING_DIGITS):
-        motion = Motion()
+        motion = BuiltInMotion()
         joints = motion.joints()
         pieces = [Piece(a, b) for a, b in pairwise(joints)]
         angles = [phi for piece in pieces for phi in piece.angles]

@@ -179,7 +179,7 @@ def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:
 
 
 def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
-    motion, slow = laws.Motion(), printed.dynamics.cycles["slow"]
+    motion, slow = laws.BuiltInMotion(), printed.dynamics.cycles["slow"]
     known = {s: values[0] for s, values in slow.sides[0].items()}
     point = Point({s: mpmath.mpf(float(v)) for s, v in known.items()})
     for step in (step for step in motion.steps if isinstance(step, Let)):

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from derive.build import generation
 from derive.__main__ import main
+from derive.build import generation
 from derive.gearing.meshing import FAMILIES
 from derive.quantity import _RESERVED
 from planter.kernels import generated
