@@ -14,7 +14,8 @@ import numpy as np
 
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import backends
-from planter.kernels.backends import Array, Work
+from planter.kernels.virtual import VirtualMachine
+from planter.kernels.work import Array, Work
 
 __all__ = ["Array", "CallError", "Kernel"]
 
@@ -46,7 +47,7 @@ class Kernel:
     @property
     def compiled(self) -> ca.Function | None:
         """The function in CasADi's own C, for the use in its graphs; None where it is evaluated otherwise."""
-        return self._way.function if isinstance(self._way, backends.VirtualMachine) and self.way == "casadi-c" else None
+        return self._way.function if isinstance(self._way, VirtualMachine) and self.way == "casadi-c" else None
 
     def interface(self, count: int) -> ca.Function | None:
         """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated in lanes (yet)."""
