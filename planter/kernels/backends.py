@@ -40,7 +40,7 @@ class Lanes:
         self.work, self.library = work, library
         self._shapes = [work.function.size_out(i) for i in range(work.function.n_out())]
         self._varies = [name in work.varying for name in work.function.name_in()]
-        self._run = getattr(toolchain.load(library), work.function.name())
+        (self._run,) = toolchain.functions(library, work.function.name())
         self._run.restype = None
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
@@ -59,7 +59,7 @@ class Lanes:
         function, own = self.work.function, loops.interface.name(self.work.function, count)
         text = loops.interface.text(function, self.work.varying, self.work.summed, count)
         path = toolchain.library(own, text, toolchain.OPTIMISED, (self.library,))
-        toolchain.load(path)
+        toolchain.functions(path, own)
         return ca.external(own, str(path))
 
 
@@ -88,9 +88,9 @@ def casadi_library(work: Work) -> Path:
 
 def casadi_c(work: Work) -> Way:
     """A function in CasADi's own C. Raises NoCompiler."""
-    path = casadi_library(work)
-    toolchain.load(path)
-    return VirtualMachine(work, ca.external(work.function.name(), str(path)))
+    path, name = casadi_library(work), work.function.name()
+    toolchain.functions(path, name)
+    return VirtualMachine(work, ca.external(name, str(path)))
 
 
 def lane_library(work: Work) -> Path:
@@ -157,6 +157,6 @@ def fastest(work: Work) -> Way:
         except loops.NotPrintable:
             continue
         except NoCompiler as reason:
-            toolchain.warn(str(reason))
+            toolchain.warn(reason)
             break
     return virtual_machine(work)

@@ -139,7 +139,7 @@ def _native(turns: Turns) -> Native | None:
         except loops.NotPrintable:
             pass
         except NoCompiler as reason:
-            toolchain.warn(str(reason))
+            toolchain.warn(reason)
     for kernel in (force.value_kernel, force.slopes_kernel):
         kernel.compile()
     return None
@@ -162,8 +162,7 @@ class Native:
     """The compiled turn."""
 
     def __init__(self, turns: Turns, path: Path) -> None:
-        raw = toolchain.load(path)
-        self._value, self._slopes, self._many = raw.turn_value, raw.turn_gradient, raw.turn_values
+        self._value, self._slopes, self._many = toolchain.functions(path, "turn_value", "turn_gradient", "turn_values")
         self._many.restype = ctypes.c_long
         self._many.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
         self._lent = _Lent(turns)
