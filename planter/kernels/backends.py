@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -46,10 +47,28 @@ class Lanes:
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
         given = zip(arrays, self._varies, strict=True)
         inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in given]
+        outputs = self.memory(count)
+        self._run(*self._arguments(inputs, outputs, count))
+        return self.results(outputs)
+
+    def memory(self, count: int) -> list[Array]:
+        """What the loop writes to: a row for each element of an output, column by column, over the lanes."""
         columns = 1 if self.work.summed else count
-        outputs = [np.empty((height * width, columns)) for height, width in self._shapes]
-        self._run(ctypes.c_long(count), *(ctypes.c_void_p(a.ctypes.data) for a in (*inputs, *outputs)))
-        return [_side_by_side(output, *shape) for output, shape in zip(outputs, self._shapes, strict=True)]
+        return [np.empty((height * width, columns)) for height, width in self._shapes]
+
+    def results(self, memory: Sequence[Array]) -> list[Array]:
+        """The outputs in what the loop has written; those of one column are the memory itself."""
+        return [_side_by_side(elements, *shape) for elements, shape in zip(memory, self._shapes, strict=True)]
+
+    def prepared(self, inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Callable[[], object]:
+        """The loop on arrays as they are laid out for it; who calls it keeps them."""
+        return partial(self._run, *self._arguments(inputs, outputs, count))
+
+    @staticmethod
+    def _arguments(inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Iterator[object]:
+        yield ctypes.c_long(count)
+        for array in (*inputs, *outputs):
+            yield ctypes.c_void_p(array.ctypes.data)
 
     def interface(self, count: int) -> ca.Function:
         """The loop over `count` lanes as a CasADi function that its solvers call without Python.
