@@ -7,15 +7,15 @@ import platform
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planter.kernels import Kernel, backends, toolchain
-from planter.kernels.toolchain import Compiler, NoCompiler
+from planter.kernels import Kernel, backends, builds, toolchain
+from planter.kernels.toolchain import Compiler, NoCompiler, Refused
 from planter.planting import file
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
@@ -42,15 +42,17 @@ def examine(build: bool = False) -> Found:
         for device in devices.values():
             _build(device)
     compiler, cache = _compiler(), _cache()
+    refused = cache.pop("refused")
     usable, filled = "path" in compiler and cache["problem"] is None, cache["files"] > 0
-    kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled)]
+    kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled, refused)]
     found: Found = {
         "versions": {"planter": __version__, "python": platform.python_version(), "casadi": metadata.version("casadi"),
                      "numpy": np.__version__, "c_library": " ".join(platform.libc_ver()).strip() or None},
         "processor": {"machine": platform.machine(), "cores": os.cpu_count()},
         "compiler": compiler, "cache": cache, "machine": MACHINE, "kernels": kernels, "cuda": _cuda(),
     }  # fmt: skip
-    return found | {"advice": list(_advice(found))}
+    strange = [{"missing": reason, "do": "remove it"} for reason in refused.values()]
+    return found | {"advice": [*strange, *_advice(found)]}
 
 
 def _build(device: Device) -> None:
@@ -72,10 +74,12 @@ def _used(device: Device) -> tuple[Kernel, ...]:
             force.slopes_kernel, force.hessian_kernel)  # fmt: skip
 
 
-def _kernels(model: str, device: Device, usable: bool, filled: bool) -> Iterator[Found]:
+def _kernels(model: str, device: Device, usable: bool, filled: bool, refused: Collection[Path]) -> Iterator[Found]:
     for kernel in _used(device):
         work = kernel.work
         way = backends.foreseen(work) if usable else backends.NAMES[-1]
+        if refused and way != backends.NAMES[-1] and backends.place(work, way) in refused:
+            way = backends.NAMES[-1]
         compiled = filled and way != backends.NAMES[-1] and backends.kept(work)
         yield {"model": model, "name": str(work.function.name()), "instructions": work.size, "way": way,
                "compiled": compiled}  # fmt: skip
@@ -96,23 +100,35 @@ def _compiler() -> Found:
 
 def _bits(compiler: Compiler) -> int:
     """Width of the vectors that compiled functions use; 64 where there are none."""
-    command = [compiler.path, *compiler.flags, "-dM", "-E", "-x", "c", os.devnull]
-    said = subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
+    said = " ".join(_said([*compiler.command, *compiler.flags, "-dM", "-E", "-x", "c", os.devnull])).split()
     return next((bits for name, bits in VECTORS.items() if name in said), 64)
 
 
 def _cache() -> Found:
-    """The folder as it is; it is not made here."""
+    """The folder as it is; it is not made here. `refused` says of each strange thing in it what it is."""
     try:
         folder = toolchain.cache_path()
         there = folder.exists()
         problem = _obstacle(folder) if there else _unmakeable(folder)
     except (OSError, RuntimeError) as error:
-        return {"folder": None, "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": str(error)}
-    libraries = sorted(folder.glob("*.so")) if there and problem is None else []
+        return {"folder": None, "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": str(error),
+                "refused": {}}  # fmt: skip
+    libraries = sorted(folder.resolve().glob("*.so")) if there and problem is None else []
+    damaged, refused = _strange(libraries)
     return {"folder": str(folder), "exists": there, "files": len(libraries),
-            "bytes": sum(path.stat().st_size for path in libraries),
-            "damaged": sum(not toolchain.sound(path) for path in libraries), "problem": problem}  # fmt: skip
+            "bytes": sum(path.lstat().st_size for path in libraries),
+            "damaged": damaged, "problem": problem, "refused": refused}  # fmt: skip
+
+
+def _strange(libraries: Iterable[Path]) -> tuple[int, dict[Path, str]]:
+    """How many libraries are damaged, and which are refused, with the reasons."""
+    damaged, refused = 0, {}
+    for path in libraries:
+        try:
+            damaged += not toolchain.sound(path)
+        except Refused as reason:
+            refused[path] = str(reason)
+    return damaged, refused
 
 
 def _obstacle(folder: Path) -> str | None:
@@ -144,10 +160,9 @@ def _cuda() -> Found:
 def _said(command: list[str]) -> list[str]:
     """Lines of a command's output; none where there is no such command, or it fails."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=WAIT_S)
+        return builds.run(command, WAIT_S).stdout.decode(errors="replace").splitlines()
     except (OSError, subprocess.SubprocessError):
         return []
-    return done.stdout.splitlines()
 
 
 def _advice(found: Found) -> Iterator[Found]:

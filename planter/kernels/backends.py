@@ -8,48 +8,20 @@ from __future__ import annotations
 
 import ctypes
 import os
-import threading
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from planter.kernels import loops, toolchain
-from planter.kernels.interrupts import uninterrupted
 from planter.kernels.toolchain import NoCompiler
+from planter.kernels.virtual import VirtualMachine
+from planter.kernels.work import Array, Work
 
-Array = NDArray[np.float64]
-
-LARGE = 10_000
-"""Instructions from which a function is compiled with fewer passes."""
 NAMES = ("lanes", "casadi-c", "casadi-vm")
-
-
-@dataclass(frozen=True)
-class Work:
-    """A function to be evaluated: `varying` inputs have a column for each lane; `summed` outputs are added up."""
-
-    function: ca.Function
-    varying: tuple[str, ...]
-    summed: bool
-
-    @property
-    def size(self) -> int:
-        return int(self.function.n_instructions())
-
-    @cached_property
-    def loop(self) -> str:
-        """The function as a loop over lanes. Raises lanes.NotPrintable for one that has no such form."""
-        return loops.file([loops.Graph.of(self.function, self.varying)], [self.summed])
-
-    @property
-    def passes(self) -> tuple[str, ...]:
-        return toolchain.SWIFT if self.size > LARGE else toolchain.OPTIMISED
 
 
 class Way(Protocol):
@@ -58,73 +30,6 @@ class Way(Protocol):
     name: str
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]: ...
-
-
-_ONE_AT_A_TIME = threading.RLock()
-"""CasADi functions have working memory, which threads would share."""
-
-
-class VirtualMachine:
-    """CasADi's virtual machine, or a compiled function in its place: one lane after the other, one call at a time."""
-
-    def __init__(self, work: Work, function: ca.Function | None = None) -> None:
-        self.name = "casadi-vm" if function is None else "casadi-c"
-        self.work, self.function = work, function or work.function
-        self._calls: dict[int, _Call] = {}
-
-    def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
-        with _ONE_AT_A_TIME:
-            if count not in self._calls:
-                self._calls[count] = _Call(self._mapped(count))
-            return self._calls[count](arrays)
-
-    def _mapped(self, count: int) -> ca.Function:
-        if not self.work.varying:
-            return self.function
-        names, outputs = self.function.name_in(), self.function.n_out()
-        shared = [i for i, name in enumerate(names) if name not in self.work.varying]
-        reduced = list(range(outputs)) if self.work.summed else []
-        return self.function.map(self.function.name(), "serial", count, shared, reduced)
-
-
-class _Call:
-    """A CasADi function on its own memory: no matrices are made for a call."""
-
-    def __init__(self, function: ca.Function) -> None:
-        self.function = function
-        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        self._places = [_places(function.sparsity_out(i)) for i in range(function.n_out())]
-        self._buffer, self._run = function.buffer()
-        buffer: Any = self._buffer
-        for i, memory in enumerate(self._inputs):
-            buffer.set_arg(i, memory.data)
-        for i, memory in enumerate(self._outputs):
-            buffer.set_res(i, memory.data)
-
-    def __call__(self, arrays: Sequence[Array]) -> list[Array]:
-        for memory, array in zip(self._inputs, arrays, strict=True):
-            memory[:] = array.ravel(order="F")
-        uninterrupted(self._run)
-        if self._buffer.ret():
-            raise RuntimeError("the evaluation failed")
-        return [self._filled(i) for i in range(len(self._outputs))]
-
-    def _filled(self, index: int) -> Array:
-        shape, places = self.function.size_out(index), self._places[index]
-        if places is None:
-            return self._outputs[index].reshape(shape, order="F").copy()
-        full = np.zeros(shape)
-        full[places] = self._outputs[index]
-        return full
-
-
-def _places(sparsity: ca.Sparsity) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Rows and columns of what a sparse matrix holds; None for a dense one."""
-    if sparsity.is_dense():
-        return None
-    rows, columns = (np.array(part, dtype=np.int64) for part in sparsity.get_triplet())
-    return rows, columns
 
 
 class Lanes:
@@ -136,16 +41,34 @@ class Lanes:
         self.work, self.library = work, library
         self._shapes = [work.function.size_out(i) for i in range(work.function.n_out())]
         self._varies = [name in work.varying for name in work.function.name_in()]
-        self._run = getattr(toolchain.load(library), work.function.name())
+        (self._run,) = toolchain.functions(library, work.function.name())
         self._run.restype = None
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
         given = zip(arrays, self._varies, strict=True)
         inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in given]
+        outputs = self.memory(count)
+        self._run(*self._arguments(inputs, outputs, count))
+        return self.results(outputs)
+
+    def memory(self, count: int) -> list[Array]:
+        """What the loop writes to: a row for each element of an output, column by column, over the lanes."""
         columns = 1 if self.work.summed else count
-        outputs = [np.empty((height * width, columns)) for height, width in self._shapes]
-        self._run(ctypes.c_long(count), *(ctypes.c_void_p(a.ctypes.data) for a in (*inputs, *outputs)))
-        return [_side_by_side(output, *shape) for output, shape in zip(outputs, self._shapes, strict=True)]
+        return [np.empty((height * width, columns)) for height, width in self._shapes]
+
+    def results(self, memory: Sequence[Array]) -> list[Array]:
+        """The outputs in what the loop has written; those of one column are the memory itself."""
+        return [_side_by_side(elements, *shape) for elements, shape in zip(memory, self._shapes, strict=True)]
+
+    def prepared(self, inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Callable[[], object]:
+        """The loop on arrays as they are laid out for it; who calls it keeps them."""
+        return partial(self._run, *self._arguments(inputs, outputs, count))
+
+    @staticmethod
+    def _arguments(inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Iterator[object]:
+        yield ctypes.c_long(count)
+        for array in (*inputs, *outputs):
+            yield ctypes.c_void_p(array.ctypes.data)
 
     def interface(self, count: int) -> ca.Function:
         """The loop over `count` lanes as a CasADi function that its solvers call without Python.
@@ -155,7 +78,7 @@ class Lanes:
         function, own = self.work.function, loops.interface.name(self.work.function, count)
         text = loops.interface.text(function, self.work.varying, self.work.summed, count)
         path = toolchain.library(own, text, toolchain.OPTIMISED, (self.library,))
-        toolchain.load(path)
+        toolchain.functions(path, own)
         return ca.external(own, str(path))
 
 
@@ -184,9 +107,9 @@ def casadi_library(work: Work) -> Path:
 
 def casadi_c(work: Work) -> Way:
     """A function in CasADi's own C. Raises NoCompiler."""
-    path = casadi_library(work)
-    toolchain.load(path)
-    return VirtualMachine(work, ca.external(work.function.name(), str(path)))
+    path, name = casadi_library(work), work.function.name()
+    toolchain.functions(path, name)
+    return VirtualMachine(work, ca.external(name, str(path)))
 
 
 def lane_library(work: Work) -> Path:
@@ -253,6 +176,6 @@ def fastest(work: Work) -> Way:
         except loops.NotPrintable:
             continue
         except NoCompiler as reason:
-            toolchain.warn(str(reason))
+            toolchain.warn(reason)
             break
     return virtual_machine(work)

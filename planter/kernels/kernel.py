@@ -7,16 +7,18 @@ name, in its exact shape and finite, and so is every output.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from threading import get_ident
 
 import casadi as ca
 import numpy as np
 
 from planter.errors import ComputationError, PlanterError
-from planter.kernels import backends
-from planter.kernels.backends import Array, Work
+from planter.kernels import backends, bound
+from planter.kernels.virtual import VirtualMachine
+from planter.kernels.work import Array, Work
 
-__all__ = ["Array", "CallError", "Kernel"]
+__all__ = ["Array", "Bound", "CallError", "Kernel"]
 
 
 class CallError(PlanterError):
@@ -34,6 +36,7 @@ class Kernel:
         self.names: list[str] = function.name_in()
         self.outputs: list[str] = function.name_out()
         self.lanes = tuple(lanes)
+        self._wanted = frozenset(self.names)
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
         self.work = Work(function, self.lanes, summed)
         self._way = backends.virtual_machine(self.work)
@@ -46,7 +49,7 @@ class Kernel:
     @property
     def compiled(self) -> ca.Function | None:
         """The function in CasADi's own C, for the use in its graphs; None where it is evaluated otherwise."""
-        return self._way.function if isinstance(self._way, backends.VirtualMachine) and self.way == "casadi-c" else None
+        return self._way.function if isinstance(self._way, VirtualMachine) and self.way == "casadi-c" else None
 
     def interface(self, count: int) -> ca.Function | None:
         """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated in lanes (yet)."""
@@ -61,26 +64,47 @@ class Kernel:
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns); lane outputs have a column for each lane."""
-        if set(inputs) != set(self.names):
-            raise CallError(f"{self._name} takes {self.names}, and was given {sorted(inputs)}")
-        arrays = {name: self._array(name, value) for name, value in inputs.items()}
-        count = self._count(arrays)
-        return self._evaluated(arrays, count)
+        return self._evaluated(*self._given(inputs))
 
-    def _evaluated(self, arrays: dict[str, Array], count: int) -> dict[str, Array]:
-        arguments = [self._shaped(i, name, arrays[name], count) for i, name in enumerate(self.names)]
+    def _given(self, inputs: Mapping[str, object]) -> tuple[list[Array], int]:
+        """Inputs in their order, as matrices of their exact shapes, and the number of lanes."""
+        if inputs.keys() != self._wanted:
+            raise CallError(f"{self._name} takes {self.names}, and was given {sorted(inputs)}")
+        arrays = {name: self._array(value) for name, value in inputs.items()}
+        count = self._count(arrays)
+        return [self._shaped(i, name, arrays[name], count) for i, name in enumerate(self.names)], count
+
+    def _evaluated(self, arrays: Sequence[Array], count: int) -> dict[str, Array]:
+        self._check_finite(arrays)
         try:
-            results = self._way(arguments, count)
+            results = self._way(arrays, count)
         except RuntimeError as error:
             raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
         return {name: self._finite(name, result) for name, result in zip(self.outputs, results, strict=True)}
+
+    def bind(self, **inputs: Array) -> Bound:
+        """The kernel on arrays that stay: what is written into them is what the next call takes.
+
+        Inputs are arrays of float64 in the shapes of a call, contiguous: those of lanes row by row, others column by
+        column. Raises CallError for others.
+        """
+        for name, array in inputs.items():
+            if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.aligned):
+                raise CallError(f"{self._name}: input {name} must be an array of float64 to be bound")
+        arrays, count = self._given(inputs)
+        for name, array in zip(self.names, arrays, strict=True):
+            lanes = name in self.lanes
+            if not (array.flags.c_contiguous if lanes else array.flags.f_contiguous):
+                order = "row by row" if lanes else "column by column"
+                raise CallError(f"{self._name}: input {name} must be contiguous, {order}, to be bound")
+        return Bound(self, arrays, count)
 
     @property
     def _name(self) -> str:
         return str(self.function.name())
 
     @staticmethod
-    def _array(name: str, value: object) -> Array:
+    def _array(value: object) -> Array:
         array = np.asarray(value, dtype=float)
         return array.reshape(-1, 1) if array.ndim < 2 else array
 
@@ -100,12 +124,63 @@ class Kernel:
         expected = (rows, count if name in self.lanes else columns)
         if array.shape != expected:
             raise CallError(f"{self._name}: input {name} has the shape {array.shape}; expected {expected}")
-        if not np.isfinite(array).all():
-            raise CallError(f"{self._name}: input {name} is not finite: {array[~np.isfinite(array)][0]}")
         return array
+
+    def _check_finite(self, arrays: Sequence[Array]) -> None:
+        for name, array in zip(self.names, arrays, strict=True):
+            if not np.isfinite(array).all():
+                raise CallError(f"{self._name}: input {name} is not finite: {array[~np.isfinite(array)][0]}")
 
     def _finite(self, name: str, array: Array) -> Array:
         if not np.isfinite(array).all():
             row, lane = np.argwhere(~np.isfinite(array))[0]
             raise ComputationError(f"{self._name}: output {name}[{row}] is not finite in lane {lane}")
         return array
+
+
+class Bound:
+    """A kernel on arrays that stay, made by `Kernel.bind`: nothing is made for a call.
+
+    Each call writes into `outputs`, by name and in the shapes that a call of the kernel gives. The arrays are those of
+    the thread that bound them; another binds its own.
+    Raises what the kernel raises, and CallError in another thread.
+    """
+
+    def __init__(self, kernel: Kernel, inputs: Sequence[Array], count: int) -> None:
+        self._kernel, self._inputs, self._count = kernel, inputs, count
+        self._thread = get_ident()
+        columns = 1 if kernel.work.summed else count
+        sizes = map(kernel.function.size_out, range(len(kernel.outputs)))
+        shapes = ((height, width * columns) for height, width in sizes)
+        self.outputs: dict[str, Array] = dict(zip(kernel.outputs, map(np.zeros, shapes), strict=True))
+        self._prepare()
+
+    def __call__(self) -> dict[str, Array]:
+        """The outputs at what stands in the inputs now."""
+        if self._kernel._way is not self._way or get_ident() != self._thread:
+            self._attend()
+        if not self._run():
+            self._refuse()
+        return self.outputs
+
+    def _attend(self) -> None:
+        if get_ident() != self._thread:
+            raise CallError(f"{self._kernel._name} was bound in another thread: bind it to arrays of this one")
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """For the way in which the kernel is evaluated now."""
+        self._way = self._kernel._way
+        self._run: Callable[[], bool] = self._by_a_call
+        if isinstance(self._way, backends.Lanes):
+            self._run = bound.in_lanes(self._way, self._inputs, list(self.outputs.values()), self._count)
+
+    def _by_a_call(self) -> bool:
+        for name, result in self._kernel._evaluated(self._inputs, self._count).items():
+            self.outputs[name][:] = result
+        return True
+
+    def _refuse(self) -> None:
+        self._kernel._check_finite(self._inputs)
+        for name, array in self.outputs.items():
+            self._kernel._finite(name, array)

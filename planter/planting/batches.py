@@ -12,7 +12,6 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from queue import SimpleQueue
 
 import numpy as np
 
@@ -54,19 +53,12 @@ def evaluate_many(
         raise CallError(f"designs have the shape (m, {len(device.design)}), and were given as {np.shape(designs)}")
     found = np.empty((len(FIELDS), len(designs)))
     count = threads or os.cpu_count() or 1
-    turns: SimpleQueue[Turns] = SimpleQueue()
-    first = Turns(device, samples)
-    for own in (first, *(first.copy() for _ in range(count - 1))):
-        turns.put(own)
+    turns = Turns(device, samples)
 
     def run(start: int) -> int:
-        own = turns.get()
-        try:
-            chunk = np.array(designs[start : start + CHUNK], dtype=float)
-            found[:, start : start + len(chunk)] = _evaluated(own, chunk, start).T
-            return start + len(chunk)
-        finally:
-            turns.put(own)
+        chunk = np.array(designs[start : start + CHUNK], dtype=float)
+        found[:, start : start + len(chunk)] = _evaluated(turns, chunk, start).T
+        return start + len(chunk)
 
     done = 0
     with ThreadPoolExecutor(count) as pool:

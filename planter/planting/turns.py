@@ -9,6 +9,7 @@ value, gradient = turns.gradient(turns.device.design)
 from __future__ import annotations
 
 import ctypes
+import threading
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -46,7 +47,7 @@ class Turns:
     """Objective (31) of a device over N samples of a turn, and its exact gradient; designs x are (p,) in SI.
 
     Compiles what it needs at the first use and keeps it in the user's cache; without a compiler it works all the same,
-    slower. An object belongs to one thread; `copy` makes one for another.
+    slower. Threads may share an object: each computes in memory of its own.
     Raises ComputationError where a result is not finite, CallError for a design of another shape or not finite.
     """
 
@@ -63,7 +64,7 @@ class Turns:
         return "lanes" if self._native else self.device.force.slopes_kernel.way
 
     def copy(self) -> Turns:
-        """The same for another thread."""
+        """The same with memory of its own."""
         return Turns(self.device, self.samples)
 
     @cached_property
@@ -138,7 +139,7 @@ def _native(turns: Turns) -> Native | None:
         except loops.NotPrintable:
             pass
         except NoCompiler as reason:
-            toolchain.warn(str(reason))
+            toolchain.warn(reason)
     for kernel in (force.value_kernel, force.slopes_kernel):
         kernel.compile()
     return None
@@ -158,36 +159,33 @@ def library(device: Device) -> Path:
 
 
 class Native:
-    """The compiled turn with its own memory."""
+    """The compiled turn."""
 
     def __init__(self, turns: Turns, path: Path) -> None:
-        raw = toolchain.load(path)
-        self._memory = _memory(turns)
-        self._turn = _record(turns, self._memory)
-        self._design = np.zeros(len(turns.device.design))
-        self._found, self._gradient = np.zeros(len(FIELDS)), np.zeros(len(self._design))
-        arrays = (self._design, self._found, self._gradient)
-        self._pointers = (ctypes.byref(self._turn), *(ctypes.c_void_p(a.ctypes.data) for a in arrays))
-        self._value, self._slopes, self._many = raw.turn_value, raw.turn_gradient, raw.turn_values
+        self._value, self._slopes, self._many = toolchain.functions(path, "turn_value", "turn_gradient", "turn_values")
         self._many.restype = ctypes.c_long
         self._many.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
+        self._lent = _Lent(turns)
 
     def value(self, x: Array) -> float:
-        self._design[:] = x
-        if self._value(*self._pointers[:3]):
+        own = self._lent.memory
+        own.design[:] = x
+        if self._value(*own.pointers[:3]):
             raise self._failure(x)
-        return float(self._found[0])
+        return float(own.found[0])
 
     def gradient(self, x: Array) -> tuple[float, Array]:
-        self._design[:] = x
-        if self._slopes(*self._pointers):
+        own = self._lent.memory
+        own.design[:] = x
+        if self._slopes(*own.pointers):
             raise self._failure(x)
-        return float(self._found[0]), self._gradient.copy()
+        return float(own.found[0]), own.gradient.copy()
 
     def many(self, designs: Array) -> Array:
         """Rows of `FIELDS`, (m, 4), for contiguous designs (m, p)."""
         found = np.empty((len(designs), len(FIELDS)))
-        failed = self._many(ctypes.addressof(self._turn), len(designs), designs.ctypes.data, found.ctypes.data)
+        turn = ctypes.addressof(self._lent.memory.turn)
+        failed = self._many(turn, len(designs), designs.ctypes.data, found.ctypes.data)
         if failed:
             raise self._failure(designs[failed - 1])
         return found
@@ -199,8 +197,27 @@ class Native:
         return CallError(f"a design must be finite, and was given as {list(x)}")
 
 
-def _memory(turns: Turns) -> dict[str, Array]:
-    """Arrays that the compiled turn reads and writes."""
+class _Memory:
+    """What the compiled turn reads and writes."""
+
+    def __init__(self, turns: Turns) -> None:
+        self._arrays = _arrays(turns)
+        self.turn = _record(turns, self._arrays)
+        self.design = np.zeros(len(turns.device.design))
+        self.found, self.gradient = np.zeros(len(FIELDS)), np.zeros(len(self.design))
+        arrays = (self.design, self.found, self.gradient)
+        self.pointers = (ctypes.byref(self.turn), *(ctypes.c_void_p(a.ctypes.data) for a in arrays))
+
+
+class _Lent(threading.local):
+    """`memory` of the thread that asks for it."""
+
+    def __init__(self, turns: Turns) -> None:
+        self.memory = _Memory(turns)
+
+
+def _arrays(turns: Turns) -> dict[str, Array]:
+    """What the compiled record points to."""
     function: ca.Function = turns.device.prologue_kernel.function
     other: ca.Function = turns.device.hoisting_kernel.function
     count = len(turns.angles) * len(turns.shares.offsets)
@@ -214,10 +231,10 @@ def _memory(turns: Turns) -> dict[str, Array]:
     return {"phi": phi, "c": np.array(turns.device.constants), **work}
 
 
-def _record(turns: Turns, memory: dict[str, Array]) -> _Turn:
+def _record(turns: Turns, arrays: dict[str, Array]) -> _Turn:
     objective: Any = turns.objective
     return _Turn(
         parameters=len(turns.device.design), angles=len(turns.angles), shares=len(turns.shares.offsets),
         weight_range=objective.weight_range, weight_variance=objective.weight_variance,
-        newton=int(objective.kind == "newton"), **{name: array.ctypes.data for name, array in memory.items()},
+        newton=int(objective.kind == "newton"), **{name: array.ctypes.data for name, array in arrays.items()},
     )  # fmt: skip

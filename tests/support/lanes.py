@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planter.kernels import Array, backends, toolchain
-from planter.kernels.backends import Work
+from planter.kernels.work import Work
 
 NAMED = {"gcc": "gcc", "clang": next((n for n in ("clang", *(f"clang-{v}" for v in range(22, 10, -1)))
                                       if shutil.which(n)), "clang")}  # fmt: skip

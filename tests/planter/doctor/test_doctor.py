@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import planter
 from planter.cli.app import application
 from planter.doctor import examination
-from planter.kernels import backends, toolchain
+from planter.kernels import backends, compiler, toolchain
 from planter.planting.file import load
 from planter.planting.model import Device
 from tests.support.lanes import needs_compiler, path_of
@@ -65,6 +65,44 @@ def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
     assert found["cache"]["damaged"] == 1
     assert ways_of(found)["support"] == ("lanes", False)
     assert "damaged" in found["advice"][0]["missing"]
+
+
+@needs_compiler
+def test_a_library_that_is_refused_is_named(folder: Path) -> None:
+    kernel = Device(load("wang2017")).force.value_kernel
+    kernel.compile()
+    (path,) = folder.iterdir()
+    path.chmod(0o777)
+    found = examined()
+    assert found["advice"][0] == {
+        "missing": f"{path} is not loaded: it may be written by others", "do": "remove it",
+    }  # fmt: skip
+    assert found["cache"]["damaged"] == 0
+    assert ways_of(found)["support"] == ("casadi-vm", False)
+    assert ways_of(found)["slopes"] == ("lanes", False)
+    path.unlink()
+    path.symlink_to("nowhere")
+    assert "is a link" in examined()["advice"][0]["missing"]
+
+
+@needs_compiler
+def test_a_compiler_of_several_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = examined()["compiler"]
+    monkeypatch.setenv("CC", "env cc")
+    found = examined()["compiler"]
+    assert found["path"] != plain["path"]
+    assert (found["flags"], found["vector_bits"]) == (plain["flags"], plain["vector_bits"])
+
+
+def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = tmp_path / "silent"
+    silent.write_text("#!/bin/sh\nsleep 300\nexit\n")
+    silent.chmod(0o755)
+    monkeypatch.setenv("CC", str(silent))
+    monkeypatch.setattr(compiler, "ANSWER_S", 0.5)
+    found = examined()
+    assert found["compiler"] == {"problem": f"the C compiler {silent} does not answer within 0.5 s"}
+    assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
 
 
 @needs_compiler

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from planter.kernels import Kernel, backends, loops
-from planter.kernels.backends import Work
 from planter.kernels.loops.operations import OPERATIONS, Operation
+from planter.kernels.work import Work
 from tests.support.lanes import apart, both, evaluated, for_processor, needs_compiler, unsummed, work
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")

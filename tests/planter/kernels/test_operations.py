@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from planter.kernels import backends
-from planter.kernels.backends import Array, Work
 from planter.kernels.loops.operations import OPERATIONS
+from planter.kernels.work import Array, Work
 from tests.support.lanes import evaluated, for_processor, needs_compiler, work
 
 pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]

@@ -14,8 +14,8 @@ from pathlib import Path
 import casadi as ca
 import pytest
 
-from planter.kernels import backends, loops, toolchain
-from planter.kernels.backends import Work
+from planter.kernels import loops, toolchain
+from planter.kernels.work import LARGE, Work
 from planter.planting import file
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
@@ -154,7 +154,7 @@ def test_sine_and_cosine_that_are_not_kept_apart_are_seen(tmp_path: Path) -> Non
 def test_large_functions_are_compiled_with_fewer_passes() -> None:
     force = Device(file.load("wang2017")).force
     assert force.slopes_kernel.work.passes == toolchain.OPTIMISED
-    assert force.hessian_kernel.work.size > backends.LARGE
+    assert force.hessian_kernel.work.size > LARGE
     assert force.hessian_kernel.work.passes == toolchain.SWIFT
 
 

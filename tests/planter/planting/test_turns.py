@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -148,7 +149,7 @@ def test_results_do_not_depend_on_what_came_before() -> None:
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
 def test_threads_do_not_disturb_each_other(way: str) -> None:
-    """Each has its own copy; what copies share, kernels and their memory, serves one call at a time."""
+    """Each has its own copy; copies share kernels."""
     subject = turns("wang2017", "exact", way, EVEN)
     designs = drawn(subject.device, 60).reshape(4, 15, -1)
     alone = [[subject.gradient(x)[0] for x in part] for part in designs]
@@ -157,6 +158,44 @@ def test_threads_do_not_disturb_each_other(way: str) -> None:
         copies = [subject.copy() for _ in designs]
         found = pool.map(lambda own, part: [own.gradient(x)[0] for x in part], copies, designs)
         assert list(found) == alone
+
+
+@pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
+def test_threads_may_share_one(way: str) -> None:
+    """Memory is lent to each thread: values, gradients and streams of designs of eight threads are their own."""
+    subject = turns("wang2017", "exact", way, EVEN)
+    rounds = 40 if way == "lanes" else 2
+    designs = drawn(subject.device, 8)
+
+    def run(x: Array) -> list[tuple[float, list[float], float]]:
+        found = [(*subject.gradient(x), subject.many(x[None])[0, 0]) for _ in range(rounds)]
+        return [(value, gradient.tolist(), other) for value, gradient, other in found]
+
+    alone = [run(x) for x in designs]
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(run, designs)) == alone
+
+
+@needs_compiler
+def test_threads_without_memory_of_their_own_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tampered case, held in step so that nothing is written at the same time: the other's design is found."""
+    subject = turns("wang2017", "exact", "lanes", EVEN)
+    one, two = drawn(subject.device, 2)
+    native = subject._native
+    assert native is not None
+    expected = subject.gradient(one)[0], subject.gradient(two)[0]
+
+    def found() -> tuple[float, float]:
+        own = native._lent.memory
+        own.design[:] = one
+        with ThreadPoolExecutor(1) as pool:
+            other = pool.submit(subject.gradient, two).result()[0]
+        native._slopes(*own.pointers)
+        return float(own.found[0]), other
+
+    assert found() == expected
+    monkeypatch.setattr(native, "_lent", SimpleNamespace(memory=native._lent.memory))
+    assert found() == (expected[1], expected[1])
 
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])

@@ -1,0 +1,168 @@
+"""Compilers at work, each in a folder of its own inside the cache.
+
+A folder goes when its build ends, also if the process ends during it, on a daemon thread. It is named by the system and
+the process that made it, so that the next build removes what a process that was killed has left.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import platform
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+PREFIX = "building"
+ABANDONED_S = 3600
+"""Age from which on a folder of another system is nobody's any more."""
+REMOVALS = 50
+"""How often a folder is tried to be removed, over a second."""
+
+Process = subprocess.Popen[bytes]
+
+
+class _Open:
+    """What has to go when the process ends."""
+
+    processes: set[Process]
+    folders: set[Path]
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        """Also in a forked child: compilers and folders that are there are its parent's."""
+        self.lock, self.ended = threading.Lock(), False
+        self.processes, self.folders = set(), set()
+
+    def end(self) -> None:
+        with self.lock:
+            self.ended = True
+            for process in list(self.processes):
+                _kill(process)
+            for folder in list(self.folders):
+                _remove(folder)
+
+    def go_on(self) -> None:
+        """Ends the thread, which nobody waits for, once the process has ended."""
+        if self.ended:
+            raise SystemExit
+
+
+_open = _Open()
+atexit.register(_open.end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_open.begin)
+
+
+def run(command: Sequence[str], seconds: float, folder: Path | None = None) -> subprocess.CompletedProcess[bytes]:
+    """What a command says, in English; a folder is where it may leave something for a while.
+
+    Raises OSError, CalledProcessError, or TimeoutExpired; in all cases nothing of it goes on running.
+    """
+    environment = os.environ | {"LC_ALL": "C"} | ({"TMPDIR": str(folder)} if folder else {})
+    with _open.lock:
+        _open.go_on()
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+            start_new_session=True,
+        )  # fmt: skip
+        _open.processes.add(process)
+    with process:
+        try:
+            said, wrong = process.communicate(timeout=seconds)
+        except BaseException:
+            _kill(process)
+            raise
+        finally:
+            _open.processes.discard(process)
+    if process.returncode:
+        _open.go_on()
+        raise subprocess.CalledProcessError(process.returncode, command, said, wrong)
+    return subprocess.CompletedProcess(command, process.returncode, said, wrong)
+
+
+def _kill(process: Process) -> None:
+    """With all that it started itself."""
+    try:
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+    except OSError:
+        pass
+
+
+@contextmanager
+def scratch(folder: Path) -> Iterator[Path]:
+    """An empty folder inside another, for the time of a build. Raises OSError where there can be none."""
+    _sweep(folder)
+    with _open.lock:
+        _open.go_on()
+        made = Path(tempfile.mkdtemp(prefix=f"{PREFIX}-{_system()}-{os.getpid()}-{_birth(os.getpid())}-", dir=folder))
+        _open.folders.add(made)
+    try:
+        yield made
+    except OSError:
+        _open.go_on()
+        raise
+    finally:
+        _remove(made)
+        _open.folders.discard(made)
+
+
+def _remove(folder: Path) -> None:
+    """Also what a process that is being killed still writes there."""
+    for _ in range(REMOVALS):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            return
+        time.sleep(0.02)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what dead processes have left."""
+    for path in folder.glob(f"{PREFIX}-*"):
+        if _dead(path):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _dead(path: Path) -> bool:
+    try:
+        _, system, process, birth, _ = path.name.split("-", 4)
+        if system == _system():
+            return _birth(int(process)) != birth
+        return time.time() - path.stat().st_mtime > ABANDONED_S
+    except (OSError, ValueError):
+        return False
+
+
+@cache
+def _system() -> str:
+    """Tells apart systems, times they were started, and containers, which number processes by themselves.
+
+    Where that is not known, every process counts as a system of its own.
+    """
+    try:
+        known = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii") + os.readlink("/proc/self/ns/pid")
+    except OSError:
+        known = f"{platform.node()} {os.getpid()} {time.time()}"
+    return hashlib.sha256(known.encode()).hexdigest()[:12]
+
+
+def _birth(process: int) -> str:
+    """When a process was started, in the system's ticks; empty for one that is not there, or not any more."""
+    try:
+        state, *fields = Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()
+    except (OSError, ValueError):
+        return ""
+    return "" if state in (b"Z", b"X") else fields[18].decode()

@@ -1,0 +1,228 @@
+"""Kernels on arrays that stay: the same numbers and the same strictness as a call, in some microseconds less."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter.errors import ComputationError
+from planter.kernels import Array, Bound, CallError, Kernel, finite, toolchain
+from planter.planting.file import load
+from planter.planting.model import Device
+from tests.support.lanes import needs_compiler
+
+pytestmark = pytest.mark.usefixtures("kernel_cache")
+
+WAYS = [*(pytest.param(way, marks=needs_compiler) for way in ("lanes", "casadi-c")), "casadi-vm"]
+OVERHEAD_US = 5
+phi, x, r, m = ca.SX.sym("phi"), ca.SX.sym("x", 2), ca.SX.sym("r"), ca.SX.sym("m", 2, 3)
+PHI = np.linspace(0, 1, 7)
+
+
+def made(outputs: dict[str, ca.SX], inputs: list[ca.SX], lanes: str = "phi", summed: bool = False) -> Kernel:
+    names = [given.name().partition("_")[0] for given in (ca.vec(i)[0] for i in inputs)]
+    return Kernel(ca.Function("f", inputs, list(outputs.values()), names, list(outputs)), lanes.split(), summed)
+
+
+def wave() -> Kernel:
+    return made({"y": x[0] * ca.sin(phi) + x[1], "root": ca.sqrt(1 + phi)}, [phi, x])
+
+
+@pytest.fixture(params=WAYS)
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setenv("PLANTER_KERNELS", request.param)
+    return str(request.param)
+
+
+def compiled(kernel: Kernel, way: str) -> Kernel:
+    kernel.compile()
+    assert kernel.way == way
+    return kernel
+
+
+class TestNumbers:
+    def test_they_are_those_of_a_call(self, way: str) -> None:
+        kernel = compiled(wave(), way)
+        angles, known = PHI.copy(), np.array([2.0, 3.0])
+        bound = kernel.bind(phi=angles, x=known)
+        outputs = bound.outputs
+        for factor in (1.0, -0.5, 2.5):
+            angles[:] = factor * PHI
+            known[:] = factor, 3.0
+            expected = kernel(phi=angles, x=known)
+            assert bound() is outputs
+            for name, value in expected.items():
+                assert outputs[name].shape == value.shape
+                assert (outputs[name] == value).all(), name
+
+    @pytest.mark.parametrize("summed", [False, True])
+    def test_matrices_sums_and_inputs_of_any_kind(self, way: str, summed: bool) -> None:
+        outputs = {"matrix": ca.densify(ca.mtimes(m.T, x) @ ca.horzcat(ca.sin(phi), r)), "column": x * phi}
+        kernel = compiled(made(outputs, [phi, x, r, m], "phi x", summed), way)
+        rng = np.random.default_rng(2)
+        given = {"phi": rng.normal(size=7), "x": rng.normal(size=(2, 7)), "r": np.array(0.7),
+                 "m": np.asfortranarray(rng.normal(size=(2, 3)))}  # fmt: skip
+        found, expected = kernel.bind(**given)(), kernel(**given)
+        for name, value in expected.items():
+            assert found[name].shape == value.shape
+            assert (found[name] == value).all(), name
+
+    def test_without_lanes(self, way: str) -> None:
+        kernel = made({"y": ca.dot(x, x)}, [x], lanes="")
+        kernel.compile()
+        known = np.array([3.0, 4.0])
+        bound = kernel.bind(x=known)
+        assert bound()["y"].tolist() == [[25]]
+        known[0] = 0
+        assert bound()["y"].tolist() == [[16]]
+
+    @needs_compiler
+    def test_it_takes_what_is_compiled_later_and_keeps_its_arrays(self) -> None:
+        kernel, angles = wave(), PHI.copy()
+        bound = kernel.bind(phi=angles, x=np.array([2.0, 3.0]))
+        slow, outputs = bound()["y"].copy(), bound.outputs
+        kept = outputs["y"]
+        kernel.compile()
+        assert kernel.way == "lanes"
+        assert bound() is outputs
+        assert outputs["y"] is kept
+        assert kept == pytest.approx(slow, rel=1e-15)
+        angles += 1
+        bound()
+        assert kept[0] == pytest.approx(2 * np.sin(PHI + 1) + 3, rel=1e-15)
+
+    def test_a_device_without_a_compiler_and_with_one(self, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        device = Device(load("wang2017"))
+        at, force = device.prologue(device.design), device.force
+        kernel = compiled(force.slopes_kernel, way)
+        given = {"dh": force.entries(at), **force._inputs(at, np.linspace(0, 3, 30))}
+        found = {name: value.copy() for name, value in kernel.bind(**given)().items()}
+        monkeypatch.setenv("CC", "/nonexistent")
+        monkeypatch.setattr(toolchain, "_warned", [])
+        kernel.compile()
+        assert kernel.way == "casadi-vm"
+        for name, value in kernel.bind(**given)().items():
+            assert np.abs(found[name] - value).max() <= 1e-12 * np.abs(value).max()
+
+
+WRONG: dict[str, tuple[dict[str, object], str]] = {
+    "missing": ({"phi": PHI}, r"f takes \['phi', 'x'\], and was given \['phi'\]"),
+    "unknown": ({"phi": PHI, "x": np.zeros(2), "z": PHI}, "was given"),
+    "a list": ({"phi": PHI, "x": [1.0, 2.0]}, "input x must be an array of float64"),
+    "whole numbers": ({"phi": np.arange(7), "x": np.zeros(2)}, "input phi must be an array of float64"),
+    "single precision": ({"phi": PHI.astype(np.float32), "x": np.zeros(2)}, "input phi must be an array of float64"),
+    "the other byte order": ({"phi": PHI.astype(PHI.dtype.newbyteorder()), "x": np.zeros(2)}, "array of float64"),
+    "not aligned": ({"phi": np.zeros(57, np.uint8)[1:].view(float), "x": np.zeros(2)}, "array of float64"),
+    "a scalar for a vector": ({"phi": PHI, "x": np.array(1.0)}, r"input x has the shape .* expected \(2, 1\)"),
+    "too long": ({"phi": PHI, "x": np.zeros(3)}, r"input x has the shape .* expected \(2, 1\)"),
+    "every second": ({"phi": np.linspace(0, 2, 14)[::2], "x": np.zeros(2)}, "input phi must be contiguous, row by row"),
+    "a column": ({"phi": PHI, "x": np.zeros((2, 4))[:, 1]}, "input x must be contiguous, column by column"),
+}
+
+
+class TestRefused:
+    @pytest.mark.parametrize("case", WRONG)
+    def test_to_be_bound(self, case: str, way: str) -> None:
+        given, said = WRONG[case]
+        with pytest.raises(CallError, match=said):
+            compiled(wave(), way).bind(**given)  # type: ignore[arg-type]
+
+    def test_lanes_and_matrices_in_the_wrong_order(self) -> None:
+        kernel = made({"y": ca.sum1(x) * ca.sum2(ca.sum1(m))}, [x, m], lanes="x")
+        columns, rows = np.asfortranarray(np.ones((2, 7))), np.ones((2, 3))
+        with pytest.raises(CallError, match="input x must be contiguous, row by row"):
+            kernel.bind(x=columns, m=np.asfortranarray(rows))
+        with pytest.raises(CallError, match="input m must be contiguous, column by column"):
+            kernel.bind(x=np.ascontiguousarray(columns), m=rows)
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+    @pytest.mark.parametrize("name", ["phi", "x"])
+    def test_what_is_no_number_at_a_call(self, way: str, name: str, bad: float) -> None:
+        given = {"phi": PHI.copy(), "x": np.array([2.0, 3.0])}
+        bound = compiled(wave(), way).bind(**given)
+        bound()
+        kept = {name: value.copy() for name, value in bound.outputs.items()}
+        given[name][-1] = bad
+        with pytest.raises(CallError, match=f"f: input {name} is not finite: {bad}"):
+            bound()
+        for output, value in kept.items():
+            assert (bound.outputs[output] == value).all()
+        given[name][-1] = 1.0
+        bound()
+
+    def test_no_nan_leaves(self, way: str) -> None:
+        angles = PHI.copy()
+        bound = compiled(wave(), way).bind(phi=angles, x=np.array([2.0, 3.0]))
+        angles[4] = -2
+        with pytest.raises(ComputationError, match=r"f: output root\[0\] is not finite in lane 4"):
+            bound()
+
+    @needs_compiler
+    def test_without_a_look_it_would(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(finite, "watch", lambda arrays: lambda: 0)
+        kernel = wave()
+        kernel.compile()
+        assert np.isnan(kernel.bind(phi=-2 * np.ones(3), x=np.ones(2))()["root"]).all()
+
+    def test_another_thread(self, way: str) -> None:
+        bound = compiled(wave(), way).bind(phi=PHI, x=np.array([2.0, 3.0]))
+        with ThreadPoolExecutor(1) as pool, pytest.raises(CallError, match="was bound in another thread"):
+            pool.submit(bound).result()
+        bound()
+
+    def test_each_thread_binds_its_own(self, way: str) -> None:
+        kernel = compiled(wave(), way)
+
+        def run(number: int) -> bool:
+            known = np.array([float(number), 1.0])
+            bound = kernel.bind(phi=PHI.copy(), x=known)
+            return all((bound()["y"] == kernel(phi=PHI, x=known)["y"]).all() for _ in range(50))
+
+        with ThreadPoolExecutor(4) as pool:
+            assert all(pool.map(run, range(8)))
+
+
+class TestFinite:
+    """Numbers of all kinds, by the compiled look and by NumPy's."""
+
+    EDGES = (0.0, -0.0, 5e-324, 2.2250738585072014e-308, 1.7976931348623157e308, -1.7976931348623157e308)
+
+    @pytest.fixture(params=[pytest.param("cc", marks=needs_compiler), "/nonexistent"], autouse=True)
+    def _compiler(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("CC", request.param)
+
+    @pytest.mark.parametrize("size", [1, 7, 64, 1001])
+    @pytest.mark.parametrize("bad", [np.nan, -np.nan, np.inf, -np.inf])
+    def test_where_the_first_stands(self, size: int, bad: float) -> None:
+        arrays = [np.resize(self.EDGES, size), np.full(size, 1.0), np.zeros(0), np.resize(self.EDGES, size)]
+        look = finite.watch(arrays)
+        assert look() == 0
+        for number in (3, 1, 0):
+            arrays[number][size // 2] = bad
+            assert look() == number + 1
+
+
+def shortest(call: Callable[[], object]) -> float:
+    """Microseconds of a call, undisturbed."""
+    times = []
+    for _ in range(300):
+        began = time.perf_counter()
+        for _ in range(20):
+            call()
+        times.append((time.perf_counter() - began) / 20)
+    return 1e6 * min(times)
+
+
+@needs_compiler
+def test_it_costs_little_beside_the_loop() -> None:
+    radius: Array = np.array([0.05])
+    angles = np.linspace(0, 2 * np.pi, 360)
+    kernel = made({"x": r * ca.cos(phi)}, [phi, r])
+    kernel.compile()
+    bound = kernel.bind(phi=angles, r=radius)
+    assert isinstance(bound, Bound)
+    loop = kernel._way.prepared(bound._inputs, [bound.outputs["x"]], 360)  # type: ignore[attr-defined]
+    assert shortest(bound) - shortest(loop) < OVERHEAD_US

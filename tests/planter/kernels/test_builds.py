@@ -1,0 +1,197 @@
+"""Builds that do not come to their end: nothing of them stays, and nobody waits for them."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import casadi as ca
+import pytest
+
+from planter.kernels import Kernel, builds, toolchain
+from planter.kernels.toolchain import NoCompiler
+from tests.support.lanes import needs_compiler
+
+ROOT = Path(__file__).parents[3]
+SOURCE = "double twice(double x) { return 2.0 * x; }\n"
+BUILDING = """
+import time, casadi as ca
+from planter.kernels import Kernel
+x = ca.SX.sym("x")
+kernel = Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+kernel.compile(wait=False)
+while not {begun!r} or not __import__("pathlib").Path({begun!r}).exists():
+    time.sleep(0.01)
+print(kernel(x=[3.0])["y"][0, 0], flush=True)
+{then}
+"""
+
+pytestmark = needs_compiler
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.delenv("PLANTER_KERNELS", raising=False)
+    return tmp_path / "cache"
+
+
+def left(folder: Path) -> list[str]:
+    return sorted(path.name for path in (*folder.iterdir(), *(folder.parent / "temporary").iterdir()))
+
+
+def compiler_that(does: str, folder: Path) -> Path:
+    """A compiler that answers like one, and does something else in place of a kernel."""
+    path = folder / "slow-cc"
+    path.write_text(f'#!/bin/sh\ncase "$*" in *kernel.c*) {does};; *) exec cc "$@";; esac\n')
+    path.chmod(0o755)
+    return path
+
+
+def started(tmp_path: Path, then: str) -> subprocess.Popen[str]:
+    """A process that has begun to build on a daemon thread."""
+    begun = tmp_path / "begun"
+    cc = compiler_that(f"echo half > \"${{TMPDIR}}/half.s\"; touch '{begun}'; sleep 100", tmp_path)
+    program = BUILDING.format(begun=str(begun), then=then)
+    return subprocess.Popen(
+        [sys.executable, "-c", program], cwd=ROOT, env=os.environ | {"CC": str(cc)}, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("then", "code"), [("", 0), ("raise SystemExit(3)", 3), ("raise KeyboardInterrupt", -2)])
+def test_a_process_that_ends_leaves_nothing_and_says_nothing(
+    then: str, code: int, folder: Path, tmp_path: Path
+) -> None:
+    began = time.monotonic()
+    process = started(tmp_path, then)
+    said, wrong = process.communicate(timeout=60)
+    assert time.monotonic() - began < 30
+    assert said.strip() == "9.0"
+    assert process.returncode == code
+    assert "slower" not in wrong
+    assert wrong == "" or code == -2
+    assert left(folder) == []
+    assert subprocess.run(["pgrep", "-f", str(tmp_path / "slow-cc")], capture_output=True, check=False).stdout == b""
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="elsewhere what is left goes by its age")
+def test_what_a_killed_process_left_goes_with_the_next_build(folder: Path, tmp_path: Path) -> None:
+    process = started(tmp_path, "time.sleep(100)")
+    assert process.stdout is not None
+    process.stdout.readline()
+    (building,) = folder.iterdir()
+    assert (building / "half.s").exists()
+    path = toolchain.library("twice", SOURCE, ())
+    assert left(folder) == sorted([building.name, path.name])
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    path.unlink()
+    assert left(folder) == [building.name]
+    toolchain.library("twice", SOURCE, ())
+    assert left(folder) == [path.name]
+
+
+@pytest.mark.parametrize(("age", "stays"), [(60, True), (2 * builds.ABANDONED_S, False)])
+def test_what_another_system_left_goes_by_its_age(age: float, stays: bool, folder: Path) -> None:
+    """On a disk that several share, a number is no process of ours."""
+    toolchain.cache_folder()
+    other = folder / f"{builds.PREFIX}-0123456789ab-1-1-abc"
+    other.mkdir()
+    os.utime(other, (time.time() - age,) * 2)
+    path = toolchain.library("twice", SOURCE, ())
+    assert left(folder) == sorted([path.name, *([other.name] if stays else [])])
+
+
+def test_a_folder_of_another_kind_stays(folder: Path) -> None:
+    toolchain.cache_folder()
+    (folder / f"{builds.PREFIX}-mine").mkdir()
+    toolchain.library("twice", SOURCE, ())
+    assert (folder / f"{builds.PREFIX}-mine").exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_forked_child_leaves_its_parent_s_build_alone(folder: Path, tmp_path: Path) -> None:
+    then = "import os, sys\nif (child := os.fork()) == 0:\n    sys.exit()\nos.waitpid(child, 0)\n"
+    then += "import pathlib\nprint(len(list(pathlib.Path(os.environ['PLANTER_CACHE']).iterdir())))"
+    said, _ = started(tmp_path, then).communicate(timeout=60)
+    assert said.split() == ["9.0", "1"]
+    assert left(folder) == []
+
+
+class TestFullDisk:
+    def full(self, count: int) -> None:
+        for number in range(count):
+            with pytest.raises(NoCompiler, match="there is no room for compiled functions in"):
+                toolchain.library("twice", SOURCE + f"// {number}\n", ())
+
+    def test_compilers_that_say_so_are_not_called_again(
+        self, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        calls = tmp_path / "calls"
+        does = f"echo >> '{calls}'; echo 'as: kernel.o: No space left on device' >&2; exit 1"
+        monkeypatch.setenv("CC", str(compiler_that(does, tmp_path)))
+        self.full(3)
+        assert len(calls.read_text().splitlines()) == 1
+        assert left(folder) == []
+
+    def test_a_library_that_has_no_room_leaves_nothing(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        def full(path: Path, content: bytes) -> int:
+            path.touch()
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "write_bytes", full)
+            self.full(1)
+        assert left(folder) == []
+        self.full(1)
+
+    def test_an_error_in_a_source_says_nothing_of_others(self) -> None:
+        with pytest.raises(NoCompiler, match=r"did not compile wrong: .*error"):
+            toolchain.library("wrong", "double wrong(double x) { return y; }\n", ())
+        assert toolchain.library("twice", SOURCE, ()).exists()
+
+    def test_kernels_work_with_one_warning(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        monkeypatch.setattr(toolchain, "_warned", [])
+        monkeypatch.setenv("CC", str(compiler_that("echo 'No space left on device' >&2; exit 1", tmp_path)))
+        for power in (2, 3):
+            x = ca.SX.sym("x")
+            kernel = Kernel(ca.Function("power", [x], [x**power], ["x"], ["y"]), lanes=["x"])
+            kernel.compile()
+            assert kernel(x=[3.0])["y"][0, 0] == 3**power
+        assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
+            f"there is no room for compiled functions in {tmp_path / 'cache'}"
+        ]
+
+
+def test_a_compilation_that_takes_too_long(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(toolchain, "TIMEOUT_S", 0.5)
+    monkeypatch.setenv("CC", str(compiler_that("sleep 100; exit", tmp_path)))
+    with pytest.raises(NoCompiler, match=r"slow-cc did not compile twice within 0\.5 s"):
+        toolchain.library("twice", SOURCE, ())
+    assert left(folder) == []
+
+
+def test_a_first_simulation_waits_for_no_compiler(folder: Path, tmp_path: Path) -> None:
+    """With a compiler that never ends, and with none, it says the same; it leaves nothing in the cache."""
+
+    def simulated(cc: object) -> dict:  # type: ignore[type-arg]
+        command = [sys.executable, "-m", "planter", "simulate", "wang2017", "--out", str(tmp_path / "out"), "--json"]
+        environment = os.environ | {"CC": str(cc)}
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True, timeout=60)
+        assert done.stderr == b""
+        return json.loads(done.stdout)  # type: ignore[no-any-return]
+
+    slow = compiler_that("sleep 100", tmp_path)
+    slow.write_text(f"#!/bin/sh\ntouch '{tmp_path / 'called'}'\nsleep 100\n")
+    assert simulated(slow) == simulated("no-such-compiler")
+    assert not (tmp_path / "called").exists()
+    assert not folder.exists()

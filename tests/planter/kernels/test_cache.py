@@ -1,0 +1,208 @@
+"""What is loaded is the user's own: strangers' files, folders and links are refused with one warning."""
+
+import os
+import shutil
+import socket
+import stat
+from collections.abc import Callable
+from pathlib import Path
+
+import casadi as ca
+import pytest
+
+from planter.kernels import Kernel, backends, cache, toolchain
+from planter.kernels.cache import Refused
+from tests.support.lanes import needs_compiler
+
+pytestmark = needs_compiler
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "above" / "cache"))
+    monkeypatch.delenv("PLANTER_KERNELS", raising=False)
+    monkeypatch.setattr(toolchain, "_warned", [])
+    return tmp_path / "above" / "cache"
+
+
+def square() -> Kernel:
+    x = ca.SX.sym("x")
+    return Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+
+
+def way(kernel: Kernel) -> str:
+    """How a kernel is evaluated after `compile`; its numbers are right in any case."""
+    kernel.compile()
+    assert kernel(x=[3.0, 4.0])["y"].tolist() == [[9, 16]]
+    return kernel.way
+
+
+def compiled() -> Path:
+    """The library of a kernel, by the work of a process before."""
+    return backends.lane_library(square().work)
+
+
+def owned_by_another(monkeypatch: pytest.MonkeyPatch, path: Path) -> None:
+    """As seen by those who ask; giving files away takes root."""
+    number = path.stat().st_ino
+
+    def seen(ask: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
+        def asked(*what: object, **how: object) -> os.stat_result:
+            state = ask(*what, **how)
+            return os.stat_result([*state[:4], 54321, *state[5:]]) if state.st_ino == number else state
+
+        return asked
+
+    for name in ("stat", "fstat"):
+        monkeypatch.setattr(os, name, seen(getattr(os, name)))
+
+
+def _link(path: Path) -> None:
+    path.rename(path.with_name("elsewhere"))
+    path.symlink_to("elsewhere")
+
+
+def _pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def _folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def _socket(path: Path) -> None:
+    path.unlink()
+    before = Path.cwd()
+    os.chdir(path.parent)
+    try:
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(path.name)
+    finally:
+        os.chdir(before)
+
+
+STRANGE = {
+    "a link": (_link, "is a link"),
+    "a pipe": (_pipe, "is no file"),
+    "a folder": (_folder, "is no file"),
+    "a socket": (_socket, "cannot be read"),
+    "a file that others may write": (lambda path: path.chmod(0o702), "may be written by others"),
+}
+
+
+class TestLibrary:
+    @pytest.mark.parametrize("case", STRANGE)
+    def test_it_is_refused_with_one_warning(self, case: str, caplog: pytest.LogCaptureFixture) -> None:
+        path = compiled()
+        assert way(square()) == "lanes"
+        change, reason = STRANGE[case]
+        change(path)
+        for _ in range(2):
+            assert way(square()) == "casadi-vm"
+        (said,) = [r.getMessage().partition("functions: ")[2] for r in caplog.records]
+        assert said.startswith(f"{path} is not loaded: it {reason}")
+        assert not backends.kept(square().work)
+
+    def test_that_of_another_user(self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+        path = compiled()
+        owned_by_another(monkeypatch, path)
+        assert way(square()) == "casadi-vm"
+        assert [r.getMessage() for r in caplog.records] == [
+            f"planter: slower without compiled functions: {path} is not loaded: it belongs to another user"
+        ]
+
+    def test_each_has_its_warning(self, caplog: pytest.LogCaptureFixture) -> None:
+        x = ca.SX.sym("x")
+        kernels = [Kernel(ca.Function(name, [x], [x**3], ["x"], ["y"]), lanes=["x"]) for name in ("one", "two")]
+        for kernel in kernels:
+            backends.lane_library(kernel.work).chmod(0o777)
+        for kernel in kernels:
+            kernel.compile()
+        one, two = (r.getMessage() for r in caplog.records)
+        assert "/one-" in one
+        assert "/two-" in two
+
+    def test_one_without_the_function_does_nothing(self, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+        """A whole library with its true digest, under another's name: nothing in it has run."""
+        path, trace = compiled(), tmp_path / "trace"
+        other = f'#include <stdio.h>\n__attribute__((constructor)) void f(void) {{ fclose(fopen("{trace}", "w")); }}\n'
+        wrong = toolchain.library("other", other, toolchain.OPTIMISED)
+        shutil.copy(wrong, path)
+        assert toolchain.sound(path)
+        assert way(square()) == "casadi-vm"
+        assert not trace.exists()
+        assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
+            f"{path} is not used: it lacks one of the functions square"
+        ]
+        toolchain.load(wrong)
+        assert trace.exists()
+
+    def test_one_that_only_names_the_function(self, caplog: pytest.LogCaptureFixture) -> None:
+        path = compiled()
+        wrong = toolchain.library("other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED)
+        shutil.copy(wrong, path)
+        assert way(square()) == "casadi-vm"
+        assert "lacks one of the functions square" in caplog.text
+
+
+class TestFolder:
+    @pytest.mark.parametrize(("mode", "above"), [(0o777, 0o755), (0o770, 0o755), (0o700, 0o777), (0o700, 0o775)])
+    def test_one_that_others_may_write(
+        self, mode: int, above: int, folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        monkeypatch.setattr(cache, "_alone", lambda group: False)
+        compiled()
+        folder.chmod(mode)
+        folder.parent.chmod(above)
+        for _ in range(2):
+            assert way(square()) == "casadi-vm"
+        open_one = folder if above == 0o755 else folder.parent
+        assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
+            f"the folder for compiled functions, {folder}, is open to other users: {open_one} may be written by others"
+        ]
+        folder.chmod(0o700)
+        folder.parent.chmod(0o1777)
+        assert way(square()) == "lanes"
+
+    def test_a_group_of_the_user_alone_is_nobody_else(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        compiled()
+        folder.parent.chmod(0o775)
+        monkeypatch.setattr(cache, "_alone", lambda group: group == folder.parent.stat().st_gid)
+        assert way(square()) == "lanes"
+
+    def test_one_of_another_user(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        compiled()
+        for place in (folder, folder.parent):
+            with monkeypatch.context() as patch:
+                owned_by_another(patch, place)
+                with pytest.raises(Refused, match=f"open to other users: {place} belongs to another user"):
+                    toolchain.cache_folder()
+
+    def test_a_link_is_followed_to_what_is_judged(self, folder: Path, tmp_path: Path) -> None:
+        """Whoever moves his cache to another disk keeps it; what is loaded is where the link led."""
+        (tmp_path / "disk").mkdir()
+        folder.parent.symlink_to("disk")
+        assert compiled().parent == tmp_path / "disk" / "cache"
+        (tmp_path / "disk").chmod(0o777)
+        with pytest.raises(Refused, match="disk may be written by others"):
+            toolchain.cache_folder()
+
+
+@pytest.mark.parametrize("value", ["relative", "./here", ""])
+def test_a_relative_folder_of_the_desktop_s_does_not_count(value: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PLANTER_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", value)
+    monkeypatch.setenv("HOME", "/d")
+    assert toolchain.cache_path() == Path("/d/.cache/planter")
+
+
+def test_what_is_written_is_the_user_s_alone(folder: Path) -> None:
+    before = os.umask(0)
+    try:
+        path = compiled()
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o700
+    assert [stat.S_IMODE(place.stat().st_mode) for place in (folder, folder.parent)] == [0o700] * 2

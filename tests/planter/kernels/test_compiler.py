@@ -1,0 +1,159 @@
+"""Compilers as people name them: several words, silent, talking in another tongue, warning of everything."""
+
+import os
+import shlex
+import sys
+import time
+from pathlib import Path
+
+import casadi as ca
+import pytest
+
+from planter.kernels import Kernel, compiler, toolchain
+from planter.kernels.toolchain import NoCompiler
+from tests.support.lanes import needs_compiler
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv("PLANTER_KERNELS", raising=False)
+
+
+def script(folder: Path, text: str) -> Path:
+    path = folder / "some cc"
+    path.write_text(f"#!/bin/sh\n{text}\n", encoding="latin-1")
+    path.chmod(0o755)
+    return path
+
+
+def runs(group: str) -> bool:
+    """Whether something of a group of processes goes on for longer than it takes to be buried."""
+    for _ in range(100):
+        try:
+            os.killpg(int(group), 0)
+        except ProcessLookupError:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def square() -> Kernel:
+    x = ca.SX.sym("x")
+    return Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+
+
+@needs_compiler
+class TestSeveralWords:
+    PASSED_ON = "import os, sys; os.execvp(sys.argv[1], sys.argv[1:])"
+
+    @pytest.mark.parametrize(
+        "words",
+        [["env", "cc"], [sys.executable, "-c", PASSED_ON, "cc"], ["env", "WORD=two words; exit 1", "cc"]],
+        ids=["a wrapper", "a module of Python", "words with spaces"],
+    )
+    def test_a_kernel_is_compiled_by_them(self, words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("CC", shlex.join(words))
+        kernel = square()
+        kernel.compile()
+        assert kernel.way == "lanes"
+        assert kernel(x=[3.0])["y"][0, 0] == 9
+        assert toolchain.compiler().words == tuple(words[1:])
+        assert toolchain.compiler().flags == compiler._asked("cc", os.environ["PATH"]).flags  # type: ignore[union-attr]
+
+    def test_other_words_are_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        places = set()
+        for name in ("env cc", "env WORD=1 cc"):
+            monkeypatch.setenv("CC", name)
+            places.add(toolchain.place("f", "", ()))
+        assert len(places) == 2
+
+    def test_no_shell_reads_them(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("CC", f"cc; touch {tmp_path / 'touched'}")
+        with pytest.raises(NoCompiler, match="there is no C compiler 'cc;'"):
+            toolchain.compiler()
+        monkeypatch.setenv("CC", f"cc $(touch {tmp_path / 'touched'})")
+        square().compile()
+        assert not (tmp_path / "touched").exists()
+
+    def test_a_path_with_a_space_is_one_word(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("CC", str(script(tmp_path, 'exec cc "$@"')))
+        square().compile()
+        assert toolchain.compiler().words == ()
+
+    @pytest.mark.parametrize(("name", "said"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")])
+    def test_words_that_are_none(self, name: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("CC", name)
+        with pytest.raises(NoCompiler, match=said):
+            toolchain.compiler()
+
+
+@needs_compiler
+class TestFlags:
+    def flags(self, text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, ...]:
+        monkeypatch.setenv("CC", str(script(folder, text)))
+        found = toolchain.compiler()
+        return (*found.flags, *found.order)
+
+    def test_a_warning_of_something_else_takes_no_flag_away(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """As `-c` beside `-S` is warned of, which `-Werror` makes an error."""
+        plain = self.flags('exec cc "$@"', tmp_path, monkeypatch)
+        warned = 'for word; do [ "$word" = -Werror ] && { echo "-c: unused" >&2; exit 1; }; done; exec cc "$@"'
+        (tmp_path / "warns").mkdir()
+        assert self.flags(warned, tmp_path / "warns", monkeypatch) == plain != ()
+
+    @pytest.mark.parametrize("fails", ["exit 1", ":"])
+    def test_a_flag_that_is_warned_of_is_not_taken(
+        self, fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        warned = 'for word; do [ "$word" = -Werror ] && { echo "unused: $2" >&2; exit 1; }; done'
+        text = f'[ "$1" = --version ] && exit; {warned}; {fails}'
+        assert self.flags(text, tmp_path, monkeypatch) == ()
+
+
+class TestNoAnswer:
+    @pytest.fixture(autouse=True)
+    def _soon(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(compiler, "ANSWER_S", 0.5)
+
+    @pytest.mark.parametrize("case", ["version", "flags"])
+    def test_it_is_not_waited_for_and_asked_once(
+        self, case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """A shell that waits for a command: both end."""
+        answers = '[ "$1" = --version ] && { echo cc 1; exit; }\n' if case == "flags" else ""
+        text = f"echo $$ >> '{tmp_path / 'asked'}'\n{answers}sleep 300\nexit"
+        monkeypatch.setenv("CC", str(script(tmp_path, text)))
+        began = time.monotonic()
+        for _ in range(3):
+            with pytest.raises(NoCompiler, match=r"some cc does not answer within 0\.5 s"):
+                toolchain.compiler()
+        assert time.monotonic() - began < 10
+        asked = (tmp_path / "asked").read_text().split()
+        assert len(asked) == (1 if case == "version" else 2)
+        assert not any(runs(process) for process in asked)
+
+    def test_kernels_work_without_it(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        monkeypatch.setenv("CC", str(script(tmp_path, "sleep 300")))
+        monkeypatch.setattr(toolchain, "_warned", [])
+        kernel = square()
+        kernel.compile()
+        assert kernel(x=[3.0])["y"][0, 0] == 9
+        assert [r.getMessage() for r in caplog.records] == [
+            f"planter: slower without compiled functions: the C compiler {tmp_path / 'some cc'} does not answer "
+            "within 0.5 s"
+        ]
+
+
+@needs_compiler
+def test_a_version_in_another_encoding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "case $1 in --version) echo 'cc f\xfcr alle';; *) exec cc \"$@\";; esac"
+    monkeypatch.setenv("CC", str(script(tmp_path, text)))
+    assert toolchain.compiler().version == r"cc f\xfcr alle"
+    kernel = square()
+    kernel.compile()
+    assert kernel.way == "lanes"
