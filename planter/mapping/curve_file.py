@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from planter.errors import InputError
-from planter.files import examples
+from planter.files import csv_rows, examples
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
 from planter.mapping.linkage import TURN
 
-HEADER = ["carrier_deg", "relative_deg"]
+HEADER = ("carrier_deg", "relative_deg")
 CLOSED = 1e-6
 """A turn is closed up to this [deg]."""
 LEAST = 4
@@ -27,31 +27,11 @@ def load_curve(source: str | Path) -> AngleCurve:
 
     Raises InputError, naming file and line, for anything else.
     """
-    lines = examples.text(source, "mapping", ".csv").splitlines()
-    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
-    if not numbered or [cell.strip() for cell in next(csv.reader([numbered[0][1]]))] != HEADER:
-        given = numbered[0][1][:60] if numbered else ""
-        raise InputError(f"{source}: the header {given!r} is not allowed: it must be {','.join(HEADER)}")
-    points = np.array([_row(source, n, line) for n, line in numbered[1:]]).reshape(-1, 2)
-    return _closed(str(source), [n for n, _ in numbered[1:]], points)
+    table = csv_rows.read(examples.text(source, "mapping", ".csv"), str(source), HEADER)
+    return _closed(str(source), table.lines, np.column_stack([table.numbers(name, LARGEST) for name in HEADER]))
 
 
-def _row(source: str | Path, number: int, line: str) -> tuple[float, float]:
-    cells = next(csv.reader([line]))
-    try:
-        carrier, relative = (float(cell) for cell in cells)
-        if not max(abs(carrier), abs(relative)) <= LARGEST:
-            raise ValueError
-    except ValueError:
-        raise InputError(
-            f"{source}: line {number} = {line[:60]!r} is not allowed: it must be two angles in deg"
-        ) from None
-    if not np.isfinite([carrier, relative]).all():
-        raise InputError(f"{source}: line {number} = {line[:60]!r} is not allowed: its angles must be finite")
-    return carrier, relative
-
-
-def _closed(source: str, numbers: list[int], points: Array) -> AngleCurve:
+def _closed(source: str, numbers: Sequence[int], points: Array) -> AngleCurve:
     if len(points) < LEAST:
         raise InputError(f"{source}: {len(points)} points are not allowed: there must be at least {LEAST}")
     carrier, relative = points.T

@@ -16,7 +16,7 @@ from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
 from planter.files.text import parse_toml
 from planter.kernels import Array
-from planter.pickup.points import parse_points, resolution
+from planter.pickup.points import parse_points
 
 LEAST_MM = 1e-4
 """Least tolerance of the points' distances where a file names none."""
@@ -224,7 +224,7 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
     """
     label = str(source)
     if _is_points(label):
-        points = parse_points(examples.text(source, "pickup", ".csv"), label)
+        points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
         found = load(DEFAULT).with_points(points, label)
     else:
         found = Pickup.read(parse_toml(examples.text(source, "pickup"), label), label)
@@ -233,7 +233,7 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
         csv = label if _is_points(label) else _beside(label, changed.path.csv)
         changed._points_source = str(csv)
         text = examples.text(csv, "pickup", ".csv")
-        changed._points, changed._resolution = parse_points(text, str(csv)), resolution(text)
+        changed._points, changed._resolution = parse_points(text, str(csv))
     return changed
 
 

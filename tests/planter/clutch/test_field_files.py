@@ -70,7 +70,9 @@ def test_bad_calls_are_refused(tmp_path: Path) -> None:
     assert "did you mean shi2021-field" in refusal("field", "shi2021-feild")
     assert "--response Y9: shi2021-field has no such column" in refusal("field", "--response", "Y9")
     assert "L10: there is no plan" in refusal("plan", "L10")
-    assert "the columns are run, A, B, C" in refusal("field", "--comparison", "shi2021-field")
+    assert "the header 'run,A,B,C,blank,Y1,Y2' is not allowed: it must be clutch,speed" in refusal(
+        "field", "--comparison", "shi2021-field"
+    )
     path.write_text("")
     assert "the file is empty" in refusal("field", str(path))
     assert "cannot be written" in refusal("field", "--out", str(path))
