@@ -6,7 +6,7 @@ Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
@@ -18,6 +18,10 @@ from planter.files.text import parse_toml
 from planter.kernels import Array
 from planter.pickup.points import parse_points
 
+Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
+LARGEST_SWING = 1e6
+TRANSITION_DEG = 15.0
+"""Where smooth ends of a dwell name none."""
 LEAST_MM = 1e-4
 """Least tolerance of the points' distances where a file names none."""
 DEFAULT = "yu2023"
@@ -72,12 +76,17 @@ class NoncircularStage(Section):
 
 
 class LawData(Section):
-    """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell."""
+    """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell.
 
-    phi5_far_deg: Real
+    At the ends of the dwell the slope jumps, unless these are smooth: then it goes to zero within `transition_deg`.
+    """
+
+    phi5_far_deg: Angle
     phi1_far_deg: Annotated[Real, Field(ge=180, le=180)]
-    p: Real
+    p: Annotated[Real, Field(ge=-LARGEST_SWING, le=LARGEST_SWING)]
     dwell_t_deg: Pair
+    ends: Literal["smooth"] | None = None
+    transition_deg: Annotated[Real, Field(gt=0, le=90)] | None = None
 
     @field_validator("dwell_t_deg")
     @classmethod
@@ -92,6 +101,26 @@ class LawData(Section):
         if start - end + 2 * math.pi + self.p * (math.sin(start) - math.sin(end)) <= 0:
             raise refused("p", self.p, "it must let the arm's angle gain over the turn")
         return self
+
+    @model_validator(mode="after")
+    def _transitions_fit(self) -> Self:
+        if self.transition_deg is None:
+            return self
+        if self.ends is None:
+            allowed = 'it goes with smooth ends of the dwell, ends = "smooth", and with no others'
+            raise refused("transition_deg", self.transition_deg, allowed)
+        room = (360 - self.dwell_t_deg[1] + self.dwell_t_deg[0]) / 4
+        if self.transition_deg > room:
+            allowed = f"it must be at most {room:g}, a quarter of the turn outside the dwell"
+            raise refused("transition_deg", self.transition_deg, allowed)
+        return self
+
+    @property
+    def transition(self) -> float:
+        """How far from the dwell the slope is the law's own again [rad]; zero where it jumps."""
+        if self.ends is None:
+            return 0.0
+        return math.radians(TRANSITION_DEG if self.transition_deg is None else self.transition_deg)
 
 
 class PathData(Section):
@@ -189,11 +218,13 @@ class Pickup(Document):
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
     def with_points(self, points: Array, csv: str) -> "Pickup":
-        """The same pick-up driven by a path of points (n, 2) in m; its bars are found from them."""
+        """A pick-up driven by a path of points (n, 2) in m, its bars found from them, all else as in this one."""
         gone = ("law", "bars")
         table = {key: value for key, value in self.table().items() if key not in gone}
         table["origin"] = {key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone}
         table["origin"]["path"] = "assumed"
+        table["name"] = Path(csv).stem[:80]
+        table["description"] = f"Seedling pick-up on the path of {csv}, all else as in {self.name}"
         changed = self.read({**table, "path": {"csv": csv}}, csv)
         changed._points, changed._points_source = points, csv
         return changed

@@ -7,7 +7,7 @@ import hashlib
 import io
 import platform
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
-from planter.report import files, style
+from planter.report import files, folder
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.version import __version__
 
@@ -23,28 +23,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Rows = list[Sequence[Any]]
-Progress = Callable[[str, int, int], None]
 MOST_ROWS = 500
 """Combinations of levels that the page shows; prediction.csv holds all."""
 
 
-def write(out: str | Path, found: Evaluation, progress: Progress | None = None) -> None:
-    """Writes everything into a folder, once all of it is there. Raises InputError for one that cannot be written."""
-    folder = files.output_folder(out)
+def write(out: str | Path, found: Evaluation, progress: folder.Progress | None = None) -> None:
+    """Writes everything into a folder, whole or not at all. Raises InputError for one that cannot be written."""
+    files.output_folder(out)
     summary = files.summary_text({**found.result, "provenance": provenance(found)})
-    texts = {
+    listing = {
         f"{name}.csv": _csv([f"data: {found.result['source']}"], head, rows)
         for name, (head, rows) in listed(found.result).items()
     }
-    figures = drawings(found)
-    place = files.output_folder(folder / "figures")
-    inlined = {}
-    for count, (name, figure) in enumerate(figures.items(), 1):
-        inlined[name] = style.save(figure, place, name)[0].read_text(encoding="utf-8")
-        if progress is not None:
-            progress(f"figure {count} of {len(figures)}: {name}", count, len(figures))
-    for name, content in {"summary.json": summary, **texts, "report.html": text(found, inlined)}.items():
-        files.write_text(folder / name, content)
+    drawn = folder.drawn(drawings(found), progress)
+    report = text(found, {name: figure.svg for name, figure in drawn.items()})
+    folder.write(out, {"summary.json": summary, **listing, "report.html": report}, drawn)
 
 
 def provenance(found: Evaluation) -> dict[str, Any]:
