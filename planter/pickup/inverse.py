@@ -105,8 +105,8 @@ def _extremes(
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
             f"{source}: the distance of the points from the origin, which must be the sun's centre, has {len(highs)} "
-            f"maxima and {len(lows)} minima{_told(highs, lows)}: over the closed path it must have one of each, and may "
-            f"dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
+            f"maxima and {len(lows)} minima{_told(highs, lows)}: over the closed path it must have one of each, and "
+            f"may dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
         raise InputError(f"{source}: the path is not allowed to meet the origin: the sun's centre lies there")

@@ -12,6 +12,9 @@ from numpy.polynomial import Polynomial
 from planter.kernels import Array
 from planter.pickup.law import TURN, Dwell, toothed_range
 
+_ROUNDING = 1e-9
+"""Angles this close to a joint are on the teeth [rad]."""
+
 
 @dataclass(frozen=True)
 class SmoothLaw:
@@ -39,9 +42,9 @@ class SmoothLaw:
         swing = [1 + self.p * np.cos(within), -self.p * np.sin(within), -self.p * np.cos(within)]
         after, before = within - first, last - within
         for order in range(3):
-            swing[order] = np.where(after < self.transition, self._after.deriv(order)(after), swing[order])
+            swing[order] = np.where(after < self.transition - _ROUNDING, self._after.deriv(order)(after), swing[order])
             mirrored = (-1) ** order * self._before.deriv(order)(before)
-            swing[order] = np.where(before < self.transition, mirrored, swing[order])
+            swing[order] = np.where(before < self.transition - _ROUNDING, mirrored, swing[order])
         return self.mean_on_teeth * np.array(swing)
 
     def joints(self) -> Array:
