@@ -16,6 +16,7 @@ from planter.mapping.linkage import TURN
 HEADER = ("carrier_deg", "relative_deg")
 CLOSED = 1e-6
 """A turn is closed up to this [deg]."""
+_ROUNDED = 0.01
 LEAST = 4
 """Fewest points, the closing one included: a periodic cubic needs as many."""
 LARGEST = 1e6
@@ -40,11 +41,13 @@ def _closed(source: str, numbers: Sequence[int], points: Array) -> AngleCurve:
         k = int(np.argmin(steps)) + 1
         raise _refused(source, numbers[k], "carrier_deg", carrier[k], f"be above {carrier[k - 1]:g}, the one before")
     if abs(carrier[-1] - carrier[0] - 360) > CLOSED:
-        raise _refused(
-            source, numbers[-1], "carrier_deg", carrier[-1], f"be {carrier[0] + 360:g}, a turn after the first"
-        )
+        hint = " (are these radians?)" if abs(carrier[-1] - carrier[0] - TURN) < _ROUNDED else ""
+        allowed = f"be {carrier[0] + 360:g}, a turn after the first{hint}"
+        raise _refused(source, numbers[-1], "carrier_deg", carrier[-1], allowed)
     if abs(abs(relative[-1] - relative[0]) - 360) > CLOSED:
-        allowed = f"be 360 less or more than the first, {relative[0]:g}"
+        same = abs(relative[-1] - relative[0]) <= CLOSED
+        hint = " (is this the arm's own angle? then the carrier's must be taken from it)" if same else ""
+        allowed = f"be 360 less or more than the first, {relative[0]:g}{hint}"
         raise _refused(source, numbers[-1], "relative_deg", relative[-1], allowed)
     sense = 1 if relative[-1] > relative[0] else -1
     theta, y = np.radians(carrier), np.radians(relative)

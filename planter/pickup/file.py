@@ -19,6 +19,9 @@ from planter.kernels import Array
 from planter.pickup.points import parse_points
 
 Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
+Length = Annotated[Real, Field(gt=0, le=1e6)]
+Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
+Addendum = Annotated[Real, Field(gt=0, le=10)]
 LARGEST_SWING = 1e6
 TRANSITION_DEG = 15.0
 """Where smooth ends of a dwell name none."""
@@ -31,8 +34,8 @@ DEFAULT = "yu2023"
 class Bars(Section):
     """Carrier arm L1 and planet arm L2; where a path drives the pick-up they are found from it."""
 
-    L1_mm: Positive
-    L2_mm: Positive
+    L1_mm: Length
+    L2_mm: Length
 
     @model_validator(mode="after")
     def _tip_stays_outside(self) -> Self:
@@ -45,19 +48,19 @@ class Carrier(Section):
     """Bend at the intermediate axis, centre distance of stage 2, speed."""
 
     gamma_deg: Annotated[Real, Field(gt=90, lt=180)]
-    a2_mm: Positive
-    speed_deg_per_s: Positive
+    a2_mm: Length
+    speed_deg_per_s: Annotated[Real, Field(gt=0, le=1e9)]
 
 
 class HelicalStage(Section):
     """Standard helical pair; its helix angle follows from the centre distance."""
 
-    mn_mm: Positive
+    mn_mm: Module
     z1: Annotated[Whole, Field(ge=5, le=1000)]
     z2: Annotated[Whole, Field(ge=5, le=1000)]
-    B_mm: Positive
+    B_mm: Length
     alpha_n_deg: Annotated[Real, Field(ge=5, lt=45)]
-    ha: Positive
+    ha: Addendum
 
     @model_validator(mode="after")
     def _equal_gears(self) -> Self:
@@ -69,9 +72,9 @@ class HelicalStage(Section):
 class NoncircularStage(Section):
     """Teeth of the non-circular pair."""
 
-    m_mm: Positive
-    ha1: Positive
-    ha2: Positive
+    m_mm: Module
+    ha1: Addendum
+    ha2: Addendum
     alpha0_deg: Annotated[Real, Field(ge=5, lt=45)]
 
 
@@ -130,7 +133,7 @@ class PathData(Section):
     """
 
     csv: Annotated[str, Field(min_length=1)]
-    tolerance_mm: Positive | None = None
+    tolerance_mm: Length | None = None
 
 
 class SplineData(Section):
@@ -143,10 +146,10 @@ class Tray(Section):
     """Tray box and cell: a cell is a trapezium, its axis square to the tray."""
 
     box_inclination_deg: Annotated[Real, Field(gt=0, lt=90)]
-    cell_depth_mm: Positive = 44.0
-    cell_top_mm: Positive = 30.0
-    cell_bottom_mm: Positive = 16.0
-    cell_pitch_mm: Positive = 32.0
+    cell_depth_mm: Length = 44.0
+    cell_top_mm: Length = 30.0
+    cell_bottom_mm: Length = 16.0
+    cell_pitch_mm: Length = 32.0
 
     @model_validator(mode="after")
     def _cells_are_cells(self) -> Self:
@@ -159,22 +162,22 @@ class Tray(Section):
 class Needle(Section):
     """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to tip."""
 
-    length_mm: Positive = 80.0
-    width_mm: Positive = 10.0
+    length_mm: Length = 80.0
+    width_mm: Length = 10.0
     mounting_deg: Annotated[Real, Field(ge=-180, le=180)] = 0.0
 
 
 class Targets(Section):
     """What the path must do (the paper's Table 1, of which the text keeps the numbers), each with a tolerance."""
 
-    push_deg: Real = 90.0
+    push_deg: Angle = 90.0
     push_tolerance_deg: Positive = 2.0
-    swing_deg: Real = 50.0
+    swing_deg: Angle = 50.0
     swing_tolerance_deg: Positive = 2.0
-    entry_depth_mm: Positive = 35.0
-    entry_depth_tolerance_mm: Positive = 2.0
-    straight_entry_mm: Positive = 65.0
-    straightness_mm: Positive = 1.0
+    entry_depth_mm: Length = 35.0
+    entry_depth_tolerance_mm: Length = 2.0
+    straight_entry_mm: Length = 65.0
+    straightness_mm: Length = 1.0
     clearance_mm: NotNegative = 0.0
 
 
@@ -269,7 +272,7 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
 
 
 def _is_points(label: str) -> bool:
-    return label.endswith(".csv") or label in examples.names("pickup", ".csv")
+    return label.lower().endswith(".csv") or label in examples.names("pickup", ".csv")
 
 
 def _beside(config: str, csv: str) -> str | Path:

@@ -52,26 +52,31 @@ def check(machine: Pickup, train: Train) -> None:
 def _fault(train: Train) -> Fault | None:
     """The first limit that is broken, where it is broken most."""
     t = train.samples(SAMPLES)
-    slope, curves = train.law.slopes(t)[0], train.pitch(t)
-    for (gear, kind), excess in limits.excesses(slope, curves, train.teeth).items():
+    slope = train.law.slopes(t)[0]
+    least = int(np.argmin(slope))
+    if slope[least] <= 0:
+        turned = "turns back" if slope[least] < 0 else "stands still"
+        return Fault(
+            float(t[least]), f"the arm {turned} (slope {slope[least]:.4g}, which must stay positive on the teeth)"
+        )
+    curves = train.pitch(t)
+    for (gear, kind), excess in limits.excesses(curves, train.teeth).items():
         worst = int(np.argmax(excess))
         if excess[worst] >= 0:
             here = {name: float(values[worst]) for name, values in curves.items()}
-            return Fault(float(t[worst]), _told(train, gear, kind, float(slope[worst]), here))
+            return Fault(float(t[worst]), _told(train, gear, kind, here))
     return None
 
 
-def _told(train: Train, gear: str, kind: str, slope: float, here: Mapping[str, float]) -> str:
-    """What is wrong with a gear, or with the arm, at an angle."""
-    if kind == "slope":
-        turned = "turns back" if slope < 0 else "stands still"
-        return f"the arm {turned} (slope {slope:.4g}, which must stay positive on the teeth)"
+def _told(train: Train, gear: str, kind: str, here: Mapping[str, float]) -> str:
+    """What is wrong with a gear at an angle."""
     radius, kappa = limits.GEARS[gear]
     reach, addendum = limits.reaches(train.teeth)[gear] * _MM, limits.addenda(train.teeth)[gear] * _MM
     if kind == "radius":
+        ratio = here["R2"] / here["R1"]
         return (
-            f"the pitch radius of the {gear} is {here[radius] * _MM:.4g} mm (total ratio {1 / slope:.4g}), but the "
-            f"teeth of its mate reach {reach:.4g} mm into it, past its axis"
+            f"the pitch radius of the {gear} is {here[radius] * _MM:.4g} mm (total ratio {ratio:.4g}), but the teeth "
+            f"of its mate reach {reach:.4g} mm into it, past its axis"
         )
     depth, end = (reach, "roots") if kind == "sharp" else (addendum, "tips")
     return (

@@ -1,4 +1,4 @@
-"""What keeps pitch curves from being gears: slopes that are not positive, teeth past an axis, cusps."""
+"""What keeps pitch curves of positive slope from being gears: teeth that reach past an axis, and cusps."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def addenda(teeth: Array) -> dict[str, float]:
     return {"sun": float(teeth[1] * teeth[0]), "intermediate gear": float(teeth[2] * teeth[0])}
 
 
-def excesses(slope: Array, curves: Mapping[str, Array], teeth: Array) -> dict[tuple[str, str], Array]:
-    """By how much each limit is broken at angles on the teeth (n,), not negative where it is; by gear and kind.
+def excesses(curves: Mapping[str, Array], teeth: Array) -> dict[tuple[str, str], Array]:
+    """By how much each limit is broken at angles (n,) of positive slope, not negative where it is; by gear and kind.
 
-    The slope is positive. A pitch radius is more than the mate's teeth reach into it. The radius of curvature is more
+    A pitch radius is more than the mate's teeth reach into it. The radius of curvature is more
     than the depth of the roots where the curve is convex, and than the height of the tips where it is hollow: else
     the curve of the roots, or of the tips, has a cusp.
     """
-    found = {("arm", "slope"): -slope}
+    found = {}
     for gear, (radius, kappa) in GEARS.items():
         found[gear, "radius"] = reaches(teeth)[gear] - curves[radius]
         found[gear, "sharp"] = curves[kappa] * reaches(teeth)[gear] - 1
@@ -39,6 +39,6 @@ def excesses(slope: Array, curves: Mapping[str, Array], teeth: Array) -> dict[tu
     return found
 
 
-def broken(slope: Array, curves: Mapping[str, Array], teeth: Array) -> Array:
+def broken(curves: Mapping[str, Array], teeth: Array) -> Array:
     """Whether any limit is broken (n,)."""
-    return np.asarray(np.max(list(excesses(slope, curves, teeth).values()), axis=0) >= 0)
+    return np.asarray(np.max(list(excesses(curves, teeth).values()), axis=0) >= 0)

@@ -126,7 +126,10 @@ class Train:
             return first + transition, last - transition
         t = np.linspace(first, last, round((last - first) / _STEP) + 1)
         slope = self.law.slopes(t)[0]
-        lost = np.flatnonzero(limits.broken(slope, self.pitch(t), self.teeth) & (slope > limits.BACKWARD))
+        moving = slope > 0
+        fails = ~moving & (slope > limits.BACKWARD)
+        fails[moving] = limits.broken(self.pitch(t[moving]), self.teeth)
+        lost = np.flatnonzero(fails)
         after, before = lost[t[lost] < first + BESIDE], lost[t[lost] > last - BESIDE]
         return float(t[after[-1] + 1]) if len(after) else first, float(t[before[0] - 1]) if len(before) else last
 

@@ -61,8 +61,8 @@ def locking(train: Train) -> Locking | None:
         return None
     start, end = train.pitch(np.array([train.toothed[1], train.toothed[0]]))["R1"]
     radius, a1 = float(min(start, end)), train.geometry.a1
-    tip = a1 - radius + float(train.teeth[2] * train.teeth[0])
-    reach = np.arccos((a1**2 + radius**2 - tip**2) / (2 * a1 * radius))
+    addendum = float(train.teeth[2] * train.teeth[0])
+    reach = 2 * np.arcsin(np.sqrt(addendum * (2 * (a1 - radius) + addendum) / (4 * a1 * radius)))
     return Locking(radius, (float(start), float(end)), dwell.width, float(reach))
 
 

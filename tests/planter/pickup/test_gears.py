@@ -108,11 +108,29 @@ def test_each_limit_is_broken_by_what_breaks_it_alone() -> None:
         ("sun", "sharp"): {"kappa1": 1 / 0.0026}, ("intermediate gear", "sharp"): {"kappa2": 1 / 0.0024},
         ("sun", "hollow"): {"kappa1": -1 / 0.0024}, ("intermediate gear", "hollow"): {"kappa2": -1 / 0.0026},
     }  # fmt: skip
-    for kind, change in {("arm", "slope"): {}, **cases}.items():
-        slope = 0.0 if kind == ("arm", "slope") else 0.5
-        found = limits.excesses(np.array([slope]), {k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
+    for kind, change in cases.items():
+        found = limits.excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
         assert [name for name, excess in found.items() if excess[0] >= -1e-9] == [kind]
-    assert not limits.broken(np.array([0.5]), {k: np.array([v]) for k, v in good.items()}, TEETH)
+    assert not limits.broken({k: np.array([v]) for k, v in good.items()}, TEETH)
+
+
+def test_an_arm_that_only_just_stands_still_is_refused_as_one() -> None:
+    assert "at t = 0 deg from the farthest tip the arm stands still" in refusal("yu2023", "--set", "p=-1")
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["L2_mm=1e300", "helical_stage.ha=1e300", "noncircular_stage.m_mm=1e-15", "width_mm=1e300", "phi5_far_deg=1e15"],
+)
+def test_values_beyond_all_measure_are_refused_by_name(value: str) -> None:
+    assert value.partition("=")[0] in refusal("yu2023", "--set", value)
+
+
+def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = answer("yu2023", "--set", "noncircular_stage.m_mm=0.001", "--set", "ha2=0.001")
+    assert found["locking_arcs"] is not None
 
 
 def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large() -> None:
