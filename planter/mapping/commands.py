@@ -12,10 +12,16 @@ from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
 
 PosesArgument = Annotated[
-    str, typer.Argument(metavar="POSES", help="a file of poses, or the name of a built-in one", show_default=False)
+    str,
+    typer.Argument(metavar="POSES", help="a file of poses (TOML), or the name of a built-in one", show_default=False),
 ]
 CurveArgument = Annotated[
-    str, typer.Argument(metavar="CURVE", help="a CSV of angles, or the name of a built-in one", show_default=False)
+    str,
+    typer.Argument(
+        metavar="CURVE",
+        help="a CSV of angles (carrier_deg,relative_deg), or the name of a built-in one",
+        show_default=False,
+    ),
 ]
 CarrierOption = Annotated[int, typer.Option(min=1, help="dyad of the carrier, counted by radius")]
 LARGEST_MM = 1e6
@@ -49,7 +55,7 @@ def synthesise(
         if out is not None:
             from planter.mapping.report import results
 
-            results.write_synthesis(out, found)
+            results.write_synthesis(out, found, console.progress)
         console.result(found.result, lambda: tables.synthesis(console, found.result))
 
 
@@ -65,7 +71,11 @@ def train(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The two-stage non-circular gear train that turns an arm by a given angle curve."""
+    """The two-stage non-circular gear train that turns an arm by a given angle curve.
+
+    The curve is one closed turn: over 360 deg of the carrier the arm's rotation against it falls by 360 deg, or rises,
+    and never stands still. Ratios that leave a small radius, pitch curves near a cusp and hollow ones are told.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.mapping import tables
@@ -85,7 +95,7 @@ def train(
         if out is not None:
             from planter.mapping.report import results
 
-            results.write_train(out, found, curve)
+            results.write_train(out, found, curve, console.progress)
         console.result(found.result, lambda: tables.train(console, found.result))
 
 

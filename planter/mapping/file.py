@@ -9,6 +9,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from planter.errors import InputError
 from planter.files import examples
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
@@ -128,6 +129,11 @@ def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -
 
     Raises InputError for anything that cannot be used.
     """
+    if str(source).lower().endswith(".csv"):
+        raise InputError(
+            f"{source}: this is a CSV file, but poses must stand in a TOML file, as [[pose]] with x_mm, y_mm, "
+            f"phi_deg (planter example sun2019 prints one; a curve of angles goes to planter train)"
+        )
     table = parse_toml(examples.text(source, "mapping"), str(source))
     found = PoseFile.read(table, str(source))
     found = found.with_numbers(changes) if changes else found

@@ -80,6 +80,7 @@ def train(console: Console, result: Result) -> None:
     rows = [(name, result[name]) for name in ("x_s", "slope_min", "slope_max", "ratio_min", "ratio_max")]
     rows += [(f"closure error of stage {k} / rad", e) for k, e in enumerate(result["closure_error_rad"], 1)]
     rows.append(("bend of the carrier / deg", result["carrier_bend_deg"]))
+    rows.append(("largest module without a cusp / mm", result["module_max_mm"]))
     console.table("Gear train", ("", "value"), rows)
     keys = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm")
     gears = [(g, *(result[key][k] for key in keys), result["convex"][k]) for k, g in enumerate(GEARS)]
@@ -88,4 +89,4 @@ def train(console: Console, result: Result) -> None:
     if result["poses"]:
         _poses(console, "Poses and the path of the train", result["poses"])
     for warning in result["warnings"]:
-        console.say(f"note: {warning}")
+        print(f"Note: {warning['message']}.")

@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.mapping import shown
+from planter.mapping import faults, shown
 from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad, distinct, solve
 from planter.mapping.file import PoseFile
@@ -44,7 +44,7 @@ def train_of(
     poses = None if file is None else file.poses
     result = _result(train, bend)
     result["poses"] = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
-    result["warnings"] = _remarks(train)
+    result["warnings"] = faults.warnings(train)
     return Training(train, crank, dyad, poses, result)
 
 
@@ -80,17 +80,12 @@ def _result(train: Train, bend: float | None) -> dict[str, Any]:
         "radius_min_mm": shown.mm(smallest),
         "radius_max_mm": shown.mm(biggest),
         "curvature_radius_min_mm": shown.mm(train.least_curvature_radius),
+        "module_max_mm": faults.largest_module(train) * 1e3,
     }
 
 
 def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[dict[str, Any]]:
     return [shown.miss(k, miss) for k, miss in enumerate(met_by(dyad, poses, curve), 1)]
-
-
-def _remarks(train: Train) -> list[str]:
-    if train.curve.sense < 0:
-        return []
-    return ["the arm gains on the carrier: two external meshes turn it the other way, so that one mesh needs an idler"]
 
 
 def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:

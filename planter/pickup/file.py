@@ -6,7 +6,7 @@ Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
@@ -16,8 +16,15 @@ from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
 from planter.files.text import parse_toml
 from planter.kernels import Array
-from planter.pickup.points import parse_points, resolution
+from planter.pickup.points import parse_points
 
+Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
+Length = Annotated[Real, Field(gt=0, le=1e6)]
+Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
+Addendum = Annotated[Real, Field(gt=0, le=10)]
+LARGEST_SWING = 1e6
+TRANSITION_DEG = 15.0
+"""Where smooth ends of a dwell name none."""
 LEAST_MM = 1e-4
 """Least tolerance of the points' distances where a file names none."""
 DEFAULT = "yu2023"
@@ -27,8 +34,8 @@ DEFAULT = "yu2023"
 class Bars(Section):
     """Carrier arm L1 and planet arm L2; where a path drives the pick-up they are found from it."""
 
-    L1_mm: Positive
-    L2_mm: Positive
+    L1_mm: Length
+    L2_mm: Length
 
     @model_validator(mode="after")
     def _tip_stays_outside(self) -> Self:
@@ -41,19 +48,19 @@ class Carrier(Section):
     """Bend at the intermediate axis, centre distance of stage 2, speed."""
 
     gamma_deg: Annotated[Real, Field(gt=90, lt=180)]
-    a2_mm: Positive
-    speed_deg_per_s: Positive
+    a2_mm: Length
+    speed_deg_per_s: Annotated[Real, Field(gt=0, le=1e9)]
 
 
 class HelicalStage(Section):
     """Standard helical pair; its helix angle follows from the centre distance."""
 
-    mn_mm: Positive
+    mn_mm: Module
     z1: Annotated[Whole, Field(ge=5, le=1000)]
     z2: Annotated[Whole, Field(ge=5, le=1000)]
-    B_mm: Positive
+    B_mm: Length
     alpha_n_deg: Annotated[Real, Field(ge=5, lt=45)]
-    ha: Positive
+    ha: Addendum
 
     @model_validator(mode="after")
     def _equal_gears(self) -> Self:
@@ -65,19 +72,24 @@ class HelicalStage(Section):
 class NoncircularStage(Section):
     """Teeth of the non-circular pair."""
 
-    m_mm: Positive
-    ha1: Positive
-    ha2: Positive
+    m_mm: Module
+    ha1: Addendum
+    ha2: Addendum
     alpha0_deg: Annotated[Real, Field(ge=5, lt=45)]
 
 
 class LawData(Section):
-    """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell."""
+    """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell.
 
-    phi5_far_deg: Real
+    At the ends of the dwell the slope jumps, unless these are smooth: then it goes to zero within `transition_deg`.
+    """
+
+    phi5_far_deg: Angle
     phi1_far_deg: Annotated[Real, Field(ge=180, le=180)]
-    p: Real
+    p: Annotated[Real, Field(ge=-LARGEST_SWING, le=LARGEST_SWING)]
     dwell_t_deg: Pair
+    ends: Literal["smooth"] | None = None
+    transition_deg: Annotated[Real, Field(gt=0, le=90)] | None = None
 
     @field_validator("dwell_t_deg")
     @classmethod
@@ -93,6 +105,26 @@ class LawData(Section):
             raise refused("p", self.p, "it must let the arm's angle gain over the turn")
         return self
 
+    @model_validator(mode="after")
+    def _transitions_fit(self) -> Self:
+        if self.transition_deg is None:
+            return self
+        if self.ends is None:
+            allowed = 'it goes with smooth ends of the dwell, ends = "smooth", and with no others'
+            raise refused("transition_deg", self.transition_deg, allowed)
+        room = (360 - self.dwell_t_deg[1] + self.dwell_t_deg[0]) / 4
+        if self.transition_deg > room:
+            allowed = f"it must be at most {room:g}, a quarter of the turn outside the dwell"
+            raise refused("transition_deg", self.transition_deg, allowed)
+        return self
+
+    @property
+    def transition(self) -> float:
+        """How far from the dwell the slope is the law's own again [rad]; zero where it jumps."""
+        if self.ends is None:
+            return 0.0
+        return math.radians(TRANSITION_DEG if self.transition_deg is None else self.transition_deg)
+
 
 class PathData(Section):
     """A CSV of points of the tip's path, and how far apart distances may be that count as one (the dwell).
@@ -101,7 +133,7 @@ class PathData(Section):
     """
 
     csv: Annotated[str, Field(min_length=1)]
-    tolerance_mm: Positive | None = None
+    tolerance_mm: Length | None = None
 
 
 class SplineData(Section):
@@ -114,10 +146,10 @@ class Tray(Section):
     """Tray box and cell: a cell is a trapezium, its axis square to the tray."""
 
     box_inclination_deg: Annotated[Real, Field(gt=0, lt=90)]
-    cell_depth_mm: Positive = 44.0
-    cell_top_mm: Positive = 30.0
-    cell_bottom_mm: Positive = 16.0
-    cell_pitch_mm: Positive = 32.0
+    cell_depth_mm: Length = 44.0
+    cell_top_mm: Length = 30.0
+    cell_bottom_mm: Length = 16.0
+    cell_pitch_mm: Length = 32.0
 
     @model_validator(mode="after")
     def _cells_are_cells(self) -> Self:
@@ -130,22 +162,22 @@ class Tray(Section):
 class Needle(Section):
     """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to tip."""
 
-    length_mm: Positive = 80.0
-    width_mm: Positive = 10.0
+    length_mm: Length = 80.0
+    width_mm: Length = 10.0
     mounting_deg: Annotated[Real, Field(ge=-180, le=180)] = 0.0
 
 
 class Targets(Section):
     """What the path must do (the paper's Table 1, of which the text keeps the numbers), each with a tolerance."""
 
-    push_deg: Real = 90.0
+    push_deg: Angle = 90.0
     push_tolerance_deg: Positive = 2.0
-    swing_deg: Real = 50.0
+    swing_deg: Angle = 50.0
     swing_tolerance_deg: Positive = 2.0
-    entry_depth_mm: Positive = 35.0
-    entry_depth_tolerance_mm: Positive = 2.0
-    straight_entry_mm: Positive = 65.0
-    straightness_mm: Positive = 1.0
+    entry_depth_mm: Length = 35.0
+    entry_depth_tolerance_mm: Length = 2.0
+    straight_entry_mm: Length = 65.0
+    straightness_mm: Length = 1.0
     clearance_mm: NotNegative = 0.0
 
 
@@ -189,11 +221,13 @@ class Pickup(Document):
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
     def with_points(self, points: Array, csv: str) -> "Pickup":
-        """The same pick-up driven by a path of points (n, 2) in m; its bars are found from them."""
+        """A pick-up driven by a path of points (n, 2) in m, its bars found from them, all else as in this one."""
         gone = ("law", "bars")
         table = {key: value for key, value in self.table().items() if key not in gone}
         table["origin"] = {key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone}
         table["origin"]["path"] = "assumed"
+        table["name"] = Path(csv).stem[:80]
+        table["description"] = f"Seedling pick-up on the path of {csv}, all else as in {self.name}"
         changed = self.read({**table, "path": {"csv": csv}}, csv)
         changed._points, changed._points_source = points, csv
         return changed
@@ -224,7 +258,7 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
     """
     label = str(source)
     if _is_points(label):
-        points = parse_points(examples.text(source, "pickup", ".csv"), label)
+        points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
         found = load(DEFAULT).with_points(points, label)
     else:
         found = Pickup.read(parse_toml(examples.text(source, "pickup"), label), label)
@@ -233,12 +267,12 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
         csv = label if _is_points(label) else _beside(label, changed.path.csv)
         changed._points_source = str(csv)
         text = examples.text(csv, "pickup", ".csv")
-        changed._points, changed._resolution = parse_points(text, str(csv)), resolution(text)
+        changed._points, changed._resolution = parse_points(text, str(csv))
     return changed
 
 
 def _is_points(label: str) -> bool:
-    return label.endswith(".csv") or label in examples.names("pickup", ".csv")
+    return label.lower().endswith(".csv") or label in examples.names("pickup", ".csv")
 
 
 def _beside(config: str, csv: str) -> str | Path:

@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
+from planter.errors import InputError
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.pickup.inverse import LAW_DEGREE
@@ -83,8 +84,16 @@ def _interpolant(t: Array, values: Array, closed: bool) -> BSpline:
 
 
 def nodes(train: Train, value_points: int) -> Nodes:
-    """Nodes at equal steps from the farthest tip, outside the dwell, and at the dwell's ends."""
-    first, last = train.toothed
+    """Nodes at equal steps from the farthest tip, outside the dwell, and at the dwell's ends.
+
+    Raises InputError for a dwell with smooth ends, which moving value points would not keep.
+    """
+    first, last = train.driven
+    if train.law.transition:
+        raise InputError(
+            'law.ends = "smooth" is not allowed where value points are moved (--optimise), for these keep no '
+            "smooth ends: it must be left out"
+        )
     steps = np.arange(value_points) * TURN / value_points
     inside = np.sort(first + (steps - first) % TURN)
     inside = inside[(inside > first + APART) & (inside < last - APART)]

@@ -8,6 +8,7 @@ ends. At these ends the path has corners, so no spline is laid across them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ from planter.pickup.spline import Extreme, PathSpline, best_spline
 
 LAW_DEGREE = 5
 LEAST_TOOTHED = 8
+SHOWN = 4
+"""Places that a complaint names at most."""
 TOLERANCE = 1e-7
 """How far distances may be apart that count as one [m]."""
 
@@ -43,6 +46,27 @@ def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") ->
 
     Raises InputError, naming `source`, where there is no such mechanism.
     """
+    try:
+        return _inverted(points, tolerance, source)
+    except _TurnsBackError as error:
+        raise InputError(f"{error}{_other_order(points, tolerance)}") from None
+
+
+class _TurnsBackError(InputError):
+    """The points are not in the order of a carrier that turns counter-clockwise."""
+
+
+def _other_order(points: Array, tolerance: float) -> str:
+    """A hint where the points taken the other way round are such a path."""
+    try:
+        _inverted(points[::-1], tolerance, "")
+    except (InputError, ComputationError):
+        return ""
+    return " (in the opposite order they are such a path: turn the lines of the file round)"
+
+
+def _inverted(points: Array, tolerance: float, source: str) -> Found:
+    _check_outside(points, source)
     flat = plateau(points, tolerance)
     order = flat.toothed if flat else np.arange(len(points))
     if len(order) < LEAST_TOOTHED:
@@ -52,12 +76,13 @@ def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") ->
     bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=near.distance)
     chain = _Chain(path, far, near, np.array([bars["L1"], bars["L2"]]))
     phi5, phi1 = chain.angles(path.knots[: len(order)])
-    _check_order(phi5, source)
+    _check_order(phi5, points[order], source)
     if flat is None:
+        _check_order(np.append(phi5, phi5[0] + TURN), points[order], source)
         phi5_far, law = _closed_law(chain, phi5, phi1)
     else:
         held5, held1 = chain.held(points[flat.members], phi5[-1])
-        _check_order(np.array([*phi5, *held5, phi5[0] + TURN]), source)
+        _check_order(np.array([*phi5, *held5, phi5[0] + TURN]), points[[*order, *flat.members]], source)
         phi5_far, law = _dwelling_law(chain, phi5, phi1, held5, float(np.mean(held1)), source)
     return Found(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
 
@@ -79,9 +104,9 @@ def _extremes(
             lows = [Extreme(beyond, place, False)] if held < np.hypot(*path.points.T).min() + tolerance else []
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
-            f"{source}: the distance of the points from the origin has {len(highs)} maxima and {len(lows)} minima: "
-            "over the closed path it must have one of each, and may dwell once; if the points are not exact, "
-            f"path.tolerance_mm = {tolerance * 1000:g} is too small"
+            f"{source}: the distance of the points from the origin, which must be the sun's centre, has {len(highs)} "
+            f"maxima and {len(lows)} minima{_told(highs, lows)}: over the closed path it must have one of each, and "
+            f"may dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
         raise InputError(f"{source}: the path is not allowed to meet the origin: the sun's centre lies there")
@@ -130,13 +155,35 @@ class _Chain:
         return raw + TURN * round((near_to - raw) / TURN)
 
 
-def _check_order(phi5: Array, source: str) -> None:
-    """Raise InputError unless the carrier's angles (n,), from the dwell's end on, increase."""
+def _told(highs: Sequence[Extreme], lows: Sequence[Extreme]) -> str:
+    """Where the first of the extremes are."""
+    found = [*highs[:SHOWN], *lows[:SHOWN]]
+    return f" (at {', '.join(_place(extreme.place) for extreme in found)})" if found else ""
+
+
+def _place(point: Array) -> str:
+    return f"({point[0] * 1000:.5g}, {point[1] * 1000:.5g}) mm"
+
+
+def _check_outside(points: Array, source: str) -> None:
+    """Raise InputError for a path round the origin, which the tip cannot go: the planet's arm is the longer bar."""
+    ring = np.vstack([points, points[:1]])
+    steps = np.diff(np.arctan2(ring[:, 1], ring[:, 0]))
+    if round(float(np.sum((steps + np.pi) % TURN - np.pi)) / TURN):
+        raise InputError(
+            f"{source}: the path goes round the origin, where the sun's centre lies, but it must leave it outside (are "
+            f"the points counted from there?)"
+        )
+
+
+def _check_order(phi5: Array, places: Array, source: str) -> None:
+    """Raise _TurnsBackError unless the carrier's angles, from the dwell's end on, increase from place to place."""
     falls = np.flatnonzero(np.diff(phi5) <= 0)
     if len(falls):
-        raise InputError(
-            f"{source}: the carrier would have to turn back at {len(falls)} of {len(phi5)} points: they must be in the "
-            "order of a carrier that turns counter-clockwise, on a path that the mechanism can draw"
+        raise _TurnsBackError(
+            f"{source}: the carrier would have to turn back at {len(falls)} of {len(places)} points, the first at "
+            f"{_place(places[falls[0]])}: they must be in the order of a carrier that turns counter-clockwise, on a "
+            f"path that the mechanism can draw"
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -40,6 +40,10 @@ class Law(Protocol):
     @property
     def dwell(self) -> Dwell | None: ...
 
+    @property
+    def transition(self) -> float:
+        """How far on either side of the dwell the arm is driven by other means than teeth [rad]."""
+
     def arm(self, t: Array) -> Array:
         """The arm's angle [rad]."""
 
@@ -62,6 +66,7 @@ class CosineLaw:
     p: float
     dwell: Dwell
     phi1_far: float = np.pi
+    transition: ClassVar[float] = 0.0
 
     @property
     def _vector(self) -> Array:
@@ -90,6 +95,7 @@ class SplineLaw:
     lead: BSpline
     dwell: Dwell | None
     held: float
+    transition: ClassVar[float] = 0.0
 
     def _within(self, t: Array) -> Array:
         """The angles brought into the turn that begins where the teeth do."""

@@ -15,13 +15,18 @@ from scipy.optimize import brentq, minimize_scalar
 from planter.errors import GeometryError
 from planter.kernels import Array
 from planter.kernels.formulas import load
+from planter.pickup import limits
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import Found, invert
 from planter.pickup.law import MODEL, TURN, CosineLaw, Dwell, Law, toothed_range
+from planter.pickup.smooth import SmoothLaw
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 PANELS = 96
-"""Panels over the toothed range for integrals; each has eight nodes."""
+"""Panels over a range of angles for integrals; each has eight nodes."""
+_STEP = TURN / 2880
+BESIDE = np.radians(30)
+"""How far from the dwell what cannot be gears is left to other means than teeth."""
 
 
 @dataclass(frozen=True)
@@ -91,21 +96,45 @@ class Train:
         return load(MODEL)("pitch", slopes=self.law.slopes(t), phi5=t, phi2=turned, a1=self.geometry.a1)
 
     def contact_ratio(self, t: Array, module: float | None = None, addendum: float | None = None) -> Array:
-        """Contact ratio of the non-circular pair at angles on the teeth; with another module [m] or addendum [-]."""
+        """Contact ratio of the non-circular pair at angles on the teeth; with another module [m] or addendum [-].
+
+        NaN where a pitch curve is so hollow that the tips of its teeth lie inside their base circle.
+        """
         teeth = self.teeth.copy()
         teeth[0] = teeth[0] if module is None else module
         teeth[1:3] = teeth[1:3] if addendum is None else addendum
         curves = self.pitch(t)
-        given = {name: curves[name] for name in ("kappa1", "kappa2")}
-        return load(MODEL)("contact", **given, teeth=teeth)["epsilon"]
+        bends = np.array([curves["kappa1"], curves["kappa2"]])
+        meet = np.all(1 + bends * teeth[1:3, None] * teeth[0] >= np.cos(teeth[3]), axis=0)
+        kappa1, kappa2 = np.where(meet, bends, 0.0)
+        return np.where(meet, load(MODEL)("contact", kappa1=kappa1, kappa2=kappa2, teeth=teeth)["epsilon"], np.nan)
+
+    @property
+    def driven(self) -> tuple[float, float]:
+        """First and last carrier angle at which the arm is driven: the turn without the dwell, from its end on."""
+        return toothed_range(self.law.dwell)
 
     @cached_property
     def toothed(self) -> tuple[float, float]:
-        """First and last carrier angle of the teeth."""
-        return toothed_range(self.law.dwell)
+        """First and last carrier angle of the teeth.
+
+        That is where the arm is driven, less the law's own transitions; or, where a path comes to rest so gently that
+        no pitch curve can follow, less what lies beside the dwell and cannot be gears.
+        """
+        (first, last), transition = self.driven, self.law.transition
+        if self.law.dwell is None or transition:
+            return first + transition, last - transition
+        t = np.linspace(first, last, round((last - first) / _STEP) + 1)
+        slope = self.law.slopes(t)[0]
+        moving = slope > 0
+        fails = ~moving & (slope > limits.BACKWARD)
+        fails[moving] = limits.broken(self.pitch(t[moving]), self.teeth)
+        lost = np.flatnonzero(fails)
+        after, before = lost[t[lost] < first + BESIDE], lost[t[lost] > last - BESIDE]
+        return float(t[after[-1] + 1]) if len(after) else first, float(t[before[0] - 1]) if len(before) else last
 
     def samples(self, count: int) -> Array:
-        """Angles evenly over the toothed range, both ends included."""
+        """Angles evenly over the teeth, both ends included."""
         return np.linspace(*self.toothed, count)
 
     @cached_property
@@ -134,23 +163,27 @@ class Train:
     @cached_property
     def arc(self) -> float:
         """Length of pitch curve on the sun's teeth [m]; the intermediate gear's is the same."""
-        return self.integral(lambda t: self.pitch(t)["arc"])
+        return self.integral(lambda t: self.pitch(t)["arc"], self.toothed)
 
     @property
     def monotone(self) -> bool:
         """Whether the arm's angle never falls."""
-        return self.slope_extremes[0] >= 0
+        return float(self.law.slopes(np.linspace(*self.driven, 1441))[0].min()) >= 0 and self.slope_extremes[0] >= 0
 
-    def check_meshes(self, source: str) -> None:
-        """Raise GeometryError where the arm would turn back as fast as the carrier, and no pitch point exists."""
-        least = self.slope_extremes[0]
-        if least <= -1:
-            raise GeometryError(f"{source}: the slope of the arm's angle falls to {least:.4g}, it must be above -1")
-
-    def integral(self, function: Callable[[Array], Array]) -> float:
-        """Integral over the toothed range of a function of angles (n,), by Gauss panels between the law's joints."""
+    def meshes(self, t: Array) -> Array:
+        """Whether teeth drive the arm at carrier angles (n,)."""
         first, last = self.toothed
-        ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), self.law.joints()]))
+        return np.asarray((np.asarray(t) - first) % TURN < last - first)
+
+    def integral(self, function: Callable[[Array], Array], over: tuple[float, float] | None = None) -> float:
+        """Integral of a function of angles (n,) over a range, or where the arm is driven.
+
+        By Gauss panels between the law's joints.
+        """
+        first, last = over or self.driven
+        joints = self.law.joints()
+        joints = joints[(joints > first) & (joints < last)]
+        ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), joints]))
         half, middle = np.diff(ends) / 2, (ends[1:] + ends[:-1]) / 2
         t = (middle[:, None] + half[:, None] * _NODES).ravel()
         return float(np.sum(function(t) * (half[:, None] * _WEIGHTS).ravel()))
@@ -159,15 +192,21 @@ class Train:
 def geometry_of(machine: Pickup, L1: float, L2: float) -> Geometry:
     """Triangle and helical pair of a pick-up with given bars [m]. Raises GeometryError where the triangle is none."""
     gamma, a2 = machine.si("carrier.gamma_deg"), machine.si("carrier.a2_mm")
-    if a2 * np.sin(gamma) >= L1 or a2 >= L1:
-        raise machine.input_error(
-            "carrier.a2_mm",
-            f"it must be less than L1 = {L1 * 1000:.6g} mm, or the carrier is no triangle",
-            GeometryError,
-        )
+    if a2 >= L1:
+        raise _no_triangle(machine, L1)
     stage = {key: machine.si(f"helical_stage.{key}") for key in ("mn_mm", "z1", "z2", "B_mm", "alpha_n_deg", "ha")}
     found = load(MODEL).at("carrier", carrier=np.array([L1, gamma, a2, *stage.values()]))
     return Geometry(L1, L2, gamma, found["a1"], a2, found["beta1"], found["beta"], found["epsilon_h"])
+
+
+def _no_triangle(machine: Pickup, L1: float) -> GeometryError:
+    allowed = f"it must be less than L1 = {L1 * 1000:.6g} mm, or the carrier is no triangle"
+    if machine.points is not None:
+        allowed += (
+            f"; L1 is half the difference of the largest and the least distance of the points in "
+            f"{machine.points_source} from the origin (are they in mm, and is their origin the sun's centre?)"
+        )
+    return GeometryError(str(machine.input_error("carrier.a2_mm", allowed)))
 
 
 def build(machine: Pickup) -> Train:
@@ -179,13 +218,18 @@ def build(machine: Pickup) -> Train:
     omega = machine.si("carrier.speed_deg_per_s")
     if machine.points is not None:
         found = invert(machine.points, machine.tolerance, machine.points_source)
-        geometry = geometry_of(machine, found.L1, found.L2)
-        train = Train(found.law, geometry, found.phi5_far, omega, teeth, found)
-        train.check_meshes(machine.points_source)
-        return train
+        return Train(found.law, geometry_of(machine, found.L1, found.L2), found.phi5_far, omega, teeth, found)
     geometry = geometry_of(machine, machine.si("bars.L1_mm"), machine.si("bars.L2_mm"))
+    return Train(_law(machine), geometry, machine.si("phi5_far_deg"), omega, teeth)
+
+
+def _law(machine: Pickup) -> Law:
+    assert machine.law is not None
     dwell = Dwell(*(machine.si(f"dwell_t_deg[{i}]") for i in (0, 1)))
-    law = CosineLaw(machine.si("law.p"), dwell, machine.si("phi1_far_deg"))
-    train = Train(law, geometry, machine.si("phi5_far_deg"), omega, teeth)
-    train.check_meshes(f"{machine.source}: law")
-    return train
+    p, far, transition = machine.si("law.p"), machine.si("phi1_far_deg"), machine.law.transition
+    if not transition:
+        return CosineLaw(p, dwell, far)
+    law = SmoothLaw(p, dwell, transition, far)
+    if not law.rises:
+        raise machine.input_error("law.p", "the slope must rise from zero throughout the transitions beside the dwell")
+    return law

@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import csv
-import math
-from collections.abc import Iterator
-from decimal import Decimal
-
 import numpy as np
 
 from planter.errors import InputError
+from planter.files import csv_rows
 from planter.kernels import Array
 
 HEADER = ("x_mm", "y_mm")
 LEAST = 12
 """Points that a path needs."""
+LARGEST = 1e6
+"""Largest coordinate [mm]."""
+_FINEST = 300
 
 
-def parse_points(text: str, source: str) -> Array:
-    """The points (n, 2) in m of a closed path; a last point that repeats the first is left out.
+def parse_points(text: str, source: str) -> tuple[Array, float]:
+    """The points (n, 2) in m of a closed path, and the last decimal place that they are given to [m].
 
-    Raises InputError that names the file, the line and what is allowed.
+    A last point that repeats the first is left out. Raises InputError, naming file, line and what is allowed.
     """
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
-    header = tuple(name.strip() for name in lines[0][1].split(",")) if lines else ()
-    if header != HEADER:
-        raise InputError(f"{source}: the header {','.join(header)!r} is not allowed: it must be {','.join(HEADER)}")
-    points = np.array(list(_rows(lines[1:], source))).reshape(-1, 2)
+    table = csv_rows.read(text, source, HEADER)
+    points = np.column_stack([table.numbers(name, LARGEST) for name in HEADER])
     if len(points) > 1 and np.array_equal(points[0], points[-1]):
         points = points[:-1]
     if len(points) < LEAST:
@@ -34,22 +30,14 @@ def parse_points(text: str, source: str) -> Array:
     for i, step in enumerate(np.hypot(*(np.roll(points, -1, axis=0) - points).T), 1):
         if step == 0:
             raise InputError(f"{source}: point {i} is given twice in a row: neighbours must differ")
-    return points / 1000
+    return points / 1000, 10.0 ** -max(_places(cell) for row in table.rows for cell in row) / 1000
 
 
-def resolution(text: str) -> float:
-    """Last decimal place that the numbers of a CSV are given to [m]: that of the most exact one."""
-    lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"][1:]
-    cells = (Decimal(cell.strip()).as_tuple().exponent for line in lines for cell in line.split(","))
-    return 10.0 ** min((int(exponent) for exponent in cells), default=0) / 1000
+def _places(cell: str) -> int:
+    """Decimal places of a number.
 
-
-def _rows(lines: list[tuple[int, str]], source: str) -> Iterator[tuple[float, float]]:
-    for (number, line), cells in zip(lines, csv.reader(line for _, line in lines), strict=True):
-        try:
-            x, y = (float(cell) for cell in cells)
-        except ValueError:
-            raise InputError(f"{source}: line {number}: {line!r} is not allowed: it must be two numbers") from None
-        if not math.isfinite(x + y) or max(abs(x), abs(y)) > 1e6:
-            raise InputError(f"{source}: line {number}: {line!r} is not allowed: it must be finite and below 1e6 mm")
-        yield x, y
+    >>> _places("1.250"), _places("2"), _places("1.5e-3")
+    (3, 0, 4)
+    """
+    digits, _, power = cell.lower().partition("e")
+    return min(len(digits.partition(".")[2]) - int(power or 0), _FINEST)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
+from planter.pickup import gears
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import invert
 from planter.pickup.law import TURN
@@ -54,16 +55,14 @@ class Locking:
 
 
 def locking(train: Train) -> Locking | None:
-    """The locking arcs of a train that dwells, if it has teeth on both sides of the dwell."""
+    """The locking arcs of a train that dwells, between the teeth on both sides of the dwell."""
     dwell = train.law.dwell
     if dwell is None:
         return None
     start, end = train.pitch(np.array([train.toothed[1], train.toothed[0]]))["R1"]
     radius, a1 = float(min(start, end)), train.geometry.a1
-    if radius <= 0:
-        return None
-    tip = a1 - radius + float(train.teeth[2] * train.teeth[0])
-    reach = np.arccos((a1**2 + radius**2 - tip**2) / (2 * a1 * radius))
+    addendum = float(train.teeth[2] * train.teeth[0])
+    reach = 2 * np.arcsin(np.sqrt(addendum * (2 * (a1 - radius) + addendum) / (4 * a1 * radius)))
     return Locking(radius, (float(start), float(end)), dwell.width, float(reach))
 
 
@@ -82,7 +81,11 @@ def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float | None:
 
 
 def result(machine: Pickup, train: Train, at: Sequence[float] = ()) -> dict[str, Any]:
-    """The object of `planter pickup`; `at` are carrier angles in deg from the farthest tip."""
+    """The object of `planter pickup`; `at` are carrier angles in deg from the farthest tip.
+
+    Raises GeometryError, naming angle and cause, for what cannot be gears.
+    """
+    gears.check(machine, train)
     geometry, slopes = train.geometry, train.slope_extremes
     dwell = train.law.dwell
     radii = [geometry.a1 * slope / (1 + slope) * _MM for slope in slopes]
@@ -109,7 +112,7 @@ def result(machine: Pickup, train: Train, at: Sequence[float] = ()) -> dict[str,
             "end_deg": _deg(dwell.end),
             "tip_radius_mm": float(train.motion(np.array([dwell.start]))["L3"][0]) * _MM,
         },
-        "slope": {"min": min(slopes[0], 0.0) if dwell else slopes[0], "max": slopes[1], "mean": _mean_slope(train)},
+        "slope": {"min": 0.0 if dwell else slopes[0], "max": slopes[1], "mean": _mean_slope(train)},
         "sun_radius_mm": {"min": radii[0], "max": radii[1]},
         "sun_toothed_arc_mm": train.arc * _MM,
         "phi1_monotone": train.monotone,
@@ -124,7 +127,7 @@ def result(machine: Pickup, train: Train, at: Sequence[float] = ()) -> dict[str,
         },
         "push": {"t_deg": _deg(where), "swing_deg": _deg(swing)},
         "requirements": [requirement.as_json() for requirement in wanted],
-        "warnings": warnings(wanted),
+        "warnings": [*warnings(wanted), *gears.warnings(train)],
         "at": [_row(train, angle) for angle in at],
     }
 
@@ -147,11 +150,12 @@ def _row(train: Train, angle: float) -> dict[str, Any]:
     found = {name: float(value[0]) for name, value in train.motion(t).items()}
     curvature: list[float | None] = [None, None]
     ratio = None
-    if not train.locked(t)[0] and float(train.slope(t)[0]) > 0:
+    if train.meshes(t)[0]:
         curves = train.pitch(t)
         bends = [float(curves[name][0]) for name in ("kappa1", "kappa2")]
         curvature = [None if bend == 0 else _MM / bend for bend in bends]
-        ratio = float(train.contact_ratio(t, *PRINTED_TEETH)[0])
+        found_ratio = float(train.contact_ratio(t, *PRINTED_TEETH)[0])
+        ratio = None if np.isnan(found_ratio) else found_ratio
     return {
         "t_deg": float(angle),
         "tip_mm": [found["x_S"] * _MM, found["y_S"] * _MM],
@@ -195,9 +199,12 @@ def cycle(train: Train, count: int) -> dict[str, Array]:
 
 
 def pitch(train: Train, count: int) -> dict[str, Array]:
-    """Columns over the teeth: pitch radii, curves in the gears' own frames, curvatures, contact ratio."""
+    """Columns over the teeth: pitch radii, curves in the gears' own frames, curvatures, contact ratio.
+
+    The contact ratio is left out where it has no value at some angles.
+    """
     t = train.samples(count)
-    found = train.pitch(t)
+    found, ratio = train.pitch(t), train.contact_ratio(t)
     return {
         "t_deg": np.degrees(t),
         "slope": train.law.slopes(t)[0],
@@ -206,5 +213,5 @@ def pitch(train: Train, count: int) -> dict[str, Array]:
         **{f"{axis}{gear}_mm": found[f"{axis}{gear}"] * _MM for gear in "12" for axis in "xy"},
         "sun_curvature_1_mm": found["kappa1"] / _MM,
         "intermediate_curvature_1_mm": found["kappa2"] / _MM,
-        "contact_ratio": train.contact_ratio(t),
+        **({} if np.isnan(ratio).any() else {"contact_ratio": ratio}),
     }

@@ -117,8 +117,12 @@ class Entry:
         return _refined(lambda x: float(self.place(np.array([x]))[0, 0]), float(t[best]), TURN / SAMPLES)
 
     def straight(self, allowed: float, entering: bool = True) -> float:
-        """Length of the chord from the deepest place [m] from which the path into it, or out of it, stays `allowed`."""
-        last = self.train.toothed[0 if entering else 1]
+        """Length of the chord from the deepest place [m] from which the path into it, or out of it, stays `allowed`.
+
+        The path is followed to the dwell, or to the nearest tip where there is none.
+        """
+        ends = self.train.driven if self.train.law.dwell is not None else (self.train.near - TURN, self.train.near)
+        last = ends[0 if entering else 1]
         tips = self.train.tip(np.linspace(0.0, last, BRANCH))
         chord = tips - tips[0]
         length = np.hypot(*chord.T)

@@ -69,24 +69,29 @@ def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
 
 
 def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> None:
-    """Writes columns (n,) under their names, after comment lines that start with `#`.
+    """Writes the table of `cycle_csv`. Raises as that does, naming the path, and InputError if it cannot be written."""
+    write_text(path, cycle_csv(str(path), comments, columns))
+
+
+def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> str:
+    """Columns (n,) under their names as CSV, after comment lines that start with `#`.
 
     Numbers are the shortest text that reads back to the same bits.
 
-    Raises ComputationError for columns of different lengths or a value that is not finite, InputError as above.
+    Raises ComputationError, saying `name`, for columns of different lengths or a value that is not finite.
     """
-    arrays = {name: np.asarray(column, dtype=float) for name, column in columns.items()}
-    _check_columns(path, arrays)
+    arrays = {column: np.asarray(values, dtype=float) for column, values in columns.items()}
+    _check_columns(name, arrays)
     text = io.StringIO()
     for comment in comments:
         text.writelines(f"# {line}".rstrip() + "\n" for line in comment.splitlines() or [""])
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(arrays)
     writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
-    write_text(path, text.getvalue())
+    return text.getvalue()
 
 
-def _check_columns(path: Path, arrays: Mapping[str, Array]) -> None:
+def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
     shapes = {name: array.shape for name, array in arrays.items()}
     if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
         raise ComputationError(f"{path}: the columns must be lists of one length, they have the shapes {shapes}")

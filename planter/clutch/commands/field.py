@@ -25,6 +25,15 @@ def evaluate_field(
     ignore: Annotated[
         NamesOption, typer.Option(metavar="NAME", help="this column plays no part", show_default=False)
     ] = None,
+    goal: Annotated[
+        NamesOption,
+        typer.Option(
+            metavar="NAME=GOAL",
+            help="what is good of a response: larger, smaller, zero, or a number for a target value; one for each "
+            "response [default: zero, for the paper's own table alone]",
+            show_default=False,
+        ),
+    ] = None,
     comparison: Annotated[
         str | None,
         typer.Option(
@@ -43,19 +52,22 @@ def evaluate_field(
     all numbers or all words. Comments above the header, `# factor A: axial angle / deg = 10, 15, 20` and
     `# response Y1: lag / cm`, carry meanings into figures and report.
 
+    Best are the levels whose prediction comes closest to the goal of a response; for all responses together, those
+    with the best mean rank. A table of your own needs a goal for each response: --goal Y1=larger --goal Y2=smaller.
+
     Levels in the results are those of the file. Designs that are not orthogonal have no range analysis (null), and
     their sums of squares are of type II: each factor over all others.
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch.field import Columns, evaluate, tables
+        from planter.clutch.field import Columns, evaluate, goals, tables
 
         columns = Columns(tuple(response or ()), tuple(blank or ()), tuple(ignore or ()))
-        found = evaluate(data, columns, comparison)
+        found = evaluate(data, columns, comparison, goals.asked(goal or ()))
         if out is not None:
             from planter.clutch.field import page
 
-            page.write(out, found)
+            page.write(out, found, console.progress)
         console.result(found.result, lambda: tables.show(console, found.result))
 
 

@@ -26,7 +26,11 @@ What is computed, for any design in which all main effects can be told apart:
   freedom left for the error has no F and no p;
 * range analysis, only where every level of a factor occurs equally often with every level of any other, for else the
   means of the levels carry effects of other factors;
-* the additive prediction for every combination of levels, and which of them brings the responses closest to zero.
+* the additive prediction for every combination of levels, and which of them is best: by the goal of each response, and
+  by the mean of its ranks over all responses.
+
+What is good of a response only its user knows: `--goal Y1=larger`, `smaller`, `zero`, or a number for a target value.
+The paper's own responses are lags, and there zero is the default; a table of one's own needs a goal for each response.
 
 The comparison needs means, standard deviations and numbers of measurements, which a table of runs does not hold: a
 second CSV file (`--comparison FILE`) with the header `clutch,speed_m_s,measure,mean,sd,n`. The clutch that it names
@@ -38,6 +42,7 @@ Welch, Biometrika 34 (1947) 28; Holm, Scandinavian Journal of Statistics 6 (1979
 """
 
 from planter.clutch.field.evaluation import Evaluation, evaluate
+from planter.clutch.field.goals import NEAREST_ZERO, Goal
 from planter.clutch.field.trial import Columns, Factor, Response, Trial
 
-__all__ = ["Columns", "Evaluation", "Factor", "Response", "Trial", "evaluate"]
+__all__ = ["NEAREST_ZERO", "Columns", "Evaluation", "Factor", "Goal", "Response", "Trial", "evaluate"]

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from planter.clutch.field import rows
 from planter.errors import InputError
+from planter.files import csv_rows
 
 MOST_CLUTCHES = 20
 HEADER = ("clutch", "speed_m_s", "measure", "mean", "sd", "n")
@@ -31,9 +31,7 @@ class Sample:
 
 def read(text: str, source: str) -> list[Sample]:
     """The samples of a CSV text with the columns of `HEADER`. Raises InputError, naming line and column."""
-    table = rows.read(text, source)
-    if set(table.header) != set(HEADER):
-        raise InputError(f"{source}: the columns are {', '.join(table.header)}, they must be {', '.join(HEADER)}")
+    table = csv_rows.read(text, source, HEADER)
     _check(table)
     numbers = zip(*(table.numbers(name) for name in ("speed_m_s", "mean", "sd", "n")), strict=True)
     found = [
@@ -46,7 +44,7 @@ def read(text: str, source: str) -> list[Sample]:
     return found
 
 
-def _check(table: rows.Table) -> None:
+def _check(table: csv_rows.Table) -> None:
     for row, sd in enumerate(table.numbers("sd")):
         if sd < 0:
             raise InputError(f"{table.place(row, 'sd')}: {sd:g} is not allowed, it must not be negative")
@@ -55,7 +53,7 @@ def _check(table: rows.Table) -> None:
             raise InputError(f"{table.place(row, 'n')}: {n:g} is not allowed, it must be a whole number from 2 on")
 
 
-def _check_distinct(table: rows.Table, samples: Sequence[Sample]) -> None:
+def _check_distinct(table: csv_rows.Table, samples: Sequence[Sample]) -> None:
     seen: dict[tuple[str, float, str], int] = {}
     for sample, line in zip(samples, table.lines, strict=True):
         before = seen.setdefault((sample.clutch, sample.speed_m_s, sample.measure), line)

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.clutch.field import comparison, trial
+from planter.clutch.field import comparison, goals, trial
 from planter.clutch.field.analysis import Effects, Model, first_least, is_orthogonal, range_analysis
 from planter.clutch.field.comparison import Sample
+from planter.clutch.field.goals import Goal
 from planter.clutch.field.trial import Columns, Trial
 from planter.files import examples
+
+if TYPE_CHECKING:
+    from planter.kernels import Array
 
 PAPER, PAPER_COMPARISON = "shi2021-field", "shi2021-comparison"
 LISTED = 20_000
@@ -25,29 +29,41 @@ SEARCHED = 2_000_000
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The trial, its effects per response, the samples compared, and the result as the command gives it."""
+    """The trial, its effects and goals per response, the samples compared, and the result as the command gives it."""
 
     trial: Trial
     effects: dict[str, Effects]
+    goals: dict[str, Goal]
     samples: tuple[Sample, ...]
     result: dict[str, Any]
 
 
-def evaluate(source: str = PAPER, columns: Columns | None = None, compared: str | None = None) -> Evaluation:
+def evaluate(
+    source: str = PAPER,
+    columns: Columns | None = None,
+    compared: str | None = None,
+    wanted: Mapping[str, Goal] | None = None,
+) -> Evaluation:
     """Evaluates the field test in a CSV file, or the built-in one of that name, and compares clutches.
 
     `compared` is the CSV file, or built-in, of the clutches' summary statistics; the paper's own runs bring theirs.
+    `wanted` are the goals of the responses; the paper's own are lags, for which the default is nearest to zero.
 
-    Raises InputError for data that cannot be evaluated.
+    Raises InputError for data that cannot be evaluated, and for responses without a goal.
     """
     read = trial.read(examples.text(source, "clutch", ".csv"), source, columns)
+    names = [response.name for response in read.responses]
+    own = dict.fromkeys(names, goals.NEAREST_ZERO) if source == PAPER else {}
+    chosen = {**own, **(wanted or {})}
+    goals.check(chosen, names, source)
     compared = PAPER_COMPARISON if compared is None and source == PAPER else compared
     samples = comparison.read(examples.text(compared, "clutch", ".csv"), compared) if compared else []
-    return of(read, samples)
+    return of(read, samples, chosen)
 
 
-def of(read: Trial, samples: Sequence[Sample] = ()) -> Evaluation:
-    """Evaluates a field test that is in hand."""
+def of(read: Trial, samples: Sequence[Sample] = (), wanted: Mapping[str, Goal] | None = None) -> Evaluation:
+    """Evaluates a field test that is in hand; without goals nothing is called the best."""
+    chosen = {r.name: wanted[r.name] for r in read.responses} if wanted else {}
     model = Model(read)
     orthogonal = is_orthogonal(read.factors)
     effects = {response.name: model.effects(response) for response in read.responses}
@@ -62,19 +78,23 @@ def of(read: Trial, samples: Sequence[Sample] = ()) -> Evaluation:
         "blank": [blank.name for blank in read.blanks],
         "orthogonal": orthogonal,
         "sums_of_squares": "types I, II and III agree" if orthogonal else "type II",
-        **_ranges(read, orthogonal),
+        "goals": {name: str(goal) for name, goal in chosen.items()},
+        **_ranges(read, orthogonal, chosen),
         "anova": anova,
-        "best": _best(read, effects) if combinations <= SEARCHED else None,
+        "best": _best(read, effects, chosen) if chosen and combinations <= SEARCHED else None,
         "prediction": list(_predictions(read, effects)) if combinations <= LISTED else [],
         "comparison": main,
         "other_comparisons": others,
-        "warnings": list(_warnings(read, model, anova, orthogonal, combinations)),
+        "warnings": [
+            *_warnings(read, model, anova, orthogonal, combinations),
+            *(_ties(effects, chosen) if chosen and combinations <= SEARCHED else ()),
+        ],
     }
-    return Evaluation(read, effects, tuple(samples), result)
+    return Evaluation(read, effects, chosen, tuple(samples), result)
 
 
-def _ranges(read: Trial, orthogonal: bool) -> dict[str, Any]:
-    """Range analysis, the order of the factors' influence, and the level with the mean closest to zero of each factor.
+def _ranges(read: Trial, orthogonal: bool, chosen: Mapping[str, Goal]) -> dict[str, Any]:
+    """Range analysis, the order of the factors' influence, and the level whose mean is best of each factor.
 
     There is an order only among factors of as many levels: the range grows with them.
     """
@@ -83,19 +103,38 @@ def _ranges(read: Trial, orthogonal: bool) -> dict[str, Any]:
     found = {response.name: range_analysis(read, response) for response in read.responses}
     comparable = len({len(factor.levels) for factor in read.factors}) == 1
     order = {name: sorted(of, key=lambda factor: -of[factor]["R"]) for name, of in found.items()}
-    best = {name: [f.levels[first_least(np.abs(of[f.name]["k"]))] for f in read.factors] for name, of in found.items()}
-    return {"range": found, "order": order if comparable else None, "range_best": best}
+    best = {
+        name: [f.levels[first_least(goal.loss(np.array(found[name][f.name]["k"])))] for f in read.factors]
+        for name, goal in chosen.items()
+    }
+    return {"range": found, "order": order if comparable else None, "range_best": best or None}
 
 
-def _best(read: Trial, effects: dict[str, Effects]) -> dict[str, list[trial.Level]]:
-    """Levels with the smallest predicted |Y| of each response, and with the smallest sum of them over all responses."""
-    sizes = {name: np.abs(effect.predicted()) for name, effect in effects.items()}
-    scores = sizes | {"both": np.sum(list(sizes.values()), axis=0)}
+def _losses(effects: Mapping[str, Effects], chosen: Mapping[str, Goal]) -> dict[str, Array]:
+    """How far every combination's prediction is from what is wanted, by response."""
+    return {name: goal.loss(effects[name].predicted()) for name, goal in chosen.items()}
+
+
+def _best(read: Trial, effects: dict[str, Effects], chosen: Mapping[str, Goal]) -> dict[str, list[trial.Level]]:
+    """Levels whose prediction is best by each response's goal, and by the mean of the ranks over all responses."""
+    losses = _losses(effects, chosen)
+    first = {name: first_least(loss) for name, loss in losses.items()}
+    first["both"] = int(goals.order(list(losses.values()))[0])
     shape = [len(factor.levels) for factor in read.factors]
-    places = {name: np.unravel_index(first_least(score), shape) for name, score in scores.items()}
+    places = {name: np.unravel_index(index, shape) for name, index in first.items()}
     return {
         name: [f.levels[int(i)] for f, i in zip(read.factors, place, strict=True)] for name, place in places.items()
     }
+
+
+def _ties(effects: Mapping[str, Effects], chosen: Mapping[str, Goal]) -> Iterator[str]:
+    """That several combinations are equally good by all goals together, where the goals are at odds."""
+    equal = goals.equally_good(list(_losses(effects, chosen).values()))
+    if equal > 1:
+        yield (
+            f"{equal} combinations of levels share the best mean rank: of these the one is named whose worst rank is "
+            f"least, and of several such the first"
+        )
 
 
 def _predictions(read: Trial, effects: dict[str, Effects]) -> Iterator[dict[str, Any]]:

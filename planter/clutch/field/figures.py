@@ -10,6 +10,7 @@ import numpy as np
 
 from planter.clutch.field.analysis import Effects
 from planter.clutch.field.comparison import Sample
+from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor, Response, Trial
 from planter.report import style
 
@@ -28,25 +29,36 @@ GRID = 31
 
 
 @style.drawn
-def effects(trial: Trial, found: dict[str, Effects], order: Sequence[Factor]) -> Figure:
-    """Predicted mean at each level of the first factors of an order, over the runs themselves."""
-    chosen = order[:MOST_FACTORS]
+def effects(found: Evaluation, order: Sequence[Factor]) -> Figure:
+    """Predicted mean at each level of the first factors of an order, over the runs; the best levels are ringed."""
+    trial, chosen = found.trial, order[:MOST_FACTORS]
     figure = style.new_figure(0.4 + 1.9 * len(trial.responses))
     grid = figure.subplots(len(trial.responses), len(chosen), sharey="row", squeeze=False)
     for row, response in zip(grid, trial.responses, strict=True):
+        best = (found.result["best"] or {}).get(response.name)
         for axes, factor in zip(row, chosen, strict=True):
-            level = found[response.name].levels[trial.factors.index(factor)]
-            _effect(axes, factor, response, found[response.name].mean + level)
-        row[0].set_ylabel(_plain(response.label))
+            index = trial.factors.index(factor)
+            own = found.effects[response.name]
+            _effect(axes, factor, response, own.mean + own.levels[index], best and best[index])
+        row[0].set_ylabel(_with_goal(found, response, "\n"))
     for axes, factor in zip(grid[-1], chosen, strict=True):
         axes.set_xlabel(_plain(factor.label))
     return figure
 
 
-def _effect(axes: Axes, factor: Factor, response: Response, means: Array) -> None:
+def _with_goal(found: Evaluation, response: Response, between: str) -> str:
+    """What a response means, and what is wanted of it."""
+    goal = found.goals.get(response.name)
+    return _plain(response.label) + (f"{between}goal: {goal}" if goal else "")
+
+
+def _effect(axes: Axes, factor: Factor, response: Response, means: Array, best: Any) -> None:
     places = np.arange(len(factor.levels))
     axes.plot(factor.codes, response.values, "o", color=style.FAINT, markersize=3, label="runs")
     axes.plot(places, means, "o-", color=style.BLUE, markersize=4.5, label="effect")
+    if best is not None:
+        place = factor.levels.index(best)
+        axes.plot(place, means[place], "o", color=style.GREEN, markersize=9, markerfacecolor="none", label="best")
     axes.axhline(float(response.values.mean()), color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)))
     axes.set_xticks(places, _ticks(factor))
     axes.set_xlim(-0.4, len(places) - 0.6)
@@ -64,20 +76,20 @@ def _plain(text: str) -> str:
 
 
 @style.drawn
-def surface(trial: Trial, found: Effects, response: Response, order: Sequence[Factor]) -> Figure:
+def surface(found: Evaluation, response: Response, order: Sequence[Factor]) -> Figure:
     """Response over each pair of the first factors that have numbers for levels, the others at a middle level."""
     chosen = _drawable(order)
     pairs = list(itertools.combinations(chosen, 2))
     figure = style.new_figure(2.5)
     figure.set_layout_engine("none")
     width = 1 / max(len(pairs), 2)
-    heights = [_height(trial, found, pair) for pair in pairs]
+    heights = [_height(found.trial, found.effects[response.name], pair) for pair in pairs]
     low, high = min(h.min() for *_, h in heights), max(h.max() for *_, h in heights)
     for index, (pair, (x, y, height)) in enumerate(zip(pairs, heights, strict=True)):
         axes = figure.add_axes((width * (index + 0.04), 0.06, width * 0.96, 0.98), projection="3d")
         _draw_surface(axes, x, y, height, (low, high))
         _name_sides(axes, pair)
-    figure.text(0.01, 0.93, _plain(response.label), fontsize=8.5)
+    figure.text(0.01, 0.93, _with_goal(found, response, ";  "), fontsize=8.5)
     return figure
 
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from planter.clutch.field import rows
 from planter.errors import InputError
+from planter.files import csv_rows
 
 _ENTRY = re.compile(r"(factor|response)\s+([^:]+?)\s*:\s*([^=]*?)\s*(?:=\s*(.*))?")
 
@@ -31,7 +31,7 @@ class Legend:
     entries: Mapping[str, Entry]
 
     @classmethod
-    def of(cls, table: rows.Table) -> Legend:
+    def of(cls, table: csv_rows.Table) -> Legend:
         found: dict[str, Entry] = {}
         for line, comment in table.comments:
             if match := _ENTRY.fullmatch(comment):
@@ -65,7 +65,7 @@ class Legend:
         words = isinstance(levels[0], str)
         if words and sorted(entry.values) == sorted(levels):
             return list(entry.values), None
-        numbers = [float(value) for value in entry.values if rows.finite(value)]
+        numbers = [float(value) for value in entry.values if csv_rows.finite(value)]
         if not words and len(numbers) == len(entry.values) == len(set(numbers)) == len(levels):
             return levels, tuple(numbers)
         given, found = ", ".join(entry.values), ", ".join(map(str, levels))

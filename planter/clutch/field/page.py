@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
-from planter.report import files, style
+from planter.report import files, folder
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.version import __version__
 
@@ -27,16 +27,17 @@ MOST_ROWS = 500
 """Combinations of levels that the page shows; prediction.csv holds all."""
 
 
-def write(out: str | Path, found: Evaluation) -> None:
-    """Writes everything into a folder. Raises InputError for one that cannot be written."""
-    folder = files.output_folder(out)
-    files.write_summary(folder / "summary.json", {**found.result, "provenance": provenance(found)})
-    for name, (head, rows) in listed(found.result).items():
-        files.write_text(folder / f"{name}.csv", _csv([f"data: {found.result['source']}"], head, rows))
-    place = files.output_folder(folder / "figures")
-    drawn = {name: style.save(figure, place, name)[0] for name, figure in drawings(found).items()}
-    inlined = {name: vector.read_text(encoding="utf-8") for name, vector in drawn.items()}
-    files.write_text(folder / "report.html", text(found, inlined))
+def write(out: str | Path, found: Evaluation, progress: folder.Progress | None = None) -> None:
+    """Writes everything into a folder, whole or not at all. Raises InputError for one that cannot be written."""
+    files.output_folder(out)
+    summary = files.summary_text({**found.result, "provenance": provenance(found)})
+    listing = {
+        f"{name}.csv": _csv([f"data: {found.result['source']}"], head, rows)
+        for name, (head, rows) in listed(found.result).items()
+    }
+    drawn = folder.drawn(drawings(found), progress)
+    report = text(found, {name: figure.svg for name, figure in drawn.items()})
+    folder.write(out, {"summary.json": summary, **listing, "report.html": report}, drawn)
 
 
 def provenance(found: Evaluation) -> dict[str, Any]:
@@ -83,12 +84,10 @@ def drawings(found: Evaluation) -> dict[str, Figure]:
     trial = found.trial
     order = leading(found)
     labels = {response.name: response.label for response in trial.responses}
-    drawn = {"effects": figures.effects(trial, found.effects, order)}
+    drawn = {"effects": figures.effects(found, order)}
     if figures.has_surface(order):
         for index, response in enumerate(trial.responses, 1):
-            drawn[surface_name(response.name, index)] = figures.surface(
-                trial, found.effects[response.name], response, order
-            )
+            drawn[surface_name(response.name, index)] = figures.surface(found, response, order)
     if found.samples:
         drawn["comparison"] = figures.comparison(found.samples, labels)
     return drawn
@@ -118,6 +117,7 @@ def text(found: Evaluation, drawn: Mapping[str, str]) -> str:
     result = found.result
     told = {"runs": result["runs"], "factors": ", ".join(result["factors"])}
     told |= {"responses": ", ".join(result["responses"]), "sums of squares": result["sums_of_squares"]}
+    told |= {f"goal of {name}": goal for name, goal in result["goals"].items()}
     subtitle = "Main effects, prediction and comparison from the runs of a field test"
     first: list[Block] = [Keys(told)]
     if result["warnings"]:
@@ -137,6 +137,8 @@ def _meanings(found: Evaluation) -> Block:
 
 def _sections(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator[Section]:
     caption = "Predicted mean at each level (blue), single runs (grey), mean of all runs (dashed)"
+    if result["best"]:
+        caption += ", the levels that are best by the response's goal (green)"
     effects: list[Block] = [FigureSvg(drawn["effects"], caption)]
     if result["range"]:
         effects.append(Table(tables.RANGE, list(tables.ranges(result)), "Range analysis"))
@@ -151,7 +153,7 @@ def _sections(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator[S
 def _prediction(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator[Block]:
     head = tuple(result["factors"])
     if result["best"]:
-        yield Table(("closest to zero", *head), list(tables.best(result)))
+        yield Table(tables.BEST + head, list(tables.best(result)), "Best levels")
     note = "The prediction adds main effects: interactions, if there are any, are neither in it nor tested."
     yield Text(note, "note")
     surfaces = [name for name in drawn if name.startswith("surface")]
@@ -159,7 +161,8 @@ def _prediction(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator
         caption = "Additive prediction over pairs of factors, the others at their middle level; contours below"
         yield FigureSvg(drawn[name], caption)
     rows = list(tables.predictions(result))
-    title = f"{min(len(rows), MOST_ROWS)} of {len(rows)} combinations, smallest sum of sizes first"
+    ordered = ", best by mean rank first" if result["goals"] else ""
+    title = f"{min(len(rows), MOST_ROWS)} of {len(rows)} combinations{ordered}"
     yield Folded(title, [Table((*head, *result["responses"]), rows[:MOST_ROWS])])
 
 

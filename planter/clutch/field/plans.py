@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planter.clutch.field import rows
 from planter.clutch.field.arrays import OrthogonalArray, array
 from planter.clutch.field.trial import RESERVED, Columns
 from planter.errors import InputError
+from planter.files import csv_rows
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _counted(levels: int) -> tuple[str, ...]:
 
 
 def _numeric(levels: Sequence[str]) -> bool:
-    return all(rows.finite(level) for level in levels)
+    return all(csv_rows.finite(level) for level in levels)
 
 
 def _check(text: str, name: str, levels: Sequence[str]) -> None:
@@ -118,7 +118,7 @@ def _check(text: str, name: str, levels: Sequence[str]) -> None:
     if not levels:
         return
     same = [float(level) for level in levels] if _numeric(levels) else list(levels)
-    mixed = not _numeric(levels) and any(rows.number(level) is not None for level in levels)
+    mixed = not _numeric(levels) and any(csv_rows.number(level) is not None for level in levels)
     if (
         "" in levels
         or len(levels) < 2

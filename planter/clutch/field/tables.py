@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from planter.clutch.field.goals import Goal, order
 from planter.terminal.console import Console
 
 Result = Mapping[str, Any]
@@ -12,10 +15,11 @@ Rows = Iterator[Sequence[Any]]
 
 RANGE = ("response", "factor", "level", "mean", "range")
 ANOVA = ("response", "source", "sum of squares", "df", "mean square", "F", "p", "")
+BEST = ("response", "goal")
 PAIR = ("measure", "speed_m_s", "clutch", "reference", "difference", "reduction_percent", "p_value", "p_holm")
 COMPARISON = ("measure", "m/s", "clutch", "against", "difference", "reduction %", "p", "p (Holm)")
 SHOWN = 5
-"""Combinations of levels that the console shows, closest to zero first."""
+"""Combinations of levels that the console shows, the best first."""
 
 
 def show(console: Console, result: Result) -> None:
@@ -26,9 +30,10 @@ def show(console: Console, result: Result) -> None:
     console.table(f"Analysis of variance, sums of squares: {result['sums_of_squares']}", ANOVA, anova(result))
     factors = tuple(result["factors"])
     if result["best"]:
-        console.table("Best levels", ("", *factors), best(result))
+        console.table("Best levels", BEST + factors, best(result))
     head = (*factors, *result["responses"])
-    console.table("Additive prediction", head, list(predictions(result))[:SHOWN])
+    title = "Additive prediction, best first" if result["goals"] else "Additive prediction"
+    console.table(title, head, list(predictions(result))[:SHOWN])
     _comparisons(console, [*result["comparison"], *result["other_comparisons"]])
     for warning in result["warnings"]:
         print(f"Note: {warning}.")
@@ -52,17 +57,19 @@ def anova(result: Result) -> Rows:
 
 
 def best(result: Result) -> Rows:
-    """Levels with the smallest predicted size of each response, and of all together."""
+    """Levels with the best prediction by the goal of each response, and of all together."""
     for name, levels in result["best"].items():
-        yield (f"|{name}|" if name != "both" else "all together", *(str(level) for level in levels))
+        goal = ("all together", "least mean rank") if name == "both" else (name, result["goals"][name])
+        yield (*goal, *(str(level) for level in levels))
 
 
 def predictions(result: Result) -> Rows:
-    """Combinations of levels, those with the smallest sum of sizes first."""
-    responses = list(result["responses"])
-    listed = sorted(result["prediction"], key=lambda row: sum(abs(row[name]) for name in responses))
-    for row in listed:
-        yield (*(str(level) for level in row["levels"]), *(row[name] for name in responses))
+    """Combinations of levels, the best by the goals of all responses first; in their own order where there are none."""
+    rows, goals = result["prediction"], result["goals"]
+    losses = [Goal.of(goal).loss(np.array([row[name] for row in rows])) for name, goal in goals.items()]
+    for index in order(losses) if rows and losses else range(len(rows)):
+        row = rows[index]
+        yield (*(str(level) for level in row["levels"]), *(row[name] for name in result["responses"]))
 
 
 def comparisons(found: Sequence[Result]) -> Rows:

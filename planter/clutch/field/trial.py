@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.clutch.field import rows
 from planter.clutch.field.legend import Legend
 from planter.errors import InputError
+from planter.files import csv_rows
 
 if TYPE_CHECKING:
     from planter.kernels import Array
@@ -98,7 +98,7 @@ def read(text: str, source: str, columns: Columns | None = None) -> Trial:
     Raises InputError, naming source, line and column, for anything that is not so.
     """
     columns = columns or Columns()
-    table = rows.read(text, source)
+    table = csv_rows.read(text, source)
     _check_named(table, columns)
     by_role: dict[str, list[str]] = {role: [] for role in ("factor", "response", "blank", "run", "ignored")}
     for name in table.header:
@@ -113,7 +113,7 @@ def read(text: str, source: str, columns: Columns | None = None) -> Trial:
     return Trial(source, factors, responses, blanks)
 
 
-def _check_named(table: rows.Table, columns: Columns) -> None:
+def _check_named(table: csv_rows.Table, columns: Columns) -> None:
     options = {"--response": columns.responses, "--blank": columns.blanks, "--ignore": columns.ignored}
     for option, names in options.items():
         for name in names:
@@ -123,7 +123,7 @@ def _check_named(table: rows.Table, columns: Columns) -> None:
                 )
 
 
-def _check_roles(table: rows.Table, by_role: Mapping[str, Sequence[str]]) -> None:
+def _check_roles(table: csv_rows.Table, by_role: Mapping[str, Sequence[str]]) -> None:
     found = ", ".join(table.header)
     if not by_role["response"]:
         raise InputError(
@@ -140,7 +140,7 @@ def _check_roles(table: rows.Table, by_role: Mapping[str, Sequence[str]]) -> Non
             )
 
 
-def _response(table: rows.Table, name: str, legend: Legend) -> Response:
+def _response(table: csv_rows.Table, name: str, legend: Legend) -> Response:
     values = np.array(table.numbers(name))
     if np.ptp(values) == 0:
         raise InputError(
@@ -149,9 +149,9 @@ def _response(table: rows.Table, name: str, legend: Legend) -> Response:
     return Response(name, values, legend.label(name))
 
 
-def _factor(table: rows.Table, name: str, legend: Legend) -> Factor:
+def _factor(table: csv_rows.Table, name: str, legend: Legend) -> Factor:
     cells = table.column(name)
-    numeric = [rows.number(cell) is not None for cell in cells]
+    numeric = [csv_rows.number(cell) is not None for cell in cells]
     if any(numeric) and not all(numeric):
         row = numeric.index(False)
         raise InputError(
@@ -174,7 +174,7 @@ def _plain(value: float) -> int | float:
     return int(value) if value.is_integer() and abs(value) < 1e15 else value
 
 
-def _check_runs(table: rows.Table, name: str, factors: Sequence[Factor]) -> None:
+def _check_runs(table: csv_rows.Table, name: str, factors: Sequence[Factor]) -> None:
     """Runs that are counted leave none out, and those of one number have the same levels."""
     counts = table.numbers(name)
     first: dict[float, int] = {}

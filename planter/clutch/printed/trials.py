@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from planter.audit.registry import Inputs, Value, formula
-from planter.clutch.field import Evaluation, Factor, Response, Trial, comparison, evaluation
+from planter.clutch.field import NEAREST_ZERO, Evaluation, Factor, Response, Trial, comparison, evaluation
 
 
 @formula("level mean")
@@ -147,7 +147,8 @@ def _evaluated(
         levels, codes = np.unique(column, return_inverse=True)
         factors.append(Factor(name, tuple(levels.tolist()), codes))
     measured = tuple(Response(name, np.array(values)) for name, values in responses)
-    return evaluation.of(Trial("printed runs", tuple(factors), measured))
+    goals = dict.fromkeys((name for name, _ in responses), NEAREST_ZERO)
+    return evaluation.of(Trial("printed runs", tuple(factors), measured), wanted=goals)
 
 
 def _sample(inputs: Inputs, name: str) -> comparison.Sample:

@@ -43,7 +43,7 @@ def synthesis_page(found: Synthesis, figures: Mapping[str, str], provenance: Sum
 def train_page(found: Training, figures: Mapping[str, str], provenance: Summary) -> str:
     """The page of a gear train; `figures` are SVG texts by name."""
     result = found.result
-    named = ("x_s", "slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg")
+    named = ("x_s", "slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
     split: dict[str, Cell] = {name: result[name] for name in named}
     split |= {f"closure error of stage {k} / rad": e for k, e in enumerate(result["closure_error_rad"], 1)}
     keys = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm")
@@ -52,7 +52,7 @@ def train_page(found: Training, figures: Mapping[str, str], provenance: Summary)
     head = ("gear", "least radius / mm", "largest radius / mm", "sharpest / mm", "convex", "concave at θ / deg")
     blocks: list[Block] = [Keys(split), Table(head, rows, "Pitch curves")]
     if result["warnings"]:
-        blocks.append(Items(result["warnings"], "warning"))
+        blocks.append(Items([warning["message"] for warning in result["warnings"]], "warning"))
     sections = [Section("Gear train", blocks)]
     if result["poses"]:
         sections.append(Section("Poses", [_missed(result["poses"], "Where the path comes closest to each pose")]))

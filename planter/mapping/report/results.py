@@ -15,7 +15,7 @@ from planter.mapping import model
 from planter.mapping.report import figures, page, train_figures
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
-from planter.report import files, style
+from planter.report import files, folder
 from planter.version import __version__
 
 if TYPE_CHECKING:
@@ -31,62 +31,77 @@ _TABLE = 721
 """Rows of a table over a turn."""
 
 
-def write_synthesis(out: Path, found: Synthesis) -> None:
-    """Writes summary.json, curves and coupler paths as CSV, figures and report.html.
+def write_synthesis(out: Path, found: Synthesis, progress: folder.Progress | None = None) -> None:
+    """Writes summary.json, curves and coupler paths as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
     """
-    folder = files.output_folder(out)
+    files.output_folder(out)
     provenance = files.provenance(found.file)
-    _write_summary(folder, found.result, {"input": found.file.table(), "provenance": provenance})
     heads = [f"poses: {found.file.name}", f"machine_sha256: {provenance['machine_sha256']}"]
+    rendered = folder.drawn(_synthesis_figures(found), progress)
+    texts = {
+        "summary.json": _summary(found.result, {"input": found.file.table(), "provenance": provenance}),
+        **_csv(heads, dict(_synthesis_tables(found))),
+        "report.html": page.synthesis_page(found, _svgs(rendered), provenance),
+    }
+    folder.write(out, texts, rendered)
+
+
+def _synthesis_tables(found: Synthesis) -> Iterator[tuple[str, dict[str, Array]]]:
     for name, curve in (("nearest", found.nearest.curve if found.nearest else None), ("points", found.of_paths)):
         if curve is not None:
-            _write_curve(folder / f"{name}_curve.csv", heads, curve)
-    drawn: dict[str, Figure] = {"dyads": figures.dyads(found)}
+            yield f"{name}_curve.csv", _points(curve)
     for linkage in found.linkages:
         numbers = f"{linkage.numbers[0]}_{linkage.numbers[1]}"
-        drawn[f"linkage_{numbers}"] = figures.linkage(linkage, found.poses)
         for circuit in range(1, len(linkage.bar.reaches) + 1):
-            columns = _coupler(linkage.bar.path(circuit))
-            files.write_cycle_csv(folder / f"coupler_{numbers}_circuit{circuit}.csv", heads, columns)
+            yield f"coupler_{numbers}_circuit{circuit}.csv", _coupler(linkage.bar.path(circuit))
+
+
+def _synthesis_figures(found: Synthesis) -> dict[str, Figure]:
+    drawn: dict[str, Figure] = {"dyads": figures.dyads(found)}
+    for linkage in found.linkages:
+        drawn[f"linkage_{linkage.numbers[0]}_{linkage.numbers[1]}"] = figures.linkage(linkage, found.poses)
     if found.carrier is not None:
         drawn["angle_curve"] = figures.angle_curve(found)
-    files.write_text(folder / "report.html", page.synthesis_page(found, _saved(folder, drawn), provenance))
+    return drawn
 
 
-def write_train(out: Path, found: Training, source: str) -> None:
-    """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html.
+def write_train(out: Path, found: Training, source: str, progress: folder.Progress | None = None) -> None:
+    """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
     """
-    folder = files.output_folder(out)
+    files.output_folder(out)
     provenance = _provenance(found, source)
-    _write_summary(folder, found.result, {"provenance": provenance})
     heads = [f"curve: {source}", f"curve_sha256: {provenance['curve_sha256']}"]
-    files.write_cycle_csv(folder / "cycle.csv", heads, _cycle(found))
-    files.write_cycle_csv(folder / "pitch_curves.csv", heads, _pitch(found))
     drawn = {"ratios": train_figures.ratios(found), "pitch_curves": train_figures.pitch_curves(found)}
     if found.dyad is not None:
         drawn["tip_path"] = train_figures.tip_path(found)
-    files.write_text(folder / "report.html", page.train_page(found, _saved(folder, drawn), provenance))
+    rendered = folder.drawn(drawn, progress)
+    texts = {
+        "summary.json": _summary(found.result, {"provenance": provenance}),
+        **_csv(heads, {"cycle.csv": _cycle(found), "pitch_curves.csv": _pitch(found)}),
+        "report.html": page.train_page(found, _svgs(rendered), provenance),
+    }
+    folder.write(out, texts, rendered)
 
 
-def _write_summary(folder: Path, result: Mapping[str, Any], more: Mapping[str, Any]) -> None:
-    content = {**result, "assumptions": model.assumptions(), **more}
-    files.write_summary(folder / "summary.json", content)
+def _summary(result: Mapping[str, Any], more: Mapping[str, Any]) -> str:
+    return files.summary_text({**result, "assumptions": model.assumptions(), **more})
 
 
-def _saved(folder: Path, drawn: Mapping[str, Figure]) -> dict[str, str]:
-    place = files.output_folder(folder / "figures")
-    saved = {name: style.save(figure, place, name)[0] for name, figure in drawn.items()}
-    return {name: vector.read_text(encoding="utf-8") for name, vector in saved.items()}
+def _csv(heads: list[str], tables: Mapping[str, Mapping[str, Array]]) -> dict[str, str]:
+    return {name: files.cycle_csv(name, heads, columns) for name, columns in tables.items()}
 
 
-def _write_curve(path: Path, heads: list[str], curve: AngleCurve) -> None:
+def _svgs(drawn: Mapping[str, folder.Drawn]) -> dict[str, str]:
+    return {name: figure.svg for name, figure in drawn.items()}
+
+
+def _points(curve: AngleCurve) -> dict[str, Array]:
     """The points of a curve, as the train's command reads them."""
-    columns = {"carrier_deg": np.degrees(curve.carrier), "relative_deg": np.degrees(curve.relative)}
-    files.write_cycle_csv(path, heads, columns)
+    return {"carrier_deg": np.degrees(curve.carrier), "relative_deg": np.degrees(curve.relative)}
 
 
 def _coupler(path: CouplerPath) -> dict[str, Array]:

@@ -52,7 +52,7 @@ def ratios(found: Training) -> Figure:
 
 @style.drawn
 def pitch_curves(found: Training) -> Figure:
-    """The four pitch curves in mesh on the carrier at the first carrier angle, concave stretches drawn heavier."""
+    """The four pitch curves in mesh on the carrier at the first carrier angle, named where not convex."""
     figure = style.new_figure(5.4)
     axes = figure.subplots()
     centres = MM * _centres(found)

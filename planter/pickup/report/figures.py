@@ -192,7 +192,10 @@ def contact_ratio(train: Train) -> Figure:
         ends = []
         for index, (label, values) in enumerate(series):
             axes.plot(*_over_turn(train, t, values), color=style.PALETTE[index], label=label)
-            ends.append((float(values[np.argmin(np.abs(t))]), label, style.PALETTE[index]))
+            known = np.flatnonzero(np.isfinite(values))
+            if len(known):
+                end = known[np.argmin(np.abs(t[known]))]
+                ends.append((float(values[end]), label, style.PALETTE[index]))
         axes.autoscale_view()
         style.label_ends(axes, ends, gap=0.08)
         axes.set_title(title)
@@ -246,17 +249,16 @@ def motion(train: Train) -> Figure:
 
 @style.drawn
 def law(train: Train, before: Train | None = None) -> Figure:
-    """Angle of the arm, its slope over the carrier's angle, and the total ratio, which has no value in the dwell."""
+    """Angle of the arm, its slope over the carrier's angle, and the total ratio where teeth have one."""
     figure = style.new_figure(5.6)
     parts = figure.subplots(3, 1, sharex=True)
     for one, shade, name in ((before, style.FAINT, "before"), (train, style.BLUE, "after" if before else None)):
         if one is None:
             continue
-        t, turn = one.samples(DENSE), np.linspace(0, TURN, DENSE)
-        slopes = one.law.slopes(t)[0]
+        t, turn, driven = one.samples(DENSE), np.linspace(0, TURN, DENSE), np.linspace(*one.driven, DENSE)
         parts[0].plot(np.degrees(turn), np.degrees(one.law.arm(turn) - turn), color=shade, label=name)
-        parts[1].plot(*_over_turn(one, t, slopes), color=shade)
-        parts[2].plot(*_over_turn(one, t, 1 / np.where(slopes > 0, slopes, np.nan)), color=shade)
+        parts[1].plot(*_over_turn(one, driven, one.law.slopes(driven)[0]), color=shade)
+        parts[2].plot(*_over_turn(one, t, 1 / one.law.slopes(t)[0]), color=shade)
     parts[0].set_ylabel("φ₁ \N{MINUS SIGN} t / deg")
     parts[1].set_ylabel("dφ₁/dφ₅")
     parts[2].set_ylabel("total ratio")

@@ -11,7 +11,7 @@ from planter.kernels.formulas import load
 from planter.pickup import result as results
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
-from planter.report import files, style
+from planter.report import files, folder
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.labels import label
 
@@ -27,32 +27,40 @@ CAPTIONS = {
     "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
     "pick has the wanted depth; the level line follows from the inclination of the tray box.",
     "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs take the place of teeth.",
-    "contact_ratio": "Contact ratio of the non-circular pair along the turn (the paper's Fig. 9). The paper's formulas "
-    "are lost; these are of the circular gears with the curvature radii at the contact.",
+    "contact_ratio": "Contact ratio of the non-circular pair along the teeth (the paper's Fig. 9). The paper's "
+    "formulas are lost; these are of the circular gears with the curvature radii at the contact.",
     "tip_motion": "Displacement and speed of the tip (the paper's Fig. 13).",
     "law": "Angle of the arm, slope of it over the carrier's angle, and total ratio; grey: dwell.",
 }
 
 
-def write(out: Path, found: Outcome) -> None:
-    """Writes summary.json, CSV files, figures and report.html. Raises InputError for a folder that it cannot write."""
-    folder = files.output_folder(out)
-    files.write_summary(folder / "summary.json", _summary(found))
+def write(out: Path, found: Outcome, progress: folder.Progress | None = None) -> None:
+    """Writes summary.json, CSV files, figures and report.html, whole or not at all.
+
+    Raises InputError for a folder that it cannot write.
+    """
+    files.output_folder(out)
+    drawn = folder.drawn(_figures(found), progress)
+    svgs = {name: figure.svg for name, figure in drawn.items()}
+    title = f"Seedling pick-up {found.machine.name}"
+    texts = {
+        "summary.json": files.summary_text(_summary(found)),
+        **dict(_tables(found)),
+        "report.html": page(title, list(_sections(found, svgs)), found.machine.description),
+    }
+    folder.write(out, texts, drawn)
+
+
+def _tables(found: Outcome) -> Iterator[tuple[str, str]]:
+    """CSV files by their names."""
     comments = [f"pick-up: {found.machine.name}", f"driven by its {found.result['driven_by']}"]
-    turn = results.cycle(found.train, STEPS)
-    files.write_cycle_csv(folder / "cycle.csv", comments, turn)
-    if found.train.monotone:
-        files.write_cycle_csv(folder / "pitch.csv", comments, results.pitch(found.train, STEPS))
+    turn, teeth = results.cycle(found.train, STEPS), results.pitch(found.train, STEPS)
     path = {"x_mm": turn["tip_x_mm"], "y_mm": turn["tip_y_mm"]}
-    files.write_cycle_csv(folder / "path.csv", comments, path)
+    for name, columns in (("cycle.csv", turn), ("pitch.csv", teeth), ("path.csv", path)):
+        yield name, files.cycle_csv(name, comments, columns)
     if found.redesigned is not None:
         x, y = found.redesigned.points.T * 1000
-        files.write_cycle_csv(folder / "value_points.csv", comments, {"x_mm": x, "y_mm": y})
-    place = files.output_folder(folder / "figures")
-    svgs = {name: style.save(figure, place, name)[0] for name, figure in _figures(found).items()}
-    drawn = {name: vector.read_text(encoding="utf-8") for name, vector in svgs.items()}
-    title = f"Seedling pick-up {found.machine.name}"
-    files.write_text(folder / "report.html", page(title, list(_sections(found, drawn)), found.machine.description))
+        yield "value_points.csv", files.cycle_csv("value_points.csv", comments, {"x_mm": x, "y_mm": y})
 
 
 def _summary(found: Outcome) -> dict[str, Any]:
@@ -67,13 +75,10 @@ def _summary(found: Outcome) -> dict[str, Any]:
 def _figures(found: Outcome) -> dict[str, Figure]:
     moved, train = found.redesigned, found.train
     before = None if moved is None else moved.points_before
-    gears = {
-        "pitch_curves": figures.pitch_curves,
-        "contact_ratio": figures.contact_ratio,
-    }
     return {
         "path": figures.path(found.machine, train, before),
-        **{name: draw(train) for name, draw in gears.items() if train.monotone},
+        "pitch_curves": figures.pitch_curves(train),
+        "contact_ratio": figures.contact_ratio(train),
         "tip_motion": figures.motion(train),
         "law": figures.law(train, None if moved is None else moved.start),
     }

@@ -12,6 +12,7 @@ from planter.clutch.field import Factor, Response, Trial, trial
 from planter.clutch.field import evaluation as field
 from planter.clutch.field.analysis import Model, is_orthogonal
 from planter.clutch.field.arrays import array
+from planter.clutch.field.goals import Goal
 from planter.errors import InputError
 
 
@@ -204,13 +205,15 @@ def test_one_factor_is_the_one_way_test_of_scipy() -> None:
 
 def test_best_levels_are_found_by_trying_all() -> None:
     of = l18()
-    result = field.of(of).result
-    for name, score in {
-        "Y1": lambda row: abs(row["Y1"]),
-        "Y2": lambda row: abs(row["Y2"]),
-        "both": lambda row: abs(row["Y1"]) + abs(row["Y2"]),
-    }.items():
+    result = field.of(of, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
+    scores = {"Y1": lambda row: abs(row["Y1"]), "Y2": lambda row: -row["Y2"]}
+    for name, score in scores.items():
         assert result["best"][name] == min(result["prediction"], key=score)["levels"]
+
+    def mean_rank(row: dict) -> int:
+        return sum(sum(score(other) < score(row) for other in result["prediction"]) for score in scores.values())
+
+    assert result["best"]["both"] == min(result["prediction"], key=mean_rank)["levels"]
 
 
 def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
@@ -219,7 +222,7 @@ def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
     random = rng()
     for _ in range(20):
         of = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
-        assert field.of(of).result["best"]["Y1"] == [1, 0]
+        assert field.of(of, wanted={"Y1": Goal.of("0")}).result["best"]["Y1"] == [1, 0]
 
 
 def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
@@ -282,7 +285,8 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 ) -> None:
     monkeypatch.setattr(field, "LISTED", listed)
     monkeypatch.setattr(field, "SEARCHED", searched)
-    result = field.of(runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))).result
+    of = runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))
+    result = field.of(of, wanted={"Y1": Goal.of("smaller")}).result
     assert len(result["prediction"]) == (18 if listed >= 18 else 0)
     assert (result["best"] is None) == (searched < 18)
     assert any("of 18 combinations" in warning for warning in result["warnings"]) == (listed < 18)

@@ -70,7 +70,7 @@ def test_what_cannot_be_said_is_none() -> None:
 
 
 BAD = {
-    "other columns": ("clutch,speed,measure,mean,sd,n\na,1,Y1,1,1,5\n", "the columns are clutch, speed"),
+    "other columns": ("clutch,speed,measure,mean,sd,n\na,1,Y1,1,1,5\n", "the header .clutch,speed,measure"),
     "negative": (HEAD + "a,1,Y1,1,-1,5\nb,1,Y1,1,1,5\n", "line 2, column sd: -1 is not allowed"),
     "one measurement": (HEAD + "a,1,Y1,1,1,5\nb,1,Y1,1,1,1\n", "line 3, column n: 1 is not allowed"),
     "half a measurement": (HEAD + "a,1,Y1,1,1,2.5\n", "column n: 2.5 is not allowed"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planter.clutch.field import Columns, evaluation, trial
+from planter.clutch.field import NEAREST_ZERO, Columns, evaluation, trial
 from planter.errors import InputError
 from planter.files import examples
 
@@ -62,7 +62,8 @@ def test_results_name_the_levels_of_the_file() -> None:
     rows = [line.split(",") for line in codes[1:]]
     shown = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
     text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
-    result = evaluation.of(trial.read(text, "x.csv")).result
+    goals = {"Y1": NEAREST_ZERO, "Y2": NEAREST_ZERO}
+    result = evaluation.of(trial.read(text, "x.csv"), wanted=goals).result
     assert result["best"] == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
     assert result["anova"] == evaluation.of(trial.read(GOOD, "x.csv")).result["anova"]
 

@@ -17,7 +17,8 @@ from planter.clutch.field.analysis import Model
 from planter.files import examples
 from tests.support.cli import below
 
-KEYS = {"range", "anova", "best", "prediction", "comparison"}
+GOALS = ("--goal", "Y1=zero", "--goal", "Y2=0")
+KEYS = {"range", "anova", "goals", "best", "prediction", "comparison"}
 
 
 run, answer, refusal = below("clutch")
@@ -43,11 +44,11 @@ def test_a_users_own_file_is_read_and_compared_only_with_a_second_one(tmp_path: 
     path, statistics = tmp_path / "mine.csv", tmp_path / "clutches.csv"
     path.write_text(examples.example("shi2021-field"))
     statistics.write_text(examples.example("shi2021-comparison"))
-    own, paper = answer("field", str(path)), answer("field")
+    own, paper = answer("field", str(path), *GOALS), answer("field")
     assert own["comparison"] == own["other_comparisons"] == []
     assert own["anova"] == paper["anova"]
-    assert answer("field", str(path), "--comparison", str(statistics))["comparison"] == paper["comparison"]
-    assert answer("field", str(path), "--comparison", "shi2021-comparison")["comparison"] == paper["comparison"]
+    assert answer("field", str(path), *GOALS, "--comparison", str(statistics))["comparison"] == paper["comparison"]
+    assert answer("field", str(path), *GOALS, "--comparison", "shi2021-comparison")["comparison"] == paper["comparison"]
 
 
 def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) -> None:
@@ -56,7 +57,7 @@ def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) 
     assert all(text in out for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529"))
     path = tmp_path / "rest.csv"
     path.write_text("".join(examples.example("shi2021-field").splitlines(keepends=True)[:-1]))
-    code, out, _ = run("field", str(path))
+    code, out, _ = run("field", str(path), *GOALS)
     assert code == 0
     assert "Range analysis" not in out
     assert "type II" in out
@@ -70,7 +71,9 @@ def test_bad_calls_are_refused(tmp_path: Path) -> None:
     assert "did you mean shi2021-field" in refusal("field", "shi2021-feild")
     assert "--response Y9: shi2021-field has no such column" in refusal("field", "--response", "Y9")
     assert "L10: there is no plan" in refusal("plan", "L10")
-    assert "the columns are run, A, B, C" in refusal("field", "--comparison", "shi2021-field")
+    assert "the header 'run,A,B,C,blank,Y1,Y2' is not allowed: it must be clutch,speed" in refusal(
+        "field", "--comparison", "shi2021-field"
+    )
     path.write_text("")
     assert "the file is empty" in refusal("field", str(path))
     assert "cannot be written" in refusal("field", "--out", str(path))
@@ -136,7 +139,9 @@ def test_names_of_any_kind_are_drawn_and_escaped(tmp_path: Path) -> None:
     )  # fmt: skip
     path = tmp_path / "odd.csv"
     path.write_text(text)
-    assert run("field", str(path), "--out", str(tmp_path / "out"))[0] == 0
+    assert (
+        run("field", str(path), "--out", str(tmp_path / "out"), "--goal", "Y$=larger", "--goal", "Y/2=smaller")[0] == 0
+    )
     report = (tmp_path / "out" / "report.html").read_text()
     ElementTree.fromstring(report.replace("<!DOCTYPE html>", ""))
     assert "lo&lt;w" in report

@@ -268,6 +268,28 @@ def test_missing_files_are_refused() -> None:
     assert "--least-slope" in refusal("synthesise", "sun2019", "--least-slope", "0")
 
 
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([(0, 0), (2, -2), (4, -4.5), (6.2832, -6.2832)], "are these radians?"),
+        ([(0, 10), (100, 40), (200, -30), (360, 10)], "is this the arm's own angle?"),
+        ([(0, 0), (100, -90), (200, -200), (350, -350)], "it must be 360, a turn after the first"),
+    ],
+)
+def test_curves_of_other_kinds_are_suspected(rows: list, said: str, tmp_path: Path) -> None:
+    assert said in refusal("train", curve_file(tmp_path / "other.csv", rows))
+
+
+def test_files_of_the_other_kind_say_what_they_are_for(tmp_path: Path) -> None:
+    path = curve_file(tmp_path / "curve.csv", TURN)
+    assert "poses must stand in a TOML file" in refusal("synthesise", path)
+    assert "poses must stand in a TOML file" in refusal("train", "sun2019-curve", "--poses", path)
+    (tmp_path / "poses.toml").write_text(examples.example("sun2019"))
+    assert "it must be a CSV file: the header carrier_deg,relative_deg" in refusal(
+        "train", str(tmp_path / "poses.toml")
+    )
+
+
 def test_a_curve_that_turns_back_is_no_success(tmp_path: Path) -> None:
     path = curve_file(tmp_path / "back.csv", [(0, 0), (100, -90), (200, -60), (300, -250), (360, -360)])
     code, out, err = run("train", path, "--json")

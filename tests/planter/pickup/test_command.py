@@ -119,7 +119,12 @@ def test_tables() -> None:
         ("a2_mm = 44.6", "a2_mm = 120", ["a2_mm = 120", "less than L1"]),
         ("L2_mm = 163.0", "L2_mm = 90", ["bars.L2_mm = 90", "greater than L1_mm"]),
         ("[210, 270]", "[270, 210]", ["law.dwell_t_deg", "0 < start < end"]),
-        ("p = 0.35", "p = 5.35", ["law", "above -1"]),
+        ("p = 0.35", "p = 5.35", ["law", "must stay positive"]),
+        ("phi5_far_deg = 40", "phi5_far_deg = 1e15", ["law.phi5_far_deg = 1000000000000000.0", "at most 1e+06"]),
+        ("p = 0.35", 'ends = "soft"\np = 0.35', ["law.ends", "'smooth'"]),
+        ("p = 0.35", "transition_deg = 10\np = 0.35", ["law.transition_deg = 10", 'ends = "smooth"']),
+        ("p = 0.35", 'ends = "smooth"\ntransition_deg = 80\np = 0.35', ["law.transition_deg = 80", "at most 75"]),
+        ("p = 0.35", 'ends = "smooth"\np = 1.35', ["law.p = 1.35", "must rise from zero"]),
         ("p = 0.35", "p = -99.35", ["law.p", "gain over the turn"]),
         ("z2 = 21", "z2 = 22", ["helical_stage.z2 = 22", "z1 = 21"]),
         ("phi1_far_deg = 180", "phi1_far_deg = 90", ["law.phi1_far_deg", "180"]),
@@ -181,11 +186,18 @@ def test_a_tolerance_that_hides_the_dwell_is_named(tmp_path: Path) -> None:
     assert "tolerance_mm = 1e-09 is too small" in message
 
 
-def test_an_arm_that_turns_back_is_told(tmp_path: Path) -> None:
-    found = answer("yu2023", "--set", "p=1.2", "--at", "180", "--out", str(tmp_path))
-    assert found["phi1_monotone"] is False
-    assert found["slope"]["min"] < 0
-    assert found["round_trip_error_rad"] is None
-    assert found["at"][0]["contact_ratio"] is None
-    assert "slope on the teeth" in {one["name"] for one in found["warnings"]}
-    assert not (tmp_path / "pitch.csv").exists()
+def test_an_arm_that_turns_back_is_refused_by_its_angle(tmp_path: Path) -> None:
+    message = refusal("yu2023", "--set", "p=1.2", "--out", str(tmp_path / "out"))
+    assert "yu2023: law: this cannot be a pair of gears: at t = 180 deg" in message
+    assert "slope -0.2" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_points_given_alone_bear_no_other_machines_name(tmp_path: Path) -> None:
+    (tmp_path / "ours.csv").write_text(CSV)
+    found = answer(str(tmp_path / "ours.csv"), "--out", str(tmp_path / "out"))
+    assert found["machine"] == "ours"
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<title>Seedling pick-up ours</title>" in page
+    assert "all else as in yu2023" in page
+    assert answer("yu2023-path")["machine"] == "yu2023-path"

@@ -106,18 +106,26 @@ def test_uneven_points() -> None:
 
 
 def test_points_against_the_carrier_are_refused() -> None:
-    with pytest.raises(InputError, match="counter-clockwise"):
+    with pytest.raises(InputError, match=r"counter-clockwise, .* turn the lines of the file round"):
         invert(tips(steps(100), arm(steps(100)))[::-1])
 
 
 def test_a_path_with_two_far_points_is_refused() -> None:
     t = steps(200)
-    r = 0.15 + 0.03 * np.cos(2 * t)
-    with pytest.raises(InputError, match="2 maxima and 2 minima"):
-        invert(np.column_stack([r * np.cos(t), r * np.sin(t)]))
+    lobes = np.column_stack([0.2 + 0.02 * np.cos(t), 0.1 * np.sin(t)])
+    with pytest.raises(InputError, match=r"2 maxima and 2 minima \(at .*mm\)"):
+        invert(lobes)
+
+
+def test_a_path_round_the_sun_is_refused_whatever_its_extremes() -> None:
+    t = steps(200)
+    for r in (0.15 + 0.03 * np.cos(2 * t), 0.15 + 0.03 * np.cos(t)):
+        for sense in (1, -1):
+            with pytest.raises(InputError, match="goes round the origin"):
+                invert(np.column_stack([r * np.cos(t), sense * r * np.sin(t)]))
 
 
 def test_a_circle_about_the_sun_is_refused() -> None:
     t = steps(50)
-    with pytest.raises(InputError, match="maxima"):
+    with pytest.raises(InputError, match="goes round the origin"):
         invert(0.1 * np.column_stack([np.cos(t), np.sin(t)]))

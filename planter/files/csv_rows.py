@@ -1,0 +1,174 @@
+"""CSV text as rows that know their lines, so that every complaint can name its place.
+
+Lines that start with `#` are comments wherever they stand, and empty lines do not count. The first line that is left is
+the header; columns are separated by commas, and decimals written with a point.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from planter.errors import InputError
+
+LARGEST = 1e100
+"""Numbers beyond this are refused where nothing else is said: their squares would not be finite."""
+LONGEST = 1000
+"""Characters of a cell at most."""
+_SHOWN = 60
+_OTHER_KIND = re.compile(r"\s*(\[[^\],]*\]\s*(#.*)?|\[\[.*|[\w.-]+\s*=.*|\{.*)")
+"""The first line of a TOML or JSON file."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Comments with their lines, a header, and rows of stripped cells with their lines."""
+
+    source: str
+    comments: tuple[tuple[int, str], ...]
+    header: tuple[str, ...]
+    lines: tuple[int, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def column(self, name: str) -> list[str]:
+        """The cells of a column. Raises InputError for the first empty one."""
+        index = self.header.index(name)
+        cells = [row[index] for row in self.rows]
+        if "" in cells:
+            raise InputError(f"{self.place(cells.index(''), name)}: nothing stands there, but a value is missing")
+        return cells
+
+    def numbers(self, name: str, largest: float = LARGEST) -> list[float]:
+        """The cells of a column as numbers of at most `largest` in size. Raises InputError for the first other."""
+        return [self._number(row, name, cell, largest) for row, cell in enumerate(self.column(name))]
+
+    def place(self, row: int, name: str) -> str:
+        """Where a cell stands, in words."""
+        return f"{self.source}: line {self.lines[row]}, column {name}"
+
+    def _number(self, row: int, name: str, cell: str, largest: float) -> float:
+        value = number(cell)
+        if value is None or not abs(value) <= largest:
+            pointed = cell.replace(",", ".")
+            hint = f" (with a decimal point: {pointed})" if pointed != cell and finite(pointed) else ""
+            allowed = f"it must be a finite number of at most {largest:g} in size{hint}"
+            raise InputError(f"{self.place(row, name)}: {shortened(cell)} is not allowed, {allowed}")
+        return value
+
+
+def number(cell: str) -> float | None:
+    """The number that a cell holds, NaN and infinities included; None if it holds none.
+
+    >>> number("1.5"), number("1_5"), number("high")
+    (1.5, None, None)
+    """
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None
+
+
+def finite(cell: str) -> bool:
+    """Whether a cell holds a finite number."""
+    value = number(cell)
+    return value is not None and math.isfinite(value)
+
+
+def shortened(text: str) -> str:
+    """Text in quotes, cut to a reasonable length."""
+    return repr(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}...")
+
+
+def read(text: str, source: str, columns: Sequence[str] = ()) -> Table:
+    """The table of a CSV text; `columns` names those that it must have, in any order, where it may have no others.
+
+    Raises InputError, naming source and line, for a text without header or rows, column names that are empty, occur
+    twice or are not those of `columns`, rows that are not as long as the header, and what is no CSV.
+    """
+    wanted = f"the header {','.join(columns)}" if columns else "a header"
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    comments = tuple((i, line.lstrip()[1:].strip()) for i, line in enumerate(lines, 1) if _is_comment(line))
+    records = _records(["" if _is_comment(line) else line for line in lines], source)
+    first = next(records, None)
+    if first is None:
+        raise InputError(f"{source}: the file is empty, it must have {wanted} and rows")
+    line, header = first
+    _check_kind(lines[line - 1], source, line, wanted)
+    _check_header(header, f"{source}: line {line}", columns)
+    rows = list(records)
+    if not rows:
+        raise InputError(f"{source}: there is nothing below the header in line {line}, at least one row must follow")
+    for at, row in rows:
+        if len(row) != len(header):
+            raise InputError(
+                f"{source}: line {at} has {len(row)} cells, but it must have {len(header)} as the header "
+                f"has{_cut_by_commas(row, len(header))}"
+            )
+    return Table(source, comments, header, tuple(n for n, _ in rows), tuple(row for _, row in rows))
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith("#")
+
+
+def _records(lines: Sequence[str], source: str) -> Iterator[tuple[int, tuple[str, ...]]]:
+    reader = csv.reader(lines, strict=True)
+    try:
+        for record in reader:
+            longest = max(map(len, record), default=0)
+            if longest > LONGEST:
+                raise InputError(_too_long(source, reader.line_num))
+            if any(cell.strip() for cell in record):
+                yield reader.line_num, tuple(cell.strip() for cell in record)
+    except csv.Error as error:
+        if "field larger" in str(error):
+            raise InputError(_too_long(source, reader.line_num)) from None
+        raise InputError(f"{source}: line {reader.line_num} is not valid CSV: {error}") from None
+
+
+def _too_long(source: str, line: int) -> str:
+    return (
+        f"{source}: line {line} has a cell of more than {LONGEST} characters, but it must not have (is a quote open?)"
+    )
+
+
+def _check_kind(line: str, source: str, at: int, wanted: str) -> None:
+    if _OTHER_KIND.fullmatch(line):
+        raise InputError(
+            f"{source}: line {at} is {shortened(line)}, as in a file of another kind, but it must be a CSV file: "
+            f"{wanted}, then rows"
+        )
+
+
+def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> None:
+    if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
+        raise InputError(
+            f"{place}: the header is {shortened(header[0])}, but columns must be separated by commas, and decimals "
+            f"written with a point"
+        )
+    if columns and set(header) != set(columns):
+        raise InputError(
+            f"{place}: the header {shortened(','.join(header))} is not allowed: it must be {','.join(columns)}"
+            f"{' (the line holds numbers, the names of the columns must stand above)' if _all_numbers(header) else ''}"
+        )
+    if "" in header:
+        raise InputError(f"{place}: column {header.index('') + 1} has no name, but every column must have one")
+    twice = next((name for i, name in enumerate(header) if name in header[:i]), None)
+    if twice is not None:
+        raise InputError(f"{place}: the header names {twice} twice, but every column must have a name of its own")
+    if _all_numbers(header):
+        raise InputError(f"{place}: the header holds numbers, but it must name the columns")
+
+
+def _all_numbers(header: Sequence[str]) -> bool:
+    return all(number(cell) is not None for cell in header)
+
+
+def _cut_by_commas(row: Sequence[str], wanted: int) -> str:
+    """A hint for a row that decimal commas have cut in two."""
+    if len(row) > wanted and all(cell.lstrip("+-").isdigit() for cell in row):
+        return " (are there decimal commas? write 1.5, not 1,5)"
+    return ""

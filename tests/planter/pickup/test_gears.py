@@ -1,0 +1,175 @@
+"""Paths of one's own: what cannot be gears is refused with angle and place; what can be is told with its faults."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from planter.errors import GeometryError
+from planter.pickup import gears, limits
+from planter.pickup.file import load
+from planter.pickup.model import Train, build
+from tests.planter.pickup.pickups import L2, built_in, steps
+from tests.support.cli import below
+
+run, answer, refusal = below("pickup")
+
+T = steps(36)
+BEAN = 140 + 0.6 * (120 + 50 * np.cos(T) - 20 * np.cos(2 * T)) * np.cos(T)
+BEAN_Y = 90 + 0.5 * (120 + 50 * np.cos(T) - 20 * np.cos(2 * T)) * np.sin(T)
+ELLIPSE = (150 + 60 * np.cos(T), 80 + 40 * np.sin(T))
+EIGHT = (150 + 60 * np.sin(T), 80 + 40 * np.sin(2 * T))
+
+
+def points(folder: Path, x: NDArray, y: NDArray, name: str = "mine.csv") -> str:
+    lines = [f"{a:.6f},{b:.6f}" for a, b in zip(x, y, strict=True)]
+    (folder / name).write_text("\n".join(["x_mm,y_mm", *lines]) + "\n")
+    return str(folder / name)
+
+
+@pytest.mark.parametrize("out", [False, True])
+def test_a_bean_is_refused_by_angle_and_place_whether_files_are_wanted_or_not(out: bool, tmp_path: Path) -> None:
+    path = points(tmp_path, BEAN, BEAN_Y)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        message = refusal(path, *(["--out", str(tmp_path / "out")] if out else []))
+    assert "mine.csv: this cannot be a pair of gears: at t = 136.5 deg" in message
+    assert "the arm turns back (slope -0.57" in message
+    assert "(107.76, 79.626) mm, by point 21" in message
+    assert "the arm must turn 4.99 times as fast" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_sun_without_room_for_teeth_is_refused_with_radius_and_ratio(tmp_path: Path) -> None:
+    message = refusal(points(tmp_path, *EIGHT))
+    assert "the pitch radius of the sun is 2.288 mm (total ratio 7.59" in message
+    assert "by point 21" in message
+
+
+def test_an_ellipse_either_way_round_gives_gears_and_no_noise(tmp_path: Path) -> None:
+    for turn in (1, -1):
+        path = points(tmp_path, *(part[::turn] for part in ELLIPSE))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = answer(path, "--out", str(tmp_path / "out"))
+        assert found["machine"] == "mine"
+        assert found["sun_radius_mm"]["min"] > 2.4
+        straight = next(one for one in found["requirements"] if one["name"] == "straight entry")
+        assert 10 < straight["value"] < 25
+        assert (tmp_path / "out" / "pitch.csv").exists()
+
+
+def test_lengths_in_other_units_are_suspected(tmp_path: Path) -> None:
+    x, y = ELLIPSE
+    message = refusal(points(tmp_path, x / 1000, y / 1000))
+    assert "less than L1 = 0.056" in message
+    assert "are they in mm" in message
+
+
+def test_a_path_round_the_origin_is_no_traceback(tmp_path: Path) -> None:
+    r = 100 + 40 * np.cos(T)
+    assert "goes round the origin" in refusal(points(tmp_path, r * np.cos(T) + 30, r * np.sin(T)))
+
+
+def test_velocities_that_jump_at_the_dwell_are_told_with_their_size() -> None:
+    train = built_in()
+    told = {one["name"]: one for one in answer("yu2023")["warnings"] if "velocity" in one["name"]}
+    assert {name: one["t_deg"] for name, one in told.items()} == pytest.approx(
+        {"velocity jumps at the dwell's start": 210, "velocity jumps at the dwell's end": 270}
+    )
+    for one, t in zip(told.values(), (train.driven[1], train.driven[0]), strict=True):
+        jump = 1000 * L2 * train.omega * train.law.slopes(np.array([t]))[0, 0]
+        assert f"jumps by {jump:.5g} mm/s" in one["message"]
+        eps = 1e-7
+        around = train.motion(np.array([t - eps, t + eps]))
+        measured = np.hypot(np.diff(around["vx_S"]), np.diff(around["vy_S"]))[0] * 1000
+        assert measured == pytest.approx(jump, rel=1e-5)
+    assert 'ends = "smooth"' in told["velocity jumps at the dwell's start"]["message"]
+
+
+def test_a_path_with_a_dwell_is_told_of_its_jumps_and_one_without_is_not(tmp_path: Path) -> None:
+    names = [one["name"] for one in answer("yu2023-path")["warnings"]]
+    assert sum("velocity jumps" in name for name in names) == 2
+    names = [one["name"] for one in answer(points(tmp_path, *ELLIPSE))["warnings"]]
+    assert not any("velocity jumps" in name for name in names)
+
+
+TEETH = np.array([0.002, 1.2, 1.3, np.radians(20)])
+
+
+def test_each_limit_is_broken_by_what_breaks_it_alone() -> None:
+    good = {"R1": 0.02, "R2": 0.03, "kappa1": 50.0, "kappa2": 30.0}
+    cases = {
+        ("sun", "radius"): {"R1": 0.0026}, ("intermediate gear", "radius"): {"R2": 0.0024},
+        ("sun", "sharp"): {"kappa1": 1 / 0.0026}, ("intermediate gear", "sharp"): {"kappa2": 1 / 0.0024},
+        ("sun", "hollow"): {"kappa1": -1 / 0.0024}, ("intermediate gear", "hollow"): {"kappa2": -1 / 0.0026},
+    }  # fmt: skip
+    for kind, change in cases.items():
+        found = limits.excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
+        assert [name for name, excess in found.items() if excess[0] >= -1e-9] == [kind]
+    assert not limits.broken({k: np.array([v]) for k, v in good.items()}, TEETH)
+
+
+def test_an_arm_that_only_just_stands_still_is_refused_as_one() -> None:
+    assert "at t = 0 deg from the farthest tip the arm stands still" in refusal("yu2023", "--set", "p=-1")
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["L2_mm=1e300", "helical_stage.ha=1e300", "noncircular_stage.m_mm=1e-15", "width_mm=1e300", "phi5_far_deg=1e15"],
+)
+def test_values_beyond_all_measure_are_refused_by_name(value: str) -> None:
+    assert value.partition("=")[0] in refusal("yu2023", "--set", value)
+
+
+def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = answer("yu2023", "--set", "noncircular_stage.m_mm=0.001", "--set", "ha2=0.001")
+    assert found["locking_arcs"] is not None
+
+
+def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large() -> None:
+    machine = load("yu2023")
+    gears.check(machine, build(machine))
+    huge = load("yu2023", {"noncircular_stage.m_mm": 25})
+    with pytest.raises(GeometryError, match=r"the pitch radius of the sun is 22.27 mm .* reach 30 mm into it"):
+        gears.check(huge, build(huge))
+
+
+def test_a_contact_ratio_without_value_is_left_out_and_told(tmp_path: Path) -> None:
+    """Points rounded to whole mm make pitch curves hollow here and there."""
+    rounded = np.round([[float(c) for c in line.split(",")] for line in _path_csv().splitlines()[3:]])
+    (tmp_path / "coarse.csv").write_text("x_mm,y_mm\n" + "".join(f"{x:.0f},{y:.0f}\n" for x, y in rounded))
+    found = answer(str(tmp_path / "coarse.csv"), "--out", str(tmp_path / "out"))
+    told = [one["message"] for one in found["warnings"] if one["name"] == "contact ratio"]
+    header = next(line for line in (tmp_path / "out" / "pitch.csv").read_text().splitlines() if line[0] != "#")
+    assert len(told) == 1
+    assert "contact_ratio" not in header
+
+
+def _path_csv() -> str:
+    from planter.files import examples
+
+    return examples.example("yu2023-path", "pickup", ".csv")
+
+
+def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> None:
+    from tests.planter.pickup.test_smooth import smooth_file
+
+    answer(smooth_file(tmp_path, 20), "--out", str(tmp_path / "smooth"))
+    found = answer(str(tmp_path / "smooth" / "path.csv"))
+    names = {one["name"]: one["t_deg"] for one in found["warnings"]}
+    assert names["no teeth at the dwell's start"] == pytest.approx(210, abs=0.1)
+    assert names["no teeth at the dwell's end"] == pytest.approx(270, abs=0.1)
+    assert found["round_trip_error_rad"] < 1e-5
+
+
+def test_the_turn_of_the_teeth_is_that_of_the_arm_where_the_slope_jumps() -> None:
+    train: Train = built_in()
+    assert train.toothed == train.driven
+    assert train.meshes(np.radians([0, 209.9, 240, 270.1])).tolist() == [True, True, False, True]
