@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planter import legible
 from planter.errors import ComputationError, InputError
 from planter.files import paths
 from planter.version import __version__
@@ -59,8 +60,11 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a text in UTF-8 with the line ends it has, as `write_bytes` does."""
-    write_bytes(path, text.encode("utf-8"))
+    """Writes a text in UTF-8 with the line ends it has, as `write_bytes` does.
+
+    What UTF-8 has no bytes for, as in a file name that is none itself, is written as JSON and Python escape it.
+    """
+    write_bytes(path, text.encode("utf-8", "backslashreplace"))
 
 
 def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
@@ -79,9 +83,9 @@ def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, A
     _check_columns(path, arrays)
     text = io.StringIO()
     for comment in comments:
-        text.writelines(f"# {line}".rstrip() + "\n" for line in comment.splitlines() or [""])
+        text.writelines(f"# {line}".rstrip() + "\n" for line in legible.text(comment).split("\n"))
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(arrays)
+    writer.writerow(map(legible.line, arrays))
     writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
     write_text(path, text.getvalue())
 
