@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import unicodedata
 
 KEPT = "\n\t"
@@ -9,6 +10,7 @@ KEPT = "\n\t"
 LONGEST = 1500
 """Characters of a message at most."""
 _SHOWN_AT_MOST = 60
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _HIDDEN = {"Cc", "Cf", "Cn", "Co", "Cs", "Zl", "Zp"}
 
 
@@ -43,7 +45,19 @@ def value(given: object) -> str:
     """A value as a TOML file would show it, on one line of reasonable length."""
     if isinstance(given, float) and not math.isfinite(given):
         return str(given)
-    return _cut(json.dumps(given, default=str))
+    try:
+        return _cut(json.dumps(given, default=str))
+    except ValueError:  # a whole number of more digits than Python writes
+        return _cut(f"{given:#x}") if isinstance(given, int) else "..."
+
+
+def with_point(raw: str) -> str | None:
+    """A number with a decimal comma, written with a point; None for anything else.
+
+    >>> with_point("1,20"), with_point("1.20"), with_point("1,2,3")
+    ('1.20', None, None)
+    """
+    return raw.strip().replace(",", ".") if _DECIMAL_COMMA.fullmatch(raw.strip()) else None
 
 
 def hidden(one: str) -> bool:

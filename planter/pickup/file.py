@@ -13,8 +13,7 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 from planter.files import examples
 from planter.files.complaints import lacking, refused
 from planter.files.document import Document, Origins
-from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
-from planter.files.text import parse_toml
+from planter.files.fields import Angle, NotNegative, Pair, Positive, Real, Section, Whole
 from planter.kernels import Array
 from planter.pickup.points import parse_points, resolution
 
@@ -74,7 +73,7 @@ class NoncircularStage(Section):
 class LawData(Section):
     """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell."""
 
-    phi5_far_deg: Real
+    phi5_far_deg: Angle
     phi1_far_deg: Annotated[Real, Field(ge=180, le=180)]
     p: Real
     dwell_t_deg: Pair
@@ -226,9 +225,9 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
     if _is_points(label):
         points = parse_points(examples.text(source, "pickup", ".csv"), label)
         found = load(DEFAULT).with_points(points, label)
+        changed = found.with_numbers(overrides) if overrides else found
     else:
-        found = Pickup.read(parse_toml(examples.text(source, "pickup"), label), label)
-    changed = found.with_numbers(overrides) if overrides else found
+        changed = Pickup.load(source, "pickup", overrides)
     if changed.path is not None:
         csv = label if _is_points(label) else _beside(label, changed.path.csv)
         changed._points_source = str(csv)
