@@ -16,6 +16,7 @@ from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
 from planter.report import files, style
+from planter.report.folder import renews
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.version import __version__
 
@@ -27,6 +28,7 @@ MOST_ROWS = 500
 """Combinations of levels that the page shows; prediction.csv holds all."""
 
 
+@renews
 def write(out: str | Path, found: Evaluation) -> None:
     """Writes everything into a folder. Raises InputError for one that cannot be written."""
     folder = files.output_folder(out)

@@ -16,6 +16,7 @@ from planter.mapping.report import figures, page, train_figures
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
 from planter.report import files, style
+from planter.report.folder import renews
 from planter.version import __version__
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ _TABLE = 721
 """Rows of a table over a turn."""
 
 
+@renews
 def write_synthesis(out: Path, found: Synthesis) -> None:
     """Writes summary.json, curves and coupler paths as CSV, figures and report.html.
 
@@ -55,6 +57,7 @@ def write_synthesis(out: Path, found: Synthesis) -> None:
     files.write_text(folder / "report.html", page.synthesis_page(found, _saved(folder, drawn), provenance))
 
 
+@renews
 def write_train(out: Path, found: Training, source: str) -> None:
     """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html.
 

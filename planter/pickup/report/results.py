@@ -12,6 +12,7 @@ from planter.pickup import result as results
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
 from planter.report import files, style
+from planter.report.folder import renews
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.labels import label
 
@@ -34,6 +35,7 @@ CAPTIONS = {
 }
 
 
+@renews
 def write(out: Path, found: Outcome) -> None:
     """Writes summary.json, CSV files, figures and report.html. Raises InputError for a folder that it cannot write."""
     folder = files.output_folder(out)

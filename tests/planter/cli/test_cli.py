@@ -239,3 +239,11 @@ def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
     assert found["error"]["name"] == "Interrupted"
     assert found["partial"]["objective"] < found["partial"]["start_objective"]
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
+
+
+def test_a_folder_used_again_keeps_no_figures_of_the_command_before(tmp_path: Path) -> None:
+    answer("clutch", "rotor", "--out", str(tmp_path))
+    (tmp_path / "notes.txt").write_text("own")
+    assert (tmp_path / "turning.gif").exists()
+    answer("sensitivity", "wang2017", "--out", str(tmp_path))
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", "summary.json", "report.html", ".planter.json"}
