@@ -5,13 +5,16 @@ import re
 import signal
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planter.files import examples
+from planter.bench.settings import WAYS, WORKS
+from planter.files import examples, units
 from planter.planting import file
+from planter.report import files
 from tests.support.cli import answer, refusal, run
 
 ROOT = Path(__file__).parents[3]
@@ -25,6 +28,11 @@ AT = {
     "theta1_deg", "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N",
     "F_O1x_N", "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
 }  # fmt: skip
+
+
+def calibration_targets() -> list[str]:
+    text = (ROOT / "planter" / "planting" / "calibration.toml").read_text(encoding="utf-8")
+    return list(tomllib.loads(text)["target"])
 
 
 def test_simulate_has_the_keys_of_the_contract() -> None:
@@ -247,3 +255,33 @@ def test_a_folder_used_again_keeps_no_figures_of_the_command_before(tmp_path: Pa
     assert (tmp_path / "turning.gif").exists()
     answer("sensitivity", "wang2017", "--out", str(tmp_path))
     assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", "summary.json", "report.html", ".planter.json"}
+
+
+def test_units_stay_at_the_end_of_the_columns_of_side_2(tmp_path: Path) -> None:
+    answer("simulate", "wang2017", "--out", str(tmp_path))
+    _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
+    assert {"omega_2_rad_s", "omega_dot_2_rad_s2", "F_E_2_N", "tip_x_2_mm"} <= columns.keys()
+    for key in columns:
+        if key.replace("_2_", "_") in columns:
+            assert units.unit(key) == units.unit(key.replace("_2_", "_")), key
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("simulate", "--help"), ("planter example", "mass.sun_kg", "hinge_A_mm[0]", "exact", "printed")),
+        (("calibrate", "--help"), tuple(calibration_targets())),
+        (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
+        (("bench", "--help"), (*WORKS, *WAYS)),
+    ],
+)
+def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], told: tuple[str, ...]) -> None:
+    code, out, _ = run(*arguments)
+    assert code == 0
+    for word in told:
+        assert word in " ".join(out.split())
+
+
+def test_a_missing_target_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
+    assert "it must be one of table1" in refusal("calibrate", "wang2017")
+    assert "with a decimal point: 0.4" in refusal("validate", "wang2017", "--set", "sun_kg=0,4")
