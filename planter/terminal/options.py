@@ -18,8 +18,8 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="change a number for this call (repeatable). NAME is a key of the file, as `planter example` shows one: in "
-        "full, as in mass.sun_kg or hinge_A_mm[0], or its last part where only one key ends so",
+        help="change a number for this call (repeatable). NAME is a key of the file, as `planter example` shows one: "
+        "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part where only one key ends so",
         show_default=False,
     ),
 ]
