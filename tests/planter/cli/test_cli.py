@@ -1,6 +1,7 @@
 """The command line against its contract: keys, exit codes, one sentence for bad input."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -285,3 +286,40 @@ def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str
 def test_a_missing_target_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
     assert "it must be one of table1" in refusal("calibrate", "wang2017")
     assert "with a decimal point: 0.4" in refusal("validate", "wang2017", "--set", "sun_kg=0,4")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("pickup", "yu2023", "--set", "phi5_far_deg=1e15"), "law.phi5_far_deg = 1000000000000000.0"),
+        (("validate", "n" * 5000), "there is no built-in machine of that name"),
+        (("validate", "no\nsuch.toml"), r"no\nsuch.toml: there is no such file"),
+        (("validate", "wang2017", "--set", "x" * 100_000 + "=1"), "the file has no such value"),
+        (("validate", "wang2017", "--set", "\x1b[31m=1"), r"\u001b[31m"),
+        (("synthesise", "shi2021"), "this is a built-in TOML file for planter clutch"),
+        (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
+    ],
+)
+def test_strange_input_is_refused_in_one_short_printable_sentence(arguments: tuple[str, ...], told: str) -> None:
+    message = refusal(*arguments)
+    assert told in message
+    assert message.isprintable()
+    assert len(message) < 1600
+
+
+def test_a_file_name_that_is_no_utf_8_is_no_obstacle(tmp_path: Path) -> None:
+    path = os.fsencode(tmp_path) + b"/w\xff.toml"
+    with open(path, "w", encoding="utf-8") as file_:
+        file_.write(examples.example("compact"))
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", "sensitivity", path, "--out", tmp_path / "out"],
+        cwd=ROOT, capture_output=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", "validate", path, "--set", "sun_kg=-1"], cwd=ROOT, capture_output=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert b"w\\udcff.toml: mass.sun_kg = -1.0" in done.stderr
