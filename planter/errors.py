@@ -2,6 +2,8 @@
 
 from typing import Any, ClassVar
 
+from planter import legible
+
 
 class PlanterError(Exception):
     """Any failure that the user is told about without a traceback."""
@@ -15,8 +17,12 @@ class PlanterError(Exception):
 
     @property
     def message(self) -> str:
-        """One sentence that says what is wrong and what would be right."""
-        return str(self)
+        """One sentence that says what is wrong and what would be right, on one line."""
+        return legible.line(str(self))
+
+    def table(self) -> dict[str, Any]:
+        """What `--json` prints of it: the error, and what was reached before it."""
+        return {"error": {"name": self.name, "message": self.message}, "partial": getattr(self, "partial", None)}
 
 
 class InputError(PlanterError):

@@ -40,6 +40,14 @@ def brought(name: str) -> Iterator[ModuleType]:
             yield import_module(f"{package}.{name}")
 
 
+def commands(room: str) -> list[str]:
+    """Names of the commands and groups of commands that a room brings."""
+    package = rooms()[room]
+    app = next(module.app for module in brought("commands") if module.__name__ == f"{package}.commands")
+    own = [command.name or command.callback.__name__ for command in app.registered_commands]
+    return [*own, *(group.name for group in app.registered_groups)]
+
+
 def folders(name: str) -> dict[str, Traversable]:
     """The folders of a name in the rooms that have one, by room."""
     places = {room: resources.files(package).joinpath(name) for room, package in rooms().items()}

@@ -11,6 +11,7 @@ from planter.audit import article, markup, tables
 from planter.audit.consequences import HEADLINE
 from planter.audit.markup import Cell, Raw, mark
 from planter.report import files
+from planter.report.folder import renews
 from planter.report.html import Keys, Section, page
 from planter.version import __version__
 
@@ -27,6 +28,7 @@ _ORDER = ("not reproduced", "not recomputable", "consistent", "reproduced")
 """Verdicts on numbers, the gravest first."""
 
 
+@renews
 def write(out: str | Path, result: Mapping[str, Any]) -> None:
     """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
     folder = files.output_folder(out)

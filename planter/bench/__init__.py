@@ -49,7 +49,9 @@ def write(folder: str | Path, result: dict[str, Any]) -> None:
     """bench.json, and bench.md: the tables of docs/performance.md. Raises InputError for a folder it cannot write."""
     from planter.bench import page
     from planter.report import files
+    from planter.report.folder import renewing
 
-    place = files.output_folder(folder)
-    files.write_text(place / "bench.json", json.dumps(result, indent=2, allow_nan=False) + "\n")
-    files.write_text(place / "bench.md", page.text(result))
+    with renewing(folder):
+        place = files.output_folder(folder)
+        files.write_text(place / "bench.json", json.dumps(result, indent=2, allow_nan=False) + "\n")
+        files.write_text(place / "bench.md", page.text(result))

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.bench.settings import WAYS, WORKS
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
 
@@ -16,10 +17,12 @@ app = typer.Typer()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")] = False,
     work: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="only this work (repeatable)", show_default=False)
+        list[str] | None,
+        typer.Option(metavar="NAME", help=f"only this work (repeatable): {', '.join(WORKS)}", show_default=False),
     ] = None,
     way: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="only this way (repeatable)", show_default=False)
+        list[str] | None,
+        typer.Option(metavar="NAME", help=f"only this way (repeatable): {', '.join(WAYS)}", show_default=False),
     ] = None,
     rounds: Annotated[int | None, typer.Option(help="repetitions of every work", show_default=False)] = None,
     as_json: JsonOption = False,

@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
-from planter.errors import InputError
+from planter.terminal import signals
 
 
 def main() -> None:
-    """Entry point: a call that cannot be understood ends in one sentence and exit code 2."""
+    """Entry point: a call that cannot be understood ends in one sentence and exit code 2, a signal in one line."""
+    signals.listen()
+    code = _ended()
+    if signals.exit_code() is not None:
+        os._exit(code)  # an interrupt that passed a text being executed would make Python end by signal 2
+    sys.exit(code)
+
+
+def _ended() -> int:
+    from planter.terminal import streams
+    from planter.terminal.console import Console
+
+    streams.take_any_text()
+    try:
+        with Console("--json" in sys.argv).outcome():
+            with streams.written():
+                code = _called()
+                signals.ignore()
+            return code
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 0
+
+
+def _called() -> int:
     from planter.cli.app import application
+    from planter.errors import InputError
 
     try:
-        code = application()(standalone_mode=False)
+        return application()(standalone_mode=False) or 0
     except Exception as error:
         if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
             raise
-        print(f"planter: {error.format_message()}", file=sys.stderr)
-        code = InputError.exit_code
-    sys.exit(code)
+        raise InputError(error.format_message()) from None

@@ -9,11 +9,9 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from planter.clutch.engage.sections import Contact, Dog
-from planter.files import examples
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
-from planter.files.text import parse_toml
 
 Acute = Annotated[Positive, Field(lt=90)]
 
@@ -190,6 +188,4 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Cl
     Names and units as for planting devices. Raises InputError, one sentence that names file, key, value and what is
     allowed.
     """
-    label = str(source)
-    clutch = Clutch.read(parse_toml(examples.text(source, "clutch"), label), label)
-    return clutch.with_numbers(overrides) if overrides else clutch
+    return Clutch.load(source, "clutch", overrides)

@@ -2,14 +2,16 @@
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from planter.errors import InputError
-from planter.files import paths, units
+from planter.files import examples, paths, settings, units
 from planter.files.complaints import SET, explain, lacking, not_allowed, refused
-from planter.files.fields import Section
+from planter.files.fields import Line, Section, Words
+from planter.files.text import parse_toml
 
 _ORIGIN = re.compile(r"(paper|assumed|calibrated|measured)\b")
 
@@ -20,7 +22,7 @@ def _flat(value: Any) -> Any:
     return {path: item for path, item in paths.walk(value) if not isinstance(item, dict)}
 
 
-Origins = Annotated[dict[str, str], BeforeValidator(_flat)]
+Origins = Annotated[dict[str, Words], BeforeValidator(_flat)]
 
 
 class Document(Section):
@@ -30,8 +32,8 @@ class Document(Section):
     `origins: Origins = Field(alias="origin")`.
     """
 
-    name: Annotated[str, Field(min_length=1, max_length=80)]
-    description: str
+    name: Annotated[Line, Field(min_length=1, max_length=80)]
+    description: Words
     if TYPE_CHECKING:
         origins: Origins
 
@@ -39,11 +41,38 @@ class Document(Section):
     _overridden: tuple[str, ...] = PrivateAttr(default=())
 
     @classmethod
-    def read(cls, table: Mapping[str, Any], source: str, overridden: tuple[str, ...] = ()) -> Self:
-        """The validated content of a file; `source` names it in the error.
+    def load(cls, source: str | Path, kind: str, changes: Mapping[str, float] | None = None) -> Self:
+        """The content of the file at a path, or of the built-in one of that name in a room; `changes` as in `read`.
+
+        Raises InputError as `read` does, and for a file that cannot be read or belongs to another kind of machine.
+        """
+        label = str(source)
+        table = parse_toml(examples.text(source, kind), label)
+        try:
+            return cls.read(table, label, changes)
+        except InputError:
+            examples.check_kind(table, label, kind)
+            raise
+
+    @classmethod
+    def read(
+        cls,
+        table: Mapping[str, Any],
+        source: str,
+        changes: Mapping[str, float] | None = None,
+        overridden: tuple[str, ...] = (),
+    ) -> Self:
+        """The validated content of a file; `source` names it in the error, `overridden` what was set in `table` before.
+
+        `changes` are numbers set on the command line, before anything is checked: what the file itself has in their
+        place need not be allowed. A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that
+        fits one path only; values are in the unit that the name ends in.
 
         Raises InputError, one sentence that names file, key, value and what is allowed.
         """
+        if changes:
+            table, changed = settings.applied(cls, table, source, changes)
+            overridden = tuple(dict.fromkeys((*overridden, *changed)))
         try:
             found = cls.model_validate(table)
         except ValidationError as error:
@@ -77,7 +106,8 @@ class Document(Section):
         path = self._path(name, values)
         if any(item == path or item.startswith(f"{path}[") for item in self.overridden):
             return SET
-        entries = {_full(entry, values): text for entry, text in self.origins.items()}
+        names = paths.Names(values)
+        entries = {(names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()}
         holders = (path, path.partition("[")[0], path.partition(".")[0], "default")
         return next(entries[holder] for holder in holders if holder in entries)
 
@@ -99,31 +129,17 @@ class Document(Section):
         return kind(not_allowed(self.source, path, values[path], allowed, overridden=path in self.overridden))
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
-        """A copy with some numbers set on the command line.
-
-        A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path only; values
-        are in the unit that the name ends in.
-
-        Raises InputError for an unknown or ambiguous name, and for a value that a file could not hold either.
-        """
-        numbers, table, changed = self.numbers(), self.table(), dict.fromkeys(self.overridden)
-        for name, value in changes.items():
-            found = _candidates(name, numbers)
-            if len(found) != 1:
-                allowed = _which(name, found, numbers)
-                raise InputError(not_allowed(self.source, name, value, allowed, overridden=True))
-            whole = isinstance(numbers[found[0]], int) and float(value).is_integer()
-            table = paths.with_value(table, found[0], int(value) if whole else value)
-            changed[found[0]] = None
-        return self.read(table, self.source, tuple(changed))
+        """A copy with some numbers set on the command line, as in `read`."""
+        return self.read(self.table(), self.source, changes, self.overridden)
 
     def _values(self) -> dict[str, Any]:
         return _values_of(self.table())
 
     def _path(self, name: str, values: Mapping[str, Any]) -> str:
-        found = _candidates(name, values)
+        names = paths.Names(values)
+        found = names.candidates(name)
         if len(found) != 1:
-            raise InputError(f"{self.source}: {name} is not allowed: {_which(name, found, values)}")
+            raise InputError(f"{self.source}: {name} is not allowed: {names.complaint(name)}")
         return found[0]
 
     @field_validator("origins", check_fields=False)
@@ -138,30 +154,12 @@ class Document(Section):
 
     @model_validator(mode="after")
     def _origins_name_something(self) -> Self:
-        values = self._values()
+        names = paths.Names(self._values())
         for entry, text in self.origins.items():
-            found = _candidates(entry, values)
-            if entry != "default" and len(found) != 1:
-                raise refused(f"origin.{entry}", text, _which(entry, found, values))
+            if entry != "default" and len(names.candidates(entry)) != 1:
+                raise refused(f"origin.{entry}", text, names.complaint(entry))
         return self
 
 
 def _values_of(table: Mapping[str, Any]) -> dict[str, Any]:
     return dict(paths.walk({key: value for key, value in table.items() if key != "origin"}))
-
-
-def _candidates(name: str, values: Mapping[str, Any]) -> list[str]:
-    found = paths.matching(name, values.keys())
-    return [path for path in found if not path.startswith("bounds.")] or found
-
-
-def _full(entry: str, values: Mapping[str, Any]) -> str:
-    return entry if entry == "default" else _candidates(entry, values)[0]
-
-
-def _which(name: str, found: list[str], values: Mapping[str, Any]) -> str:
-    if found:
-        return f"it fits several values, name one of {', '.join(found)}"
-    similar = paths.close(name, values.keys())
-    wanted = f"did you mean {' or '.join(similar)}?" if similar else f"names look like {next(iter(values))}"
-    return f"the file has no such value, {wanted}"

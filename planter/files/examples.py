@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import tomllib
+from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from planter import rooms
 from planter.errors import InputError
@@ -12,6 +15,11 @@ from planter.files import paths
 from planter.files.text import read_text
 
 Suffix = Literal[".toml", ".csv"]
+SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")
+_EVERYWHERE = {"name", "description", "origin"}
+"""Keys that say nothing of what kind of file it is."""
+_ALIKE = 0.5
+"""Share of common tables from which on a file is taken for one of a kind."""
 
 
 def names(kind: str | None = None, suffix: Suffix | None = None) -> list[str]:
@@ -26,8 +34,10 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
             return file.read_text(encoding="utf-8")
     known = names(kind, suffix)
     similar = paths.close(name, known)
-    hint = f"did you mean {similar[0]}? " if similar else ""
     what = "machine" if suffix == ".toml" else "example"
+    if kind and (other := _elsewhere(name)):
+        raise InputError(f"{name}: {other}, but it must be one of {', '.join(known)} or the path of a {suffix} file")
+    hint = f"did you mean {similar[0]}? " if similar else ""
     raise InputError(
         f"{name}: there is no built-in {what} of that name, {hint}(built in: {', '.join(known)}; "
         f"anything else must be the path of a {suffix or '.toml or .csv'} file)"
@@ -37,9 +47,46 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
 def text(source: str | Path, kind: str, suffix: Suffix = ".toml") -> str:
     """The text of the file at a path, or of the built-in one of that name.
 
-    Raises InputError where there is neither, or where the file cannot be read.
+    Raises InputError where there is neither, where the file cannot be read, or where it is a CSV file and no TOML file
+    by its name, or the other way round.
     """
-    return example(str(source), kind, suffix) if _is_name(source, kind, suffix) else read_text(source)
+    if _is_name(source, kind, suffix):
+        return example(str(source), kind, suffix)
+    other = next((one for one in SUFFIXES if one != suffix and str(source).lower().endswith(one)), None)
+    if other is not None:
+        known = ", ".join(names(kind, suffix))
+        raise InputError(f"{source}: this is a {other} file, but it must be a {suffix} file or built in ({known})")
+    return read_text(source)
+
+
+def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
+    """Raises InputError for the table of a file that belongs to another room, by the names of its tables."""
+    alike = {room: _likeness(table, room) for room in rooms.folders("examples")}
+    best = max(alike, key=lambda room: alike[room])
+    if best != kind and alike[best] > max(_ALIKE, alike.get(kind, 0)):
+        known = ", ".join(names(kind, ".toml"))
+        raise InputError(f"{source}: this is a file for {_takers(best)}, but it must be one like {known}")
+
+
+def _elsewhere(name: str) -> str | None:
+    """What a name is that is built in for another command, or as another kind of file."""
+    for room in sorted(rooms.folders("examples")):
+        for file in _files(room):
+            if file.name.rpartition(".")[0] == name:
+                return f"this is a built-in {file.name.rpartition('.')[2].upper()} file for {_takers(room)}"
+    return None
+
+
+def _takers(room: str) -> str:
+    return f"planter {', '.join(rooms.commands(room))}"
+
+
+def _likeness(table: Mapping[str, Any], room: str) -> float:
+    """Largest share of top-level keys that a table has in common with a built-in file of a room."""
+    own = set(table) - _EVERYWHERE
+    builtin = (file.read_text(encoding="utf-8") for file in _files(room) if file.name.endswith(".toml"))
+    others = [set(tomllib.loads(content)) - _EVERYWHERE for content in builtin]
+    return max((len(own & other) / len(own | other) for other in others if own | other), default=0)
 
 
 def _is_name(source: str | Path, kind: str, suffix: Suffix) -> bool:
@@ -47,10 +94,10 @@ def _is_name(source: str | Path, kind: str, suffix: Suffix) -> bool:
         return False
     if source in names(kind, suffix):
         return True
-    return not (source.endswith(suffix) or Path(source).name != source or Path(source).exists())
+    return not (source.lower().endswith(SUFFIXES) or Path(source).name != source or os.path.exists(source))
 
 
 def _files(kind: str | None) -> list[Traversable]:
     found = rooms.folders("examples")
     folders = [found[kind]] if kind else [found[room] for room in sorted(found)]
-    return [file for folder in folders for file in folder.iterdir() if file.name.endswith((".toml", ".csv"))]
+    return [file for folder in folders for file in folder.iterdir() if file.name.endswith(SUFFIXES)]

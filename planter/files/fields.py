@@ -5,22 +5,45 @@ Values stay as the file shows them, in mm, deg, r/min, kg, N: a key ends in its 
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
+from planter import legible
 from planter.files.complaints import refused
 
 Real = Annotated[float, Field(strict=True)]
 Positive = Annotated[Real, Field(gt=0)]
 NotNegative = Annotated[Real, Field(ge=0)]
+Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
+"""An angle [deg] that still tells where in a turn it is."""
 Share = Annotated[Real, Field(gt=0, le=1)]
 Probability = Annotated[Real, Field(ge=0, le=1)]
 Whole = Annotated[int, Field(strict=True)]
 
 
+def _words(text: str) -> str:
+    if any(legible.hidden(one) and one not in legible.KEPT for one in text):
+        raise refused("", text, "it must hold no control characters")
+    return text
+
+
+def _line(text: str) -> str:
+    if any(one in legible.KEPT for one in text):
+        raise refused("", text, "it must be one line")
+    return _words(text)
+
+
+Words = Annotated[str, AfterValidator(_words)]
+"""Text of any number of lines."""
+Line = Annotated[str, AfterValidator(_line)]
+"""Text of one line."""
+
+
 def _list_of(count: int) -> BeforeValidator:
     def check(value: Any) -> Any:
         if not isinstance(value, list | tuple) or len(value) != count:
-            raise refused("", value, f"it must be a list of {count} numbers")
+            commas = isinstance(value, list) and len(value) == 2 * count
+            hint = " (decimals are written with a point)" if commas else ""
+            raise refused("", value, f"it must be a list of {count} numbers{hint}")
         return value
 
     return BeforeValidator(check)

@@ -2,15 +2,20 @@
 
 import copy
 import difflib
-import re
 from collections.abc import Collection, Iterator, Mapping
+from itertools import islice
 from typing import Any
 
 Table = Mapping[str, Any]
+Location = tuple[str | int, ...]
+"""Where a value stands: keys and indices, as `("cam", "rise", 0)`."""
+
+_COMPARED, _LONGEST = 2000, 80
+"""Names that are looked through for a similar one at most, and how long they may be."""
 
 
-def join(location: tuple[str | int, ...]) -> str:
-    """Path of a location given as keys and indices: `("cam", "rise", 0)` is `cam.rise[0]`."""
+def join(location: Location) -> str:
+    """Path of a location: `("cam", "rise", 0)` is `cam.rise[0]`."""
     parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
     return "".join(parts).removeprefix(".")
 
@@ -22,38 +27,62 @@ def last_part(path: str) -> str:
 
 def walk(table: Table) -> Iterator[tuple[str, Any]]:
     """Every path of a nested table with its value: tables, keys and the items of lists, outer ones first."""
-    yield from _walk(table, ())
+    return ((join(location), value) for location, value in places(table))
 
 
-def _walk(value: Any, location: tuple[str | int, ...]) -> Iterator[tuple[str, Any]]:
-    if location:
-        yield join(location), value
+def places(value: Any, location: Location = ()) -> Iterator[tuple[Location, Any]]:
+    """Every location below a value with what stands there, outer ones first."""
+    items: Collection[tuple[str | int, Any]] = ()
     if isinstance(value, Mapping):
-        for key, item in value.items():
-            yield from _walk(item, (*location, key))
+        items = value.items()
     elif isinstance(value, list | tuple):
-        for index, item in enumerate(value):
-            yield from _walk(item, (*location, index))
+        items = list(enumerate(value))
+    for part, item in items:
+        yield (*location, part), item
+        yield from places(item, (*location, part))
 
 
-def with_value(table: Table, path: str, value: Any) -> dict[str, Any]:
-    """A copy of a table of dicts and lists in which the value at an existing path is replaced."""
+def with_values(table: Table, values: Mapping[Location, Any]) -> dict[str, Any]:
+    """A copy of a table of dicts and lists in which the values at existing locations are replaced."""
     changed = copy.deepcopy(dict(table))
-    *inner, last = re.findall(r"[^.\[\]]+", path)
-    holder: Any = changed
-    for part in inner:
-        holder = holder[int(part) if isinstance(holder, list) else part]
-    holder[int(last) if isinstance(holder, list) else last] = value
+    for (*inner, last), value in values.items():
+        holder: Any = changed
+        for part in inner:
+            holder = holder[part]
+        holder[last] = value
     return changed
 
 
-def matching(name: str, paths: Collection[str]) -> list[str]:
-    """The paths that a name may mean: itself if it is one, else all that end in it."""
-    return [name] if name in paths else [path for path in paths if last_part(path) == name]
+class Names:
+    """Names by which the values at some paths may be called: the whole path, or its last part."""
+
+    def __init__(self, paths: Collection[str]) -> None:
+        self._paths = paths
+        self._ends: dict[str, list[str]] = {}
+        for path in paths:
+            self._ends.setdefault(last_part(path), []).append(path)
+
+    def candidates(self, name: str) -> list[str]:
+        """The paths that a name may mean: itself if it is one, else those that end in it, bounds last of all."""
+        found = [name] if name in self._paths else self._ends.get(name, [])
+        return [path for path in found if not path.startswith("bounds.")] or found
+
+    def complaint(self, name: str) -> str:
+        """What to say of a name that means no path, or several."""
+        found = self.candidates(name)
+        if found:
+            return f"it fits several values, name one of {', '.join(found)}"
+        similar = close(name, self._paths)
+        first = next(iter(self._paths), "section.length_mm")
+        wanted = f"did you mean {' or '.join(similar)}?" if similar else f"names look like {first}"
+        return f"the file has no such value, {wanted}"
 
 
 def close(name: str, paths: Collection[str]) -> list[str]:
     """At most three paths that look like a name which matches none."""
-    by_name = {last_part(path): path for path in paths} | {path: path for path in paths}
+    if len(name) > _LONGEST:
+        return []
+    compared = [path for path in islice(paths, _COMPARED) if len(path) <= _LONGEST]
+    by_name = {last_part(path): path for path in compared} | {path: path for path in compared}
     similar = difflib.get_close_matches(name, by_name, n=3, cutoff=0.6)
     return list(dict.fromkeys(by_name[found] for found in similar))

@@ -63,6 +63,16 @@ def unit(key: str) -> str:
     return _unit(key).shown
 
 
+def suffix(key: str) -> str:
+    """Ending of a key that says its unit, empty for a number without a unit.
+
+    >>> suffix("omega_rad_s"), suffix("hinge_A_mm[0]"), suffix("m31")
+    ('_rad_s', '_mm', '')
+    """
+    found = _SUFFIX.search(key)
+    return f"_{found[1]}" if found else ""
+
+
 def key(name: str, si_unit: str) -> str:
     """Key under which a quantity is shown: lengths in mm, angles in deg, the rest in SI.
 

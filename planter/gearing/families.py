@@ -6,7 +6,9 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
+from planter import legible
 from planter.errors import InputError
+from planter.files import paths
 from planter.gearing import relative
 from planter.kernels import Array, Kernel, generated
 
@@ -40,7 +42,11 @@ def checked(name: str, where: str) -> str:
     Raises InputError where there is none.
     """
     if (relative.of(name) or name) not in names():
-        raise InputError(f"{where} = {name!r} is not allowed: it must be one of {', '.join(names())}")
+        similar = paths.close(name, names())
+        hint = f"did you mean {similar[0]}? " if similar else ""
+        raise InputError(
+            f"{where} = {legible.value(name)} is not allowed: {hint}it must be one of {', '.join(names())}"
+        )
     return name
 
 

@@ -10,11 +10,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from planter.errors import InputError
-from planter.files import examples
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
-from planter.files.fields import Pair, Positive, Real, Section
-from planter.files.text import parse_toml
+from planter.files.fields import Angle, Line, Pair, Positive, Real, Section, Words
 from planter.kernels import Array
 from planter.mapping.dyads import Dyad
 from planter.mapping.paths import Choice, duplicates
@@ -25,7 +23,6 @@ MOST = 200
 """Most poses of a file, most points of a curve of paths."""
 
 Coordinate = Annotated[Real, Field(ge=-LARGEST, le=LARGEST)]
-Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
 Angles = Annotated[list[Angle], Field(max_length=MOST)]
 
 
@@ -100,8 +97,8 @@ class PointsData(Section):
 class PoseFile(Document):
     """Poses; the other tables are optional, and so is where the numbers come from."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80)] = "poses"
-    description: str = ""
+    name: Annotated[Line, Field(min_length=1, max_length=80)] = "poses"
+    description: Words = ""
     pose: Annotated[list[PoseEntry], Field(min_length=2, max_length=MOST)]
     dyad: CarrierDyad | None = None
     train: TrainData = TrainData()
@@ -134,9 +131,7 @@ def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -
             f"{source}: this is a CSV file, but poses must stand in a TOML file, as [[pose]] with x_mm, y_mm, "
             f"phi_deg (planter example sun2019 prints one; a curve of angles goes to planter train)"
         )
-    table = parse_toml(examples.text(source, "mapping"), str(source))
-    found = PoseFile.read(table, str(source))
-    found = found.with_numbers(changes) if changes else found
+    found = PoseFile.load(source, "mapping", changes)
     _check_spread(found)
     return found
 

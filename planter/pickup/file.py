@@ -13,12 +13,10 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 from planter.files import examples
 from planter.files.complaints import lacking, refused
 from planter.files.document import Document, Origins
-from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
-from planter.files.text import parse_toml
+from planter.files.fields import Angle, NotNegative, Pair, Positive, Real, Section, Whole
 from planter.kernels import Array
 from planter.pickup.points import parse_points
 
-Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
 Length = Annotated[Real, Field(gt=0, le=1e6)]
 Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
 Addendum = Annotated[Real, Field(gt=0, le=10)]
@@ -260,9 +258,9 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
     if _is_points(label):
         points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
         found = load(DEFAULT).with_points(points, label)
+        changed = found.with_numbers(overrides) if overrides else found
     else:
-        found = Pickup.read(parse_toml(examples.text(source, "pickup"), label), label)
-    changed = found.with_numbers(overrides) if overrides else found
+        changed = Pickup.load(source, "pickup", overrides)
     if changed.path is not None:
         csv = label if _is_points(label) else _beside(label, changed.path.csv)
         changed._points_source = str(csv)

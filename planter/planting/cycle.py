@@ -39,8 +39,8 @@ class Cycle:
 
 
 def _second(key: str) -> str:
-    unit = key.rpartition("_")[2] if units.unit(key) else ""
-    return f"{key.removesuffix('_' + unit)}_2_{unit}" if unit else f"{key}_2"
+    suffix = units.suffix(key)
+    return f"{key.removesuffix(suffix)}_2{suffix}"
 
 
 def cycle(device: Device, at: Prologue, phi: Array) -> Cycle:

@@ -7,11 +7,9 @@ from typing import Annotated, Any, Self
 from pydantic import Field, field_validator, model_validator
 
 from planter.errors import InputError
-from planter.files import examples
 from planter.files.complaints import lacking, not_allowed, refused
 from planter.files.document import Document, Origins
 from planter.files.fields import Pair, Real
-from planter.files.text import parse_toml
 from planter.planting.requirements.section import Requirements
 from planter.planting.sections import (
     Cam,
@@ -119,6 +117,4 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Ma
 
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
-    label = str(source)
-    machine = Machine.read(parse_toml(examples.text(source, "planting"), label), label)
-    return machine.with_numbers(overrides) if overrides else machine
+    return Machine.load(source, "planting", overrides)

@@ -13,7 +13,7 @@ from planter.kernels import Array
 from planter.optimise.refined import Panels, Refined
 from planter.optimise.samples import Samples
 from planter.planting import cycle as planting
-from planter.planting import response
+from planter.planting import plausible, response
 from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.requirements import record as requirements
@@ -55,7 +55,9 @@ def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float]
         "centre_distance_mm": dict(zip(("a1", "a2"), planting.centre_distances(device, prologue) * 1e3, strict=True)),
         "support_force": sampled,
         "objective": objective.value(sampled["range_N"], sampled["variance_N2"]),
-        "warnings": [w.table() for w in planting.warnings(device, device.design, turn)],
+        "warnings": [
+            *plausible.warnings(device.machine), *(w.table() for w in planting.warnings(device, device.design, turn))
+        ],
         "refined": {
             "max_N": found.high, "min_N": found.low, "range_N": found.range,
             "variance_N2": found.variance, "objective": objective.value(found.range, found.variance),

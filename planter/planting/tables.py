@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from planter import legible
 from planter.files import units
 from planter.terminal.console import Console
 
@@ -39,9 +40,10 @@ def simulation(console: Console, result: Result) -> None:
 
 
 def validation(console: Console, source: str, result: Result) -> None:
-    """That a file is valid, and what its design makes of its requirements."""
-    print(f"{source}: valid, design parameters {', '.join(result['design'])}")
+    """That a file is valid, what its design makes of its requirements, and values that are unusual."""
+    print(legible.line(f"{source}: valid, design parameters {', '.join(result['design'])}"))
     requirements(console, result)
+    warnings(console, result["warnings"])
 
 
 def requirements(console: Console, result: Result) -> None:
@@ -63,7 +65,7 @@ def _at(console: Console, found: list[Mapping[str, float]]) -> None:
 
 def warnings(console: Console, found: list[Mapping[str, Any]]) -> None:
     if found:
-        rows = ((w["name"], w["phi_deg"], w["message"]) for w in found)
+        rows = ((w["name"], w.get("phi_deg"), w["message"]) for w in found)
         console.table("Warnings", ("name", "phi / deg", "what"), rows)
 
 

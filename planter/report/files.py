@@ -7,9 +7,7 @@ import hashlib
 import io
 import json
 import math
-import os
 import platform
-import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
@@ -17,8 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.errors import ComputationError, InputError
+from planter import legible
+from planter.errors import ComputationError
 from planter.files import paths
+from planter.report import folder
+from planter.report.folder import output_folder as output_folder
 from planter.version import __version__
 
 if TYPE_CHECKING:
@@ -26,46 +27,21 @@ if TYPE_CHECKING:
     from planter.kernels import Array
 
 
-def output_folder(path: str | Path) -> Path:
-    """The folder, made if it is not there, after a trial that files can be written into it.
-
-    Raises InputError, naming the path, if not.
-    """
-    folder = Path(path)
-    trial = folder / f".planter-{os.getpid()}-{threading.get_ident()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        trial.touch()
-        trial.unlink()
-    except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
-    return folder
-
-
 def write_bytes(path: Path, content: bytes) -> None:
-    """Writes a file at once: whoever looks finds the old content or the new, never a part.
+    """Writes a file of a result, and enters it in the list of its folder where that is being renewed.
 
     Raises InputError, naming the path, if it cannot be written.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
-    try:
-        try:
-            part.write_bytes(content)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
-    except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
+    folder.replace(path, content)
+    folder.written(path, content)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a text in UTF-8 with the line ends it has, as `write_bytes` does."""
-    write_bytes(path, text.encode("utf-8"))
+    """Writes a text in UTF-8 with the line ends it has, as `write_bytes` does.
 
-
-def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
-    reason = (error.strerror if isinstance(error, OSError) else str(error)) or type(error).__name__
-    return InputError(f"{path}: this cannot be written ({reason}), it must be in a folder that can")
+    What UTF-8 has no bytes for, as in a file name that is none itself, is written as JSON and Python escape it.
+    """
+    write_bytes(path, text.encode("utf-8", "backslashreplace"))
 
 
 def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> None:
@@ -84,9 +60,9 @@ def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | 
     _check_columns(name, arrays)
     text = io.StringIO()
     for comment in comments:
-        text.writelines(f"# {line}".rstrip() + "\n" for line in comment.splitlines() or [""])
+        text.writelines(f"# {line}".rstrip() + "\n" for line in legible.text(comment).split("\n"))
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(arrays)
+    writer.writerow(map(legible.line, arrays))
     writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
     return text.getvalue()
 

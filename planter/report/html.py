@@ -9,10 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
+from html import escape as escaped
 from string import Template
 from typing import Protocol
 
+from planter import legible
 from planter.report import style
 
 Cell = str | int | float | bool | None
@@ -106,6 +107,11 @@ class Folded:
     def html(self, name: str) -> str:
         parts = (block.html(f"{name}-{i}") for i, block in enumerate(self.blocks))
         return _lines(f'<details open="open"><summary>{escape(self.title)}</summary>', *parts, "</details>")
+
+
+def escape(text: str) -> str:
+    """A text as a part of a page: nothing in it is markup, nothing in it is hidden."""
+    return escaped(legible.text(text))
 
 
 def shown(value: Cell) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
-from planter.errors import InputError, Interrupted, PlanterError
+from planter import legible
+from planter.errors import ComputationError, InputError, Interrupted, PlanterError
+from planter.terminal import signals, streams
 
 Rows = Iterable[Sequence[object]]
 
@@ -21,11 +23,16 @@ class Console:
     as_json: bool
 
     def result(self, content: dict[str, Any], tables: Callable[[], None]) -> None:
-        """Print a result: as JSON, or by `tables`."""
-        if self.as_json:
-            print(json.dumps(content, indent=2, allow_nan=False))
-        else:
-            tables()
+        """Print a result: as JSON, or by `tables`. From here on signals do not count: the work is done."""
+        if signals.exit_code() is not None:
+            raise Interrupted
+        signals.ignore()
+        text = json.dumps(content, indent=2, allow_nan=False) if self.as_json else ""
+        with streams.written():
+            if self.as_json:
+                print(text)
+            else:
+                tables()
 
     def table(self, title: str, header: Sequence[str], rows: Rows) -> None:
         """Print a table; numbers are aligned to the right."""
@@ -33,26 +40,27 @@ class Console:
         from rich.table import Table
 
         table = Table(
-            title=title, title_justify="left", title_style="bold", header_style="dim", box=None, pad_edge=False
-        )
+            title=legible.line(title), title_justify="left", title_style="bold", header_style="dim", box=None,
+            pad_edge=False,
+        )  # fmt: skip
         listed = [list(row) for row in rows]
         for index, name in enumerate(header):
             numeric = any(isinstance(row[index], int | float) for row in listed)
-            table.add_column(name, justify="right" if numeric else "left")
+            table.add_column(legible.line(name), justify="right" if numeric else "left")
         for row in listed:
             table.add_row(*(shown(cell) for cell in row))
-        rich = Rich(highlight=False)
+        rich = Rich(highlight=False, markup=False, emoji=False)
         rich.print(table)
         rich.print()
 
     def say(self, text: str) -> None:
         """Tell something beside the result, on standard error."""
-        print(text, file=sys.stderr)
+        streams.tell(legible.line(text))
 
     def progress(self, text: str, done: int, total: int) -> None:
         """Tell how far a search is: one line that is written over on a terminal, else ten lines in all."""
         if sys.stderr.isatty():
-            print(f"\r\x1b[2K{text}", end="\n" if done == total else "", file=sys.stderr, flush=True)
+            print(f"\r\x1b[2K{legible.line(text)}", end="\n" if done == total else "", file=sys.stderr, flush=True)
         elif done * 10 // total > (done - 1) * 10 // total:
             self.say(text)
 
@@ -61,18 +69,26 @@ class Console:
         """Turn errors into messages and exit codes."""
         try:
             yield
-        except KeyboardInterrupt:
-            self._fail(Interrupted())
-        except PlanterError as error:
-            self._fail(error)
+        except Interrupted as stop:
+            self.fail(stop)
+        except (KeyboardInterrupt, Exception) as error:
+            if isinstance(error, KeyboardInterrupt) or signals.exit_code() is not None:
+                self.fail(Interrupted())
+            if isinstance(error, MemoryError):
+                self.fail(ComputationError("there is not enough memory for this"))
+            if not isinstance(error, PlanterError):
+                raise
+            self.fail(error)
 
-    def _fail(self, error: PlanterError) -> None:
-        self.say(f"planter: {error.message}")
+    def fail(self, error: PlanterError) -> NoReturn:
+        """End with an error's sentence and exit code, with JSON also its object; a signal has a code of its own."""
+        signals.ignore()
+        streams.tell(f"planter: {error.message}")
         if self.as_json and error.exit_code != InputError.exit_code:
-            described = {"name": error.name, "message": error.message}
-            partial = getattr(error, "partial", None)
-            print(json.dumps({"error": described, "partial": partial}, indent=2, allow_nan=False))
-        raise SystemExit(error.exit_code)
+            with suppress(PlanterError), streams.written():
+                print(json.dumps(error.table(), indent=2, allow_nan=False))
+        code = signals.exit_code() if isinstance(error, Interrupted) else None
+        raise SystemExit(code or error.exit_code)
 
 
 def shown(cell: object) -> str:
@@ -85,4 +101,4 @@ def shown(cell: object) -> str:
         return "-"
     if isinstance(cell, float):
         return f"{cell:.6g}"
-    return str(cell)
+    return legible.line(str(cell))

@@ -8,13 +8,20 @@ from typing import Annotated
 
 import typer
 
+from planter import legible
 from planter.errors import InputError
 
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
 OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="change a value for this call", show_default=False),
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="change a number for this call (repeatable). NAME is a key of the file, as `planter example` shows one: "
+        "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part where only one key ends so",
+        show_default=False,
+    ),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
 
@@ -27,8 +34,10 @@ def overrides(settings: Sequence[str] | None) -> dict[str, float]:
         try:
             found[name.strip()] = float(text)
         except ValueError:
-            allowed = "it must be NAME=VALUE with a number" if equals else "it must be NAME=VALUE"
-            raise InputError(f"--set {setting} is not allowed: {allowed}") from None
+            pointed = legible.with_point(text)
+            hint = f" (with a decimal point: {pointed})" if pointed else ""
+            allowed = f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
+            raise InputError(f"--set {legible.line(setting, 200)} is not allowed: {allowed}") from None
     return found
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
-from planter.report import files, folder
+from planter.report import bundle, files
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.version import __version__
 
@@ -27,7 +27,7 @@ MOST_ROWS = 500
 """Combinations of levels that the page shows; prediction.csv holds all."""
 
 
-def write(out: str | Path, found: Evaluation, progress: folder.Progress | None = None) -> None:
+def write(out: str | Path, found: Evaluation, progress: bundle.Progress | None = None) -> None:
     """Writes everything into a folder, whole or not at all. Raises InputError for one that cannot be written."""
     files.output_folder(out)
     summary = files.summary_text({**found.result, "provenance": provenance(found)})
@@ -35,9 +35,9 @@ def write(out: str | Path, found: Evaluation, progress: folder.Progress | None =
         f"{name}.csv": _csv([f"data: {found.result['source']}"], head, rows)
         for name, (head, rows) in listed(found.result).items()
     }
-    drawn = folder.drawn(drawings(found), progress)
+    drawn = bundle.drawn(drawings(found), progress)
     report = text(found, {name: figure.svg for name, figure in drawn.items()})
-    folder.write(out, {"summary.json": summary, **listing, "report.html": report}, drawn)
+    bundle.write(out, {"summary.json": summary, **listing, "report.html": report}, drawn)
 
 
 def provenance(found: Evaluation) -> dict[str, Any]:

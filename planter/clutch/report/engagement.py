@@ -13,6 +13,7 @@ from planter.clutch.engage.dynamics import TRAVEL
 from planter.clutch.report import engagement_figures as figures
 from planter.kernels import formulas
 from planter.report import files, style
+from planter.report.folder import renews
 from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs
 from planter.report.labels import label
@@ -36,6 +37,7 @@ EVERY = 5
 """Every how many points of the grid a row of the CSV stands."""
 
 
+@renews
 def write(out: Path, clutch: Clutch, result: Result, shape: str, runs: Mapping[str, Switching] | None) -> None:
     """Writes summary.json, figures and report.html, of motions also a CSV each. Raises InputError where it cannot."""
     folder = files.output_folder(out)

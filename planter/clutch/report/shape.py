@@ -18,6 +18,7 @@ from planter.clutch.rotor import Rotor
 from planter.files import units
 from planter.kernels import formulas
 from planter.report import files, style
+from planter.report.folder import renews
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs
 from planter.report.labels import label
@@ -44,6 +45,7 @@ POSES = 97
 WAY = 101
 
 
+@renews
 def write_geometry(out: Path, clutch: Clutch, result: Result) -> None:
     """Writes summary.json, poses.csv, figures, turning.gif and report.html. Raises InputError where it cannot."""
     folder, values = files.output_folder(out), given(clutch)
@@ -68,6 +70,7 @@ def write_geometry(out: Path, clutch: Clutch, result: Result) -> None:
     _finish(folder, f"Geometry of the clutch {clutch.name}", clutch, result, drawn)
 
 
+@renews
 def write_design(out: Path, clutch: Clutch, result: Result) -> None:
     """Writes summary.json, way.csv, figures and report.html. Raises InputError where it cannot."""
     folder, values = files.output_folder(out), given(clutch)
@@ -80,6 +83,7 @@ def write_design(out: Path, clutch: Clutch, result: Result) -> None:
     _finish(folder, f"Sizes of the clutch {clutch.name}", clutch, result, drawn)
 
 
+@renews
 def write_optimisation(out: Path, clutch: Clutch, result: Result) -> None:
     """Writes summary.json, way.csv, figures and report.html. Raises InputError where it cannot."""
     folder, values = files.output_folder(out), given(clutch)
@@ -97,6 +101,7 @@ def write_optimisation(out: Path, clutch: Clutch, result: Result) -> None:
     )
 
 
+@renews
 def write_rotor(out: Path, rotor: Rotor, result: Result) -> None:
     """Writes summary.json, figures, turning.gif and report.html. Raises InputError where it cannot."""
     folder = files.output_folder(out)

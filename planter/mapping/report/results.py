@@ -15,7 +15,7 @@ from planter.mapping import model
 from planter.mapping.report import figures, page, train_figures
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
-from planter.report import files, folder
+from planter.report import bundle, files
 from planter.version import __version__
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ _TABLE = 721
 """Rows of a table over a turn."""
 
 
-def write_synthesis(out: Path, found: Synthesis, progress: folder.Progress | None = None) -> None:
+def write_synthesis(out: Path, found: Synthesis, progress: bundle.Progress | None = None) -> None:
     """Writes summary.json, curves and coupler paths as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
@@ -39,13 +39,13 @@ def write_synthesis(out: Path, found: Synthesis, progress: folder.Progress | Non
     files.output_folder(out)
     provenance = files.provenance(found.file)
     heads = [f"poses: {found.file.name}", f"machine_sha256: {provenance['machine_sha256']}"]
-    rendered = folder.drawn(_synthesis_figures(found), progress)
+    rendered = bundle.drawn(_synthesis_figures(found), progress)
     texts = {
         "summary.json": _summary(found.result, {"input": found.file.table(), "provenance": provenance}),
         **_csv(heads, dict(_synthesis_tables(found))),
         "report.html": page.synthesis_page(found, _svgs(rendered), provenance),
     }
-    folder.write(out, texts, rendered)
+    bundle.write(out, texts, rendered)
 
 
 def _synthesis_tables(found: Synthesis) -> Iterator[tuple[str, dict[str, Array]]]:
@@ -67,7 +67,7 @@ def _synthesis_figures(found: Synthesis) -> dict[str, Figure]:
     return drawn
 
 
-def write_train(out: Path, found: Training, source: str, progress: folder.Progress | None = None) -> None:
+def write_train(out: Path, found: Training, source: str, progress: bundle.Progress | None = None) -> None:
     """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
@@ -78,13 +78,13 @@ def write_train(out: Path, found: Training, source: str, progress: folder.Progre
     drawn = {"ratios": train_figures.ratios(found), "pitch_curves": train_figures.pitch_curves(found)}
     if found.dyad is not None:
         drawn["tip_path"] = train_figures.tip_path(found)
-    rendered = folder.drawn(drawn, progress)
+    rendered = bundle.drawn(drawn, progress)
     texts = {
         "summary.json": _summary(found.result, {"provenance": provenance}),
         **_csv(heads, {"cycle.csv": _cycle(found), "pitch_curves.csv": _pitch(found)}),
         "report.html": page.train_page(found, _svgs(rendered), provenance),
     }
-    folder.write(out, texts, rendered)
+    bundle.write(out, texts, rendered)
 
 
 def _summary(result: Mapping[str, Any], more: Mapping[str, Any]) -> str:
@@ -95,7 +95,7 @@ def _csv(heads: list[str], tables: Mapping[str, Mapping[str, Array]]) -> dict[st
     return {name: files.cycle_csv(name, heads, columns) for name, columns in tables.items()}
 
 
-def _svgs(drawn: Mapping[str, folder.Drawn]) -> dict[str, str]:
+def _svgs(drawn: Mapping[str, bundle.Drawn]) -> dict[str, str]:
     return {name: figure.svg for name, figure in drawn.items()}
 
 

@@ -11,7 +11,7 @@ from planter.kernels.formulas import load
 from planter.pickup import result as results
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
-from planter.report import files, folder
+from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.labels import label
 
@@ -34,13 +34,13 @@ CAPTIONS = {
 }
 
 
-def write(out: Path, found: Outcome, progress: folder.Progress | None = None) -> None:
+def write(out: Path, found: Outcome, progress: bundle.Progress | None = None) -> None:
     """Writes summary.json, CSV files, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
     """
     files.output_folder(out)
-    drawn = folder.drawn(_figures(found), progress)
+    drawn = bundle.drawn(_figures(found), progress)
     svgs = {name: figure.svg for name, figure in drawn.items()}
     title = f"Seedling pick-up {found.machine.name}"
     texts = {
@@ -48,7 +48,7 @@ def write(out: Path, found: Outcome, progress: folder.Progress | None = None) ->
         **dict(_tables(found)),
         "report.html": page(title, list(_sections(found, svgs)), found.machine.description),
     }
-    folder.write(out, texts, drawn)
+    bundle.write(out, texts, drawn)
 
 
 def _tables(found: Outcome) -> Iterator[tuple[str, str]]:

@@ -34,11 +34,13 @@ def compare(
         from planter.planting import file
         from planter.planting.compare import run, tables
         from planter.planting.compare.box import chosen
+        from planter.report.folder import renewing
 
         own = file.load(machine, changes(set_, speed_rpm))
-        result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress)
-        if out is not None:
-            from planter.planting.report import compare as report
+        with renewing(out):
+            result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress)
+            if out is not None:
+                from planter.planting.report import compare as report
 
-            report.write(out, own, result)
+                report.write(out, own, result)
         console.result(result, lambda: tables.comparison(console, result))

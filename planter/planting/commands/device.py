@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -11,9 +11,6 @@ from planter.errors import Interrupted
 from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, SpeedOption, device_of
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
-
-if TYPE_CHECKING:
-    pass
 
 
 class Method(enum.StrEnum):
@@ -124,7 +121,7 @@ def optimise(
 @app.command()
 def calibrate(
     machine: MachineArgument,
-    target: Annotated[str, typer.Option(help="what to fit to", show_default=False)],
+    target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)", show_default=False)] = "",
     model: ModelOption = Model.printed,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
@@ -152,13 +149,13 @@ def validate(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a machine file, its gears included, and do nothing else."""
+    """Check a machine file, its gears included; warn of values that are unlike any machine's."""
     console = Console(as_json)
     with console.outcome():
         device = device_of(machine, "exact", set_, speed_rpm)
-        from planter.planting import tables
+        from planter.planting import plausible, tables
         from planter.planting.requirements import record
 
         result: dict[str, Any] = {"machine": device.machine.name, "valid": True, "design": list(device.names)}
-        result |= record.of(device)
+        result |= {**record.of(device), "warnings": plausible.warnings(device.machine)}
         console.result(result, lambda: tables.validation(console, machine, result))

@@ -19,6 +19,7 @@ from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
 from planter.report import files
+from planter.report.folder import keep
 from planter.version import __version__
 
 Told = Callable[[str, int, int], None]
@@ -93,7 +94,10 @@ class Store:
         except (OSError, ValueError):
             return None
         found: dict[str, Any] | None = kept.get("found") if isinstance(kept, dict) else None
-        return found if found is not None and kept.get("asked") == self.asked else None
+        if found is None or kept.get("asked") != self.asked:
+            return None
+        keep(self.folder / f"{_name(task)}.json")
+        return found
 
 
 def _name(task: Task) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.optimise.descent import STATIONARY
 from planter.report import files, style
+from planter.report.folder import renews
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,6 +19,7 @@ Entry = Mapping[str, Any]
 COLUMNS = ("stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "kkt_residual", "seconds")
 
 
+@renews
 def write(out: Path, machine: Machine, result: Mapping[str, Any]) -> None:
     """Writes summary.json, devices.csv and figures/comparison. Raises InputError for a folder that it cannot write."""
     folder = files.output_folder(out)

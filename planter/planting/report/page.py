@@ -96,8 +96,9 @@ def requirements(found: Sequence[Summary]) -> Block:
 
 
 def warnings(found: Sequence[Summary]) -> Block:
-    """The warnings of a result, each with its carrier angle."""
-    return Items([f"At {w['phi_deg']:.4g} deg: {w['message']} ({w['name']})" for w in found], "warning")
+    """The warnings of a result, each with its carrier angle if it has one."""
+    places = (f"At {w['phi_deg']:.4g} deg: " if "phi_deg" in w else "" for w in found)
+    return Items([f"{at}{w['message']} ({w['name']})" for at, w in zip(places, found, strict=True)], "warning")
 
 
 def results(summary: Summary) -> Iterator[Block]:

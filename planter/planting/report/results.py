@@ -16,6 +16,7 @@ from planter.planting.report import figures
 from planter.planting.report.gearing import gearing, ratios
 from planter.planting.report.page import device_page
 from planter.report import files
+from planter.report.folder import renews
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +34,7 @@ CLOUD = 300
 """Designs drawn at random from the box, for the figure of the front."""
 
 
+@renews
 def write_simulation(out: Path, device: Device, found: Simulation) -> None:
     """Writes summary.json, cycle.csv, figures and report.html. Raises InputError for a folder that it cannot."""
     folder = files.output_folder(out)
@@ -41,6 +43,7 @@ def write_simulation(out: Path, device: Device, found: Simulation) -> None:
     _write_page(folder, device, found.result, _forces(both, device.design) | _motion(device, device.design))
 
 
+@renews
 def write_result(out: Path, device: Device, result: Mapping[str, Any]) -> None:
     """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
     folder = files.output_folder(out)
@@ -48,6 +51,7 @@ def write_result(out: Path, device: Device, result: Mapping[str, Any]) -> None:
     _write_page(folder, device, result, {})
 
 
+@renews
 def write_optimisation(out: Path, device: Device, found: Optimisation) -> None:
     """Writes summary.json, the optimum's cycle.csv, figures and report.html.
 
@@ -62,6 +66,7 @@ def write_optimisation(out: Path, device: Device, found: Optimisation) -> None:
     _write_page(folder, device, found.result, drawn, seed)
 
 
+@renews
 def write_partial(out: Path, device: Device, partial: Mapping[str, Any]) -> None:
     """Writes what an interrupted optimisation had found to summary.json."""
     folder = files.output_folder(out)

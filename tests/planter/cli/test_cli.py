@@ -1,17 +1,21 @@
 """The command line against its contract: keys, exit codes, one sentence for bad input."""
 
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planter.files import examples
+from planter.bench.settings import WAYS, WORKS
+from planter.files import examples, units
 from planter.planting import file
+from planter.report import files
 from tests.support.cli import answer, refusal, run
 
 ROOT = Path(__file__).parents[3]
@@ -25,6 +29,11 @@ AT = {
     "theta1_deg", "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N",
     "F_O1x_N", "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
 }  # fmt: skip
+
+
+def calibration_targets() -> list[str]:
+    text = (ROOT / "planter" / "planting" / "calibration.toml").read_text(encoding="utf-8")
+    return list(tomllib.loads(text)["target"])
 
 
 def test_simulate_has_the_keys_of_the_contract() -> None:
@@ -239,3 +248,78 @@ def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
     assert found["error"]["name"] == "Interrupted"
     assert found["partial"]["objective"] < found["partial"]["start_objective"]
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
+
+
+def test_a_folder_used_again_keeps_no_figures_of_the_command_before(tmp_path: Path) -> None:
+    answer("clutch", "rotor", "--out", str(tmp_path))
+    (tmp_path / "notes.txt").write_text("own")
+    assert (tmp_path / "turning.gif").exists()
+    answer("sensitivity", "wang2017", "--out", str(tmp_path))
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", "summary.json", "report.html", ".planter.json"}
+
+
+def test_units_stay_at_the_end_of_the_columns_of_side_2(tmp_path: Path) -> None:
+    answer("simulate", "wang2017", "--out", str(tmp_path))
+    _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
+    assert {"omega_2_rad_s", "omega_dot_2_rad_s2", "F_E_2_N", "tip_x_2_mm"} <= columns.keys()
+    for key in columns:
+        if key.replace("_2_", "_") in columns:
+            assert units.unit(key) == units.unit(key.replace("_2_", "_")), key
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("simulate", "--help"), ("planter example", "mass.sun_kg", "hinge_A_mm[0]", "exact", "printed")),
+        (("calibrate", "--help"), tuple(calibration_targets())),
+        (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
+        (("bench", "--help"), (*WORKS, *WAYS)),
+    ],
+)
+def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], told: tuple[str, ...]) -> None:
+    code, out, _ = run(*arguments)
+    assert code == 0
+    for word in told:
+        assert word in " ".join(out.split())
+
+
+def test_a_missing_target_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
+    assert "it must be one of table1" in refusal("calibrate", "wang2017")
+    assert "with a decimal point: 0.4" in refusal("validate", "wang2017", "--set", "sun_kg=0,4")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("pickup", "yu2023", "--set", "phi5_far_deg=1e15"), "law.phi5_far_deg = 1000000000000000.0"),
+        (("validate", "n" * 5000), "there is no built-in machine of that name"),
+        (("validate", "no\nsuch.toml"), r"no\nsuch.toml: there is no such file"),
+        (("validate", "wang2017", "--set", "x" * 100_000 + "=1"), "the file has no such value"),
+        (("validate", "wang2017", "--set", "\x1b[31m=1"), r"\u001b[31m"),
+        (("synthesise", "shi2021"), "this is a built-in TOML file for planter clutch"),
+        (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
+    ],
+)
+def test_strange_input_is_refused_in_one_short_printable_sentence(arguments: tuple[str, ...], told: str) -> None:
+    message = refusal(*arguments)
+    assert told in message
+    assert message.isprintable()
+    assert len(message) < 1600
+
+
+def test_a_file_name_that_is_no_utf_8_is_no_obstacle(tmp_path: Path) -> None:
+    path = os.fsencode(tmp_path) + b"/w\xff.toml"
+    with open(path, "w", encoding="utf-8") as file_:
+        file_.write(examples.example("compact"))
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", "sensitivity", path, "--out", tmp_path / "out"],
+        cwd=ROOT, capture_output=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", "validate", path, "--set", "sun_kg=-1"], cwd=ROOT, capture_output=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert b"w\\udcff.toml: mass.sun_kg = -1.0" in done.stderr

@@ -285,9 +285,7 @@ def test_files_of_the_other_kind_say_what_they_are_for(tmp_path: Path) -> None:
     assert "poses must stand in a TOML file" in refusal("synthesise", path)
     assert "poses must stand in a TOML file" in refusal("train", "sun2019-curve", "--poses", path)
     (tmp_path / "poses.toml").write_text(examples.example("sun2019"))
-    assert "it must be a CSV file: the header carrier_deg,relative_deg" in refusal(
-        "train", str(tmp_path / "poses.toml")
-    )
+    assert "this is a .toml file, but it must be a .csv file" in refusal("train", str(tmp_path / "poses.toml"))
 
 
 def test_a_curve_that_turns_back_is_no_success(tmp_path: Path) -> None:

@@ -80,6 +80,7 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     assert all(one["holds"] for one in found["requirements"])
     assert {file.name for file in tmp_path.iterdir()} == {
         "summary.json", "cycle.csv", "pitch.csv", "path.csv", "value_points.csv", "report.html", "figures",
+        ".planter.json",
     }  # fmt: skip
     pictures = {"path", "pitch_curves", "contact_ratio", "tip_motion", "law"}
     assert {file.stem for file in (tmp_path / "figures").iterdir()} == pictures
@@ -162,7 +163,7 @@ def test_bad_points(points: str, part: str, tmp_path: Path) -> None:
 def test_missing_files_and_angles(tmp_path: Path) -> None:
     assert "no such file" in refusal(str(tmp_path / "none.toml"))
     assert "no built-in" in refusal("yu2024")
-    assert "no built-in machine" in refusal("wang2017")
+    assert "built-in TOML file for planter simulate" in refusal("wang2017")
     config = by_path(tmp_path)
     (tmp_path / "points.csv").unlink()
     assert "points.csv: there is no such file" in refusal(config)

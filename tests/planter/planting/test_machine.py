@@ -3,15 +3,18 @@
 import math
 import pickle
 import re
+import time
 import tomllib
+import tracemalloc
 from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
 from planter.errors import GeometryError, InputError
-from planter.files import examples
+from planter.files import examples, paths
 from planter.planting.file import Machine, load
+from planter.planting.model import Device
 
 INERTIA_C1 = "C1_centroidal_xx_yy_zz_kg_m2"
 
@@ -394,7 +397,7 @@ def test_values_just_inside_are_accepted(tmp_path: Path, section: str, key: str,
             "mass",
             "sun_kg",
             "sun_g = 400",
-            ["mass.sun_g = 400", "did you mean sun_kg?", "and 1 more problem)"],
+            ["mass.sun_g = 400", "did you mean sun_kg?", "; mass.sun_kg is missing"],
         ),
         ("mass", "sun_kg", "sun_kg = 0.4\nextra = 1", ["mass.extra = 1", "no such key", "carrier_kg"]),
         ("origin", "speed_rpm", 'speed_rmp = "paper"', ['origin.speed_rmp = "paper"', "operation.speed_rpm"]),
@@ -405,7 +408,7 @@ def test_values_just_inside_are_accepted(tmp_path: Path, section: str, key: str,
             ['origin.family = "paper"', "stage1.family, stage2.family"],
         ),
         ("design", "m31", 'm31 = 1.5\n"a.b" = 1', ['design = "a.b"', "letters, digits and underscores"]),
-        ("mass", "sun_kg", "sun_kg = -1\nmiddle_kgg = 1", ["mass.middle_kgg = 1", "and 1 more problem)"]),
+        ("mass", "sun_kg", "sun_kg = -1\nmiddle_kgg = 1", ["mass.middle_kgg = 1", "; mass.sun_kg = -1 is not allowed"]),
         ("mass", "sun_kg", f"sun_kg = 1{400 * '0'}", ["mass.sun_kg = 1000", "number"]),
     ],
 )
@@ -435,6 +438,77 @@ def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
     whole = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", examples.example("wang2017"))
     path.write_text(f"mass = 3\n{whole}", encoding="utf-8")
     assert refusal(path).startswith(f"{path}: mass = 3 is not allowed: it must be a table")
+
+
+def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Path) -> None:
+    path = tampered(tmp_path, "mass", "sun_kg", "sun_kg = -0.4\nextra = 1")
+    path.write_text(path.read_text().replace('kind = "paper"', 'kind = "si"'), encoding="utf-8")
+    message = refusal(path)
+    for told in ("mass.extra = 1", "; mass.sun_kg = -0.4", '; objective.kind = "si"'):
+        assert told in message
+    assert message.count(str(path)) == 1
+    assert "more problem" not in message
+    path.write_text("x = 1\n", encoding="utf-8")
+    assert re.search(r"x = 1 .*is missing.*\(and \d+ more problems\)$", refusal(path))
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "words"),
+    [
+        ("mass", "sun_kg", '"0,40"', "it must be a number without quotes, with a decimal point: 0.40"),
+        ("mass", "sun_kg", '"0.40"', "it must be a number, without quotes"),
+        ("centroid", "planet_xy_mm", "[20,5, -6,0]", "a list of 2 numbers (decimals are written with a point)"),
+    ],
+)
+def test_what_is_probably_meant_is_said(tmp_path: Path, section: str, key: str, value: str, words: str) -> None:
+    assert words in refusal(tampered(tmp_path, section, key, f"{key} = {value}"))
+
+
+@pytest.mark.parametrize(
+    ("key", "line", "set_"),
+    [
+        ("sun_kg", "sun_kg = -0.4", 0.4),
+        ("sun_kg", "sun_kg = nan", 0.4),
+        ("sun_kg", 'sun_kg = "0,4"', 0.4),
+        ("samples", "samples = 90.5", 90.0),
+    ],
+)
+def test_a_refused_value_can_be_set_right_on_the_command_line(tmp_path: Path, key: str, line: str, set_: float) -> None:
+    path = tampered(tmp_path, "objective" if key == "samples" else "mass", key, line)
+    assert f".{key} = " in refusal(path)
+    machine = load(path, {key: set_})
+    assert machine.si(key) == set_
+    assert machine.origin(key) == "set on the command line"
+    assert "did you mean mass.sun_kg" in refusal(path, {"sun_kgg": 0.4})
+    assert f".{key} = " in refusal(path, {"carrier_kg": 3.0})
+
+
+def test_names_that_hold_dots_are_set_in_their_own_place() -> None:
+    table = {"a.b": {"c_mm": 1.0}, "a": {"b": {"d_mm": 2.0}}}
+    found = paths.with_values(table, {("a.b", "c_mm"): 3.0})
+    assert found == {"a.b": {"c_mm": 3.0}, "a": {"b": {"d_mm": 2.0}}}
+
+
+def test_a_large_file_is_refused_in_time_that_grows_with_its_size(tmp_path: Path) -> None:
+    path = tampered(tmp_path, "design", "m31", "m31 = 1.5\n" + "\n".join(f"n{i} = {i}" for i in range(4000)))
+    text = path.read_text().replace("\n[origin]\n", "\n[origin]\n" + "".join(f'n{i} = "paper"\n' for i in range(4000)))
+    path.write_text(text, encoding="utf-8")
+    begun = time.process_time()
+    assert "bounds.n0 is missing" in refusal(path)
+    many = path.read_text().replace("\n[bounds]\n", "\n[bounds]\n" + "".join(f"m{i} = [0, 1]\n" for i in range(300)))
+    path.write_text(many, encoding="utf-8")
+    refusal(path)
+    assert time.process_time() - begun < 5
+
+
+def test_memory_does_not_grow_with_the_square_of_the_depth(tmp_path: Path) -> None:
+    path = tmp_path / "my.toml"
+    for text in (".".join("a" * 100_000) + " = 1", "[" * 200_000, "a = " + "{a = " * 40_000, "a.b = [" + "[" * 100_000):
+        path.write_text(text, encoding="utf-8")
+        tracemalloc.start()
+        refusal(path)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+        tracemalloc.stop()
 
 
 # --- files that are refused ------------------------------------------------------------------------
@@ -494,6 +568,15 @@ def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path: Path) -> None
         ("[mass", ["end of document", "not valid TOML"]),
         ("a = " + "[" * 100_000, ["nested too deep"]),
         ("a = " + "9" * 10_000, ["too many digits"]),
+        ("a = 0x" + "f" * 3600, ["a = 0xfff", "less digits"]),
+        (".".join("a" * 20_000) + " = 1", ["line 1", "nested too deep"]),
+        ("[" + ".".join("a" * 100_000) + "]", ["line 1", "nested too deep"]),
+        ("a = " + "{a = " * 17 + "1" + "}" * 17, ["nested too deep"]),
+        (9 * "a." + "a = {" + 9 * "a." + "a = 1}", ["nested too deep"]),
+        ('a = "' + "k" * 201 + '"\n' + "k" * 201 + " = 1", ["the name kkk", "200 characters"]),
+        ("a = [" + "1," * 10_000 + "]", ["too many values"]),
+        ("x = 1,20", ["line 1", "with a decimal point: 1.20"]),
+        ('name = "' + "a.[{" * 100 + '" # ' + "[[[" * 100 + "\nx = 1,20", ["line 2", "with a decimal point: 1.20"]),
     ],
 )
 def test_broken_toml_is_refused_with_its_place(tmp_path: Path, text: str, words: list[str]) -> None:
@@ -516,3 +599,36 @@ def test_control_characters_of_a_file_do_not_reach_the_message(tmp_path: Path) -
     message = refusal(path)
     assert message.isprintable()
     assert "no such key" in message
+
+
+def test_a_name_is_one_line_without_control_characters(tmp_path: Path) -> None:
+    for name in ("a\\nb", "a\\u001b[31m", "\\u202eabc"):
+        path = tmp_path / "my.toml"
+        path.write_text(examples.example("compact").replace('name = "compact"', f'name = "{name}"'), encoding="utf-8")
+        message = refusal(path)
+        assert "name = " in message
+        assert message.isprintable()
+
+
+def test_raw_control_characters_are_refused_with_their_line(tmp_path: Path) -> None:
+    path = tmp_path / "my.toml"
+    path.write_bytes(b"a = 1\n# \x1b[31m\n")
+    assert refusal(path) == f"{path}: line 2 holds the control character '\\x1b', which it must not"
+
+
+def test_a_misspelt_family_gets_its_suggestion(tmp_path: Path) -> None:
+    path = tampered(tmp_path, "stage1", "family", 'family = "elipse"')
+    with pytest.raises(InputError, match=r'stage1.family = "elipse" .*did you mean ellipse\? it must be one of'):
+        Device(load(path))
+
+
+def test_files_of_other_kinds_are_told_by_name_and_by_content(tmp_path: Path) -> None:
+    own = "it must be one of compact, wang2017, wang2017-wide or the path of a .toml file"
+    assert refusal("shi2021") == f"shi2021: this is a built-in TOML file for planter clutch, but {own}"
+    assert "built-in CSV file for planter synthesise, train" in refusal("sun2019-curve")
+    path = tmp_path / "my.toml"
+    path.write_text(examples.example("yu2023", suffix=".toml") + "\n[extra]\n", encoding="utf-8")
+    assert refusal(path).startswith(f"{path}: this is a file for planter pickup, but it must be one like compact")
+    path = tmp_path / "poses.csv"
+    assert "this is a .csv file, but it must be a .toml file" in refusal(path)
+    assert "no built-in machine of that name" in refusal("n" * 300)

@@ -15,6 +15,7 @@ from planter.planting.optimisation import optimise
 from planter.planting.report import results as report
 from planter.planting.simulation import sensitivity, simulate
 from planter.report import files, style
+from planter.report.folder import NAME
 
 MOTION = {"tip_path", "pitch_curves", "rotation"}
 FORCES = {"support_force", "joint_forces"}
@@ -28,7 +29,7 @@ def _blank(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def names(drawn: set[str], *others: str) -> set[str]:
-    return {f"figures/{name}.{kind}" for name in drawn for kind in ("svg", "png")} | set(others)
+    return {f"figures/{name}.{kind}" for name in drawn for kind in ("svg", "png")} | {NAME, *others}
 
 
 def written(folder: Path) -> dict[str, bytes]:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter import legible
 from planter.errors import ComputationError, InputError
 from planter.files import examples
 from planter.planting import file
@@ -94,7 +95,7 @@ def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             files.output_folder(folder)
         assert caught.value.exit_code == 2
-        assert str(folder) in caught.value.message
+        assert legible.line(str(folder)) in caught.value.message
         assert "\n" not in caught.value.message
     with pytest.raises(InputError, match="occupied"):
         files.write_cycle_csv(occupied / "cycle.csv", [], {"a": [1.0]})
@@ -124,3 +125,10 @@ def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
     for part in ("wang2017", "model: exact", "m31 = 1.542", "k6 = 0.30000000000000004", "casadi", "mass.sun_kg", "3"):
         assert part in text
     assert files.provenance(found)["machine_sha256"] in text
+
+
+def test_what_utf_8_has_no_bytes_for_is_escaped_and_heads_are_single_lines(tmp_path: Path) -> None:
+    files.write_summary(tmp_path / "summary.json", {"source": "w\udcff.csv"})
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == {"source": "w\udcff.csv"}
+    files.write_cycle_csv(tmp_path / "cycle.csv", ["data: w\udcff\x1b[31m\u2028x"], {"a\nb": [1.0]})
+    assert (tmp_path / "cycle.csv").read_bytes() == b"# data: w\\udcff\\x1b[31m\\u2028x\na\\nb\n1.0\n"

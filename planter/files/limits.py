@@ -1,0 +1,65 @@
+"""What a file may hold at most: how deep it is nested, how many values, how long a name. All of it in linear time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from planter import legible
+from planter.errors import InputError
+from planter.files import paths
+
+DEEPEST = 16
+"""Levels of nested tables and lists."""
+MOST_VALUES = 10_000
+"""Names of tables and values, and items of lists."""
+LONGEST_NAME = 200
+"""Characters of a name."""
+LARGEST_WHOLE = 2**63
+"""Whole numbers are less than this in size, as TOML has it."""
+
+_TOKENS = re.compile(
+    r'"""(?:[^"\\]++|\\.|"(?!""))*+(?:""")?'
+    r"|'''(?:[^']++|'(?!''))*+(?:''')?"
+    r'|"(?:[^"\\\n]++|\\[^\n])*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+"
+    r"|[\[\]{}.,=\n]",
+    re.DOTALL,
+)
+_STEPS = {"[": 1, "{": 1, "]": -1, "}": -1}
+
+
+def check_nesting(text: str, source: str) -> None:
+    """Raises InputError for a TOML text nested too deep, in brackets or by dots: parsing one takes memory without end.
+
+    An open string ends with the file or its line; that it is open the parser will tell.
+    """
+    brackets = dots = 0
+    for token in _TOKENS.finditer(text):
+        mark = token[0]
+        brackets += _STEPS.get(mark, 0)
+        if mark == ".":
+            dots += 1
+        elif mark in ",=\n":
+            dots = 0
+        if max(brackets, dots) > DEEPEST:
+            line = text.count("\n", 0, token.start()) + 1
+            raise InputError(f"{source}: line {line}: this is nested too deep, it must not exceed {DEEPEST} levels")
+
+
+def check_values(table: Mapping[str, Any], source: str) -> None:
+    """Raises InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
+    for count, (location, value) in enumerate(paths.places(table), 1):
+        name = str(location[-1])
+        if len(name) > LONGEST_NAME:
+            short = legible.name(name)
+            raise InputError(f"{source}: the name {short} is too long, it must not exceed {LONGEST_NAME} characters")
+        if len(location) > DEEPEST:
+            raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
+        if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+            given = f"{legible.name(paths.join(location))} = {legible.value(value)}"
+            raise InputError(f"{source}: {given} is not allowed: it must be a number of less digits, or have a point")
+        if count > MOST_VALUES:
+            raise InputError(f"{source}: there are too many values, they must not exceed {MOST_VALUES}")

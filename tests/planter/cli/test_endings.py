@@ -1,0 +1,102 @@
+"""How a call ends when it cannot end well: a signal at any time, standard output that takes nothing."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+SIMULATE = (sys.executable, "-m", "planter", "simulate", "wang2017", "--json")
+SLOW_IMPORT = """
+import os, signal, sys, types
+from planter.cli import main
+
+class Loader:
+    def find_spec(self, name, path=None, target=None):
+        if name == "planter.cli.app":
+            os.kill(os.getpid(), int(sys.argv.pop()))
+            raise ImportError("as a module that swallows the interrupt does")
+
+sys.meta_path.insert(0, Loader())
+main()
+"""
+
+
+def _hears_interrupts() -> None:
+    """A process in the background of a script is started deaf to them."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_during_the_imports_ends_in_one_line(number: signal.Signals, code: int) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", SLOW_IMPORT, "simulate", "wang2017", "--json", str(int(number))],
+        cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=_hears_interrupts,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (code, "planter: interrupted\n")
+    assert json.loads(done.stdout) == {"error": {"name": "Interrupted", "message": "interrupted"}, "partial": None}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("delay", [0.2, 0.4, 0.7])
+def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: float) -> None:
+    call = subprocess.Popen(
+        SIMULATE, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts
+    )
+    time.sleep(delay)
+    call.send_signal(number)
+    out, err = call.communicate(timeout=60)
+    if call.returncode == 0:
+        assert (err, "support_force" in json.loads(out)) == ("", True)
+    else:
+        assert (call.returncode, err) == (128 + number, "planter: interrupted\n")
+        assert json.loads(out)["error"]["name"] == "Interrupted"
+
+
+def test_signal_15_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--method", "ga", "--json", "--out"]
+    search = subprocess.Popen(
+        [*command, str(tmp_path)], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert search.stderr is not None
+    assert "generation 20 of 200" in search.stderr.readline()
+    search.send_signal(signal.SIGTERM)
+    out, err = search.communicate(timeout=30)
+    assert search.returncode == 143
+    assert "Traceback" not in err
+    assert json.loads(out)["partial"]["objective"] < json.loads(out)["partial"]["start_objective"]
+    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.parametrize("arguments", [("simulate", "wang2017"), ("simulate", "wang2017", "--json"), ("--help",)])
+def test_a_full_standard_output_is_told_in_one_line(arguments: tuple[str, ...]) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "planter", *arguments], cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True,
+            check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == "planter: standard output: this cannot be written (No space left on device)\n"
+
+
+def test_a_reader_that_goes_away_is_no_error_to_tell() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(SIMULATE, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_terminal_of_ascii_gets_every_table() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "planter", "audit", "wang2017"], cwd=ROOT, capture_output=True, check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.isascii()
