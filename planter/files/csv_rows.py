@@ -38,7 +38,9 @@ class Table:
         index = self.header.index(name)
         cells = [row[index] for row in self.rows]
         if "" in cells:
-            raise InputError(f"{self.place(cells.index(''), name)}: nothing stands there, but a value is missing")
+            raise InputError(
+                f"{self.place(cells.index(''), name)}: nothing stands there: fill it in, or leave the line out"
+            )
         return cells
 
     def numbers(self, name: str, largest: float = LARGEST) -> list[float]:
