@@ -36,9 +36,9 @@ def line(raw: str, longest: int = LONGEST) -> str:
 
 
 def name(raw: str) -> str:
-    """A name as it is shown, in quotes where it holds what cannot be seen."""
+    """A name as it is shown, in quotes where it holds what cannot be seen, or nothing."""
     short = _cut(raw)
-    return short if short.isprintable() else json.dumps(short)
+    return short if short and short.isprintable() else json.dumps(short)
 
 
 def value(given: object) -> str:

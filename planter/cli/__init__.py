@@ -41,4 +41,13 @@ def _called() -> int:
     except Exception as error:
         if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
             raise
-        raise InputError(error.format_message()) from None
+        raise InputError(error.format_message() + _hint()) from None
+
+
+def _hint() -> str:
+    """What is probably meant where an option's number has a decimal comma."""
+    from planter import legible
+
+    pointed = (legible.with_point(argument.rpartition("=")[2]) for argument in sys.argv[1:])
+    found = next(filter(None, pointed), None)
+    return f" (with a decimal point: {found})" if found else ""

@@ -9,7 +9,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
 
-from planter import rooms
+from planter import legible, rooms
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.text import read_text
@@ -39,7 +39,7 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
         raise InputError(f"{name}: {other}, but it must be one of {', '.join(known)} or the path of a {suffix} file")
     hint = f"did you mean {similar[0]}? " if similar else ""
     raise InputError(
-        f"{name}: there is no built-in {what} of that name, {hint}(built in: {', '.join(known)}; "
+        f"{name or legible.name(name)}: there is no built-in {what} of that name, {hint}(built in: {', '.join(known)}; "
         f"anything else must be the path of a {suffix or '.toml or .csv'} file)"
     )
 

@@ -163,6 +163,8 @@ def test_bad_input_is_refused_in_one_sentence(case: str) -> None:
         ("frobnicate",),
         ("simulate", "wang2017", "--model", "both"),
         ("optimise", "wang2017", "--starts", "0"),
+        ("simulate", ""),
+        ("simulate", "wang2017", "--speed-rpm", "1,5"),
     ],
 )
 def test_a_call_that_cannot_be_understood_is_refused_in_one_sentence(arguments: tuple[str, ...]) -> None:
@@ -172,6 +174,8 @@ def test_a_call_that_cannot_be_understood_is_refused_in_one_sentence(arguments: 
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("planter: ")
     assert done.stderr.count("\n") == 1
+    assert ("with a decimal point: 1.5" in done.stderr) == ("1,5" in arguments)
+    assert not done.stderr.startswith("planter: :")
 
 
 def test_output_files(tmp_path: Path) -> None:
