@@ -9,6 +9,7 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError, toolchain
+from planter.planting import batches
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
@@ -174,6 +175,21 @@ def test_threads_may_share_one(way: str) -> None:
     alone = [run(x) for x in designs]
     with ThreadPoolExecutor(8) as pool:
         assert list(pool.map(run, designs)) == alone
+
+
+@needs_compiler
+def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chunks of one object on threads of their own are the rows that one thread finds; a failure names its chunk."""
+    subject = turns("wang2017", "exact", "lanes", EVEN)
+    monkeypatch.setattr(batches, "CHUNK", 3)
+    designs = drawn(subject.device, 40)
+    found = batches.evaluate_many(subject.device, designs, EVEN, threads=4)
+    assert np.array([found.objective, found.range_N, found.variance_N2, found.mean_N]).T.tolist() == (
+        subject.many(designs).tolist()
+    )
+    designs[22, 0] = np.nan
+    with pytest.raises(ComputationError, match="from row 21 on"):
+        batches.evaluate_many(subject.device, designs, EVEN, threads=4)
 
 
 @needs_compiler
