@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 
 from planter.audit import typeset
-from planter.report.html import shown
+from planter.report.html import cell_text
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Cell]], kind: str = "") -
 
 
 def _cell(index: int, cell: Cell) -> str:
-    content = cell.markup if isinstance(cell, Raw) else number(cell) if isinstance(cell, float) else shown(cell)
+    content = cell.markup if isinstance(cell, Raw) else number(cell) if isinstance(cell, float) else cell_text(cell)
     if index == 0:
         return f'<th scope="row">{content}</th>'
     return f'<td class="number">{content}</td>' if cell is None or isinstance(cell, float) else f"<td>{content}</td>"

@@ -33,10 +33,10 @@ def write(out: str | Path, result: Mapping[str, Any]) -> None:
     """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
     folder = files.output_folder(out)
     files.write_summary(folder / "summary.json", {**result, "provenance": {"planter": __version__}})
-    files.write_text(folder / "report.html", text(result))
+    files.write_text(folder / "report.html", html(result))
 
 
-def text(result: Mapping[str, Any]) -> str:
+def html(result: Mapping[str, Any]) -> str:
     """The page of an audit."""
     subtitle = "Every equation, law, statement and number of the papers, as printed, derived anew and judged"
     return page("Formula audit", list(sections(result)), subtitle, markup.STYLE)

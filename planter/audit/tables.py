@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
 
-from planter.terminal.console import Console, shown
+from planter.terminal.console import Console, cell_text
 
 Entry = Mapping[str, Any]
 PARTS = ("equations", "laws", "claims", "numbers", "consequences")
 ROUNDING = 1e-9
-"""Size below which a computed value of ordinary magnitude is shown as zero."""
+"""Size below which a computed value of ordinary magnitude is cell_text as zero."""
 _SHORT = 60
 """Characters of a term or finding that a line of a table has room for."""
 
@@ -57,7 +57,7 @@ class Notes:
 
 def _numbers(console: Console, found: list[Entry]) -> None:
     notes = Notes()
-    rows = [(e["quantity"], e["unit"], e["printed_text"], shown(e["recomputed"]), e["verdict"], notes.mark(basis(e)))
+    rows = [(e["quantity"], e["unit"], e["printed_text"], cell_text(e["recomputed"]), e["verdict"], notes.mark(basis(e)))
             for e in found]  # fmt: skip
     console.table("Numbers", ("quantity", "unit", "printed", "computed", "verdict", ""), rows)
     if notes.texts:
@@ -77,7 +77,7 @@ def _consequences(console: Console, found: list[Entry]) -> None:
 
 
 def _value(value: float | None) -> str:
-    return shown(None if value is None else plain(float(value)))
+    return cell_text(None if value is None else plain(float(value)))
 
 
 def _say(text: str) -> None:

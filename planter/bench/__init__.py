@@ -54,4 +54,4 @@ def write(folder: str | Path, result: dict[str, Any]) -> None:
     with renewing(folder):
         place = files.output_folder(folder)
         files.write_text(place / "bench.json", json.dumps(result, indent=2, allow_nan=False) + "\n")
-        files.write_text(place / "bench.md", page.text(result))
+        files.write_text(place / "bench.md", page.markdown(result))

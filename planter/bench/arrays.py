@@ -12,14 +12,16 @@ from planter.kernels import generated
 from planter.planting.model import Device
 from planter.planting.support_force import FORCE
 
-Contact = Callable[..., Any]
+ContactFunction = Callable[..., Any]
 Sides = tuple[Any, Any]
 
 
 class ArrayCode:
     """Array code of a device: `module` has its dynamics, `contacts` the pitch curves of both stages."""
 
-    def __init__(self, device: Device, module: ModuleType | None = None, contacts: Sequence[Contact] = ()) -> None:
+    def __init__(
+        self, device: Device, module: ModuleType | None = None, contacts: Sequence[ContactFunction] = ()
+    ) -> None:
         self.module = module or emitted_array(f"planting_{device.model}")
         self.contacts = contacts or [emitted_array(f"curve_{s.family}").contact for s in device.stages]
         own = [len(stage.names) for stage in device.stages]

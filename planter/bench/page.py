@@ -22,7 +22,7 @@ def show(console: Console, result: Result) -> None:
         print(line)
 
 
-def text(result: Result) -> str:
+def markdown(result: Result) -> str:
     """The page in Markdown: summary, every work, what was left out, where it ran."""
     parts = ["## Summary", _summary(result)]
     for work in result["work"]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from planter.clutch.engage.sections import Contact, Dog
+from planter.clutch.engage.sections import ContactModel, Dog
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
@@ -164,7 +164,7 @@ class Clutch(Document):
     linkage: Linkage
     engagement: Engagement
     slip: Slip
-    contact: Contact
+    contact: ContactModel
     dog: Dog
     field: Places
     levels: Levels

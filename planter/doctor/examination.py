@@ -19,7 +19,7 @@ from planter.kernels.toolchain import Compiler, NoCompiler, Refused
 from planter.planting import file
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
-from planter.terminal.console import Console, shown
+from planter.terminal.console import Console, cell_text
 from planter.version import __version__
 
 MACHINE = "wang2017"
@@ -29,10 +29,10 @@ VECTOR_ARCTANGENT = (2, 35)
 """The version of the C library from which on it has an arc tangent for vectors."""
 WAIT_S = 20
 
-Found = dict[str, Any]
+Report = dict[str, Any]
 
 
-def examine(build: bool = False) -> Found:
+def examine(build: bool = False) -> Report:
     """Versions, compiler, cache, the way of each function of the built-in machine, and advice.
 
     Compiles only with `build`.
@@ -45,7 +45,7 @@ def examine(build: bool = False) -> Found:
     refused = cache.pop("refused")
     usable, filled = "path" in compiler and cache["problem"] is None, cache["files"] > 0
     kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled, refused)]
-    found: Found = {
+    found: Report = {
         "versions": {"planter": __version__, "python": platform.python_version(), "casadi": metadata.version("casadi"),
                      "numpy": np.__version__, "c_library": " ".join(platform.libc_ver()).strip() or None},
         "processor": {"machine": platform.machine(), "cores": os.cpu_count()},
@@ -74,7 +74,7 @@ def _used(device: Device) -> tuple[Kernel, ...]:
             force.slopes_kernel, force.hessian_kernel)  # fmt: skip
 
 
-def _kernels(model: str, device: Device, usable: bool, filled: bool, refused: Collection[Path]) -> Iterator[Found]:
+def _kernels(model: str, device: Device, usable: bool, filled: bool, refused: Collection[Path]) -> Iterator[Report]:
     for kernel in _used(device):
         work = kernel.work
         way = backends.foreseen(work) if usable else backends.NAMES[-1]
@@ -85,7 +85,7 @@ def _kernels(model: str, device: Device, usable: bool, filled: bool, refused: Co
                "compiled": compiled}  # fmt: skip
 
 
-def _compiler() -> Found:
+def _compiler() -> Report:
     try:
         found = toolchain.compiler()
     except NoCompiler as reason:
@@ -104,7 +104,7 @@ def _bits(compiler: Compiler) -> int:
     return next((bits for name, bits in VECTORS.items() if name in said), 64)
 
 
-def _cache() -> Found:
+def _cache() -> Report:
     """The folder as it is; it is not made here. `refused` says of each strange thing in it what it is."""
     try:
         folder = toolchain.cache_path()
@@ -149,7 +149,7 @@ def _unmakeable(folder: Path) -> str | None:
     return f"{folder} cannot be made: {parent} cannot be written"
 
 
-def _cuda() -> Found:
+def _cuda() -> Report:
     compiler = shutil.which("nvcc")
     version = _said([compiler, "--version"]) if compiler else []
     devices = [line.strip() for line in _said(["nvidia-smi", "-L"]) if line.startswith("GPU")]
@@ -165,7 +165,7 @@ def _said(command: list[str]) -> list[str]:
         return []
 
 
-def _advice(found: Found) -> Iterator[Found]:
+def _advice(found: Report) -> Iterator[Report]:
     """What is missing, and what to do about it."""
     compiler, cache, kernels = found["compiler"], found["cache"], found["kernels"]
     limited = os.environ.get("PLANTER_KERNELS")
@@ -197,7 +197,7 @@ def _library() -> tuple[int, ...]:
     return tuple(map(int, version.split(".")[:2])) if name == "glibc" else (0,)
 
 
-def tables(console: Console, found: Found) -> None:
+def tables(console: Console, found: Report) -> None:
     compiler, cache, cuda = found["compiler"], found["cache"], found["cuda"]
     rows: list[tuple[str, object]] = [*found["versions"].items(), *found["processor"].items()]
     rows += [("compiler", compiler.get("version", compiler.get("problem"))), ("compiler's path", compiler.get("path")),
@@ -205,7 +205,7 @@ def tables(console: Console, found: Found) -> None:
              ("compiled functions in", cache["folder"]), ("files", cache["files"]),
              ("size, MB", cache["bytes"] / 1e6), ("CUDA compiler", cuda["version"] or cuda["compiler"]),
              ("graphics processors", ", ".join(cuda["devices"]) or None)]  # fmt: skip
-    console.table("This installation", ["", "found"], [(name, shown(cell)) for name, cell in rows])
+    console.table("This installation", ["", "found"], [(name, cell_text(cell)) for name, cell in rows])
     console.table(
         f"Functions of {found['machine']}",
         ["model", "function", "instructions", "way", "compiled"],

@@ -23,7 +23,7 @@ def names() -> tuple[str, ...]:
 @cache
 def module(name: str) -> ModuleType:
     """The functions of a family, or of its description by size and swing."""
-    family = relative.of(name)
+    family = relative.family_of(name)
     if family is None:
         return generated.module(_PREFIX + name)
     return relative.module(name, module(family), sidecar(family))
@@ -32,7 +32,7 @@ def module(name: str) -> ModuleType:
 @cache
 def sidecar(name: str) -> dict[str, Any]:
     """What a family says of its functions."""
-    family = relative.of(name)
+    family = relative.family_of(name)
     return generated.sidecar(_PREFIX + name) if family is None else relative.sidecar(sidecar(family))
 
 
@@ -41,7 +41,7 @@ def checked(name: str, where: str) -> str:
 
     Raises InputError where there is none.
     """
-    if (relative.of(name) or name) not in names():
+    if (relative.family_of(name) or name) not in names():
         similar = paths.close(name, names())
         hint = f"did you mean {similar[0]}? " if similar else ""
         raise InputError(

@@ -25,7 +25,7 @@ COMPOSED = ("prologue", "contact", "curvature", "convexity")
 """Functions of a generated module whose parameters are replaced and nothing else."""
 
 
-def of(name: str) -> str | None:
+def family_of(name: str) -> str | None:
     """The family that a name describes, None for a family's own name."""
     return name.removesuffix(SUFFIX) if name.endswith(SUFFIX) else None
 

@@ -76,7 +76,7 @@ class Lanes:
         Inputs and outputs that vary are (lanes, rows). Raises NoCompiler.
         """
         function, own = self.work.function, loops.interface.name(self.work.function, count)
-        text = loops.interface.text(function, self.work.varying, self.work.summed, count)
+        text = loops.interface.source(function, self.work.varying, self.work.summed, count)
         path = toolchain.library(own, text, toolchain.OPTIMISED, (self.library,))
         toolchain.functions(path, own)
         return ca.external(own, str(path))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Extreme:
+class SlopeExtreme:
     """An extreme of the slope and the carrier angle [rad] where it stands."""
 
     value: float
@@ -54,7 +54,7 @@ class AngleCurve:
         return np.array(list(orders)) + uniform
 
     @cached_property
-    def extremes(self) -> tuple[Extreme, Extreme]:
+    def extremes(self) -> tuple[SlopeExtreme, SlopeExtreme]:
         """Least and largest slope: a parabola between two points, it has them at the points or at a vertex."""
         starts, widths = self.carrier[:-1], np.diff(self.carrier)
         slope, first, second = self.slopes(starts)
@@ -62,7 +62,9 @@ class AngleCurve:
         angles = np.concatenate([starts, starts + inside])
         values = np.concatenate([slope, slope + first * inside + second * inside**2 / 2])
         low, high = int(np.argmin(values)), int(np.argmax(values))
-        return Extreme(float(values[low]), float(angles[low])), Extreme(float(values[high]), float(angles[high]))
+        return SlopeExtreme(float(values[low]), float(angles[low])), SlopeExtreme(
+            float(values[high]), float(angles[high])
+        )
 
     @property
     def monotone(self) -> bool:

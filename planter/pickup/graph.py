@@ -20,7 +20,7 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.pickup.inverse import LAW_DEGREE
-from planter.pickup.law import MODEL, TURN, Law, SplineLaw
+from planter.pickup.law import MODEL, TURN, ArmLaw, SplineLaw
 from planter.pickup.model import Train
 
 APART = np.radians(2)
@@ -35,7 +35,7 @@ class Nodes:
     angles there (n,), with a dwell without the first: it is the last less a turn.
     """
 
-    law: Law
+    law: ArmLaw
     t: Array
 
     @property

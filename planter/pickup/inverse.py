@@ -20,7 +20,7 @@ from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.pickup.law import MODEL, TURN, Dwell, SplineLaw
 from planter.pickup.plateau import Plateau, plateau
-from planter.pickup.spline import Extreme, PathSpline, best_spline
+from planter.pickup.spline import DistanceExtreme, PathSpline, best_spline
 
 LAW_DEGREE = 5
 LEAST_TOOTHED = 8
@@ -31,7 +31,7 @@ TOLERANCE = 1e-7
 
 
 @dataclass(frozen=True)
-class Found:
+class Inversion:
     """Bars [m], direction of the carrier at the farthest tip [rad], the law from there on, and the path's spline."""
 
     L1: float
@@ -41,7 +41,7 @@ class Found:
     path: PathSpline
 
 
-def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Found:
+def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Inversion:
     """The mechanism whose tip passes points (n, 2) in m, given in the order of a carrier that turns counter-clockwise.
 
     Raises InputError, naming `source`, where there is no such mechanism.
@@ -65,7 +65,7 @@ def _other_order(points: Array, tolerance: float) -> str:
     return " (in the opposite order they are such a path: turn the lines of the file round)"
 
 
-def _inverted(points: Array, tolerance: float, source: str) -> Found:
+def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
     _check_outside(points, source)
     flat = plateau(points, tolerance)
     order = flat.toothed if flat else np.arange(len(points))
@@ -84,12 +84,12 @@ def _inverted(points: Array, tolerance: float, source: str) -> Found:
         held5, held1 = chain.held(points[flat.members], phi5[-1])
         _check_order(np.array([*phi5, *held5, phi5[0] + TURN]), points[[*order, *flat.members]], source)
         phi5_far, law = _dwelling_law(chain, phi5, phi1, held5, float(np.mean(held1)), source)
-    return Found(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
+    return Inversion(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
 
 
 def _extremes(
     path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
-) -> tuple[Extreme, Extreme]:
+) -> tuple[DistanceExtreme, DistanceExtreme]:
     """The farthest and the nearest place, of which there must be one each; either may be the dwell itself."""
     found = path.extremes(tolerance)
     highs = [e for e in found if e.highest]
@@ -99,9 +99,9 @@ def _extremes(
         held = float(np.hypot(*place))
         beyond = path.length * (1 + 1e-9)
         if not highs and len(lows) == 1:
-            highs = [Extreme(beyond, place, True)] if held > np.hypot(*path.points.T).max() - tolerance else []
+            highs = [DistanceExtreme(beyond, place, True)] if held > np.hypot(*path.points.T).max() - tolerance else []
         if not lows and len(highs) == 1:
-            lows = [Extreme(beyond, place, False)] if held < np.hypot(*path.points.T).min() + tolerance else []
+            lows = [DistanceExtreme(beyond, place, False)] if held < np.hypot(*path.points.T).min() + tolerance else []
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
             f"{source}: the distance of the points from the origin, which must be the sun's centre, has {len(highs)} "
@@ -118,8 +118,8 @@ class _Chain:
     """Angles of the mechanism along a path."""
 
     path: PathSpline
-    far: Extreme
-    near: Extreme
+    far: DistanceExtreme
+    near: DistanceExtreme
     bars: Array
 
     def angles(self, u: Array) -> tuple[Array, Array]:
@@ -155,7 +155,7 @@ class _Chain:
         return raw + TURN * round((near_to - raw) / TURN)
 
 
-def _told(highs: Sequence[Extreme], lows: Sequence[Extreme]) -> str:
+def _told(highs: Sequence[DistanceExtreme], lows: Sequence[DistanceExtreme]) -> str:
     """Where the first of the extremes are."""
     found = [*highs[:SHOWN], *lows[:SHOWN]]
     return f" (at {', '.join(_place(extreme.place) for extreme in found)})" if found else ""

@@ -34,7 +34,7 @@ class Dwell:
         return np.asarray(inside)
 
 
-class Law(Protocol):
+class ArmLaw(Protocol):
     """phi1(t) with phi1(t + 2 pi) = phi1(t) + 2 pi."""
 
     @property

@@ -17,8 +17,8 @@ from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.pickup import limits
 from planter.pickup.file import Pickup
-from planter.pickup.inverse import Found, invert
-from planter.pickup.law import MODEL, TURN, CosineLaw, Dwell, Law, toothed_range
+from planter.pickup.inverse import Inversion, invert
+from planter.pickup.law import MODEL, TURN, ArmLaw, CosineLaw, Dwell, toothed_range
 from planter.pickup.smooth import SmoothLaw
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -54,12 +54,12 @@ class Train:
     `teeth` are module [m], both addendum coefficients and the angle of the line of action [rad].
     """
 
-    law: Law
+    law: ArmLaw
     geometry: Geometry
     phi5_far: float
     omega: float
     teeth: Array
-    found: Found | None = None
+    found: Inversion | None = None
 
     def locked(self, t: Array) -> Array:
         """Whether the arm dwells at carrier angles (n,)."""
@@ -223,7 +223,7 @@ def build(machine: Pickup) -> Train:
     return Train(_law(machine), geometry, machine.si("phi5_far_deg"), omega, teeth)
 
 
-def _law(machine: Pickup) -> Law:
+def _law(machine: Pickup) -> ArmLaw:
     assert machine.law is not None
     dwell = Dwell(*(machine.si(f"dwell_t_deg[{i}]") for i in (0, 1)))
     p, far, transition = machine.si("law.p"), machine.si("phi1_far_deg"), machine.law.transition

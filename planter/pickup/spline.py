@@ -24,7 +24,7 @@ NEAR = 1e-6
 
 
 @dataclass(frozen=True)
-class Extreme:
+class DistanceExtreme:
     """Where the distance from O has an extreme: parameter, place (2,), and whether it is a maximum."""
 
     u: float
@@ -122,9 +122,9 @@ class PathSpline:
     def _pieces(self) -> list[PPoly]:
         return [PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE)) for axis in (0, 1)]
 
-    def extremes(self, tolerance: float) -> list[Extreme]:
+    def extremes(self, tolerance: float) -> list[DistanceExtreme]:
         """Extremes of the distance from O by parameter: roots of S . S', without those that differ by less."""
-        found = [Extreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
+        found = [DistanceExtreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
         return _prominent(found, tolerance, self.closed)
 
     def _roots(self) -> Array:
@@ -166,7 +166,7 @@ class PathSpline:
         """Second derivative of half the squared distance."""
         return float(np.sum(self(u, 1) ** 2) + self(u) @ self(u, 2))
 
-    def square_less(self, u: Array, extreme: Extreme) -> Array:
+    def square_less(self, u: Array, extreme: DistanceExtreme) -> Array:
         """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses no digits.
 
         An extreme beyond the curve's end is that of a dwell, which the curve meets at an angle.
@@ -182,12 +182,12 @@ class PathSpline:
             plain[i] = 2 * extreme.place @ (x * x * (bend + x * third)) + step @ step
         return plain
 
-    def _apart(self, u: Array, extreme: Extreme) -> Array:
+    def _apart(self, u: Array, extreme: DistanceExtreme) -> Array:
         apart = np.asarray(u, dtype=float) - extreme.u
         return (apart + self.length / 2) % self.length - self.length / 2 if self.closed else apart
 
 
-def _prominent(found: list[Extreme], tolerance: float, closed: bool) -> list[Extreme]:
+def _prominent(found: list[DistanceExtreme], tolerance: float, closed: bool) -> list[DistanceExtreme]:
     """Extremes of a wavy distance, without neighbouring pairs that differ by less than the tolerance."""
     left = _alternating(found, closed)
     while len(left) > 1:
@@ -200,9 +200,9 @@ def _prominent(found: list[Extreme], tolerance: float, closed: bool) -> list[Ext
     return left
 
 
-def _alternating(found: list[Extreme], closed: bool) -> list[Extreme]:
+def _alternating(found: list[DistanceExtreme], closed: bool) -> list[DistanceExtreme]:
     """Of neighbours of one kind, which roots at a joint of two pieces may leave, the more extreme."""
-    kept: list[Extreme] = []
+    kept: list[DistanceExtreme] = []
     for extreme in found:
         if kept and kept[-1].highest == extreme.highest:
             extreme = _further(kept.pop(), extreme)
@@ -213,5 +213,5 @@ def _alternating(found: list[Extreme], closed: bool) -> list[Extreme]:
     return kept
 
 
-def _further(a: Extreme, b: Extreme) -> Extreme:
+def _further(a: DistanceExtreme, b: DistanceExtreme) -> DistanceExtreme:
     return a if (a.distance > b.distance) == a.highest else b

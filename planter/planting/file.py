@@ -14,7 +14,8 @@ from planter.planting.requirements.section import Requirements
 from planter.planting.sections import (
     Cam,
     Centroid,
-    Contact,
+    ContactAngles,
+    GearPair,
     GeneticAlgorithm,
     Inertia,
     Mass,
@@ -22,7 +23,6 @@ from planter.planting.sections import (
     Objective,
     Operation,
     Spring,
-    Stage,
     least_inertia,
 )
 
@@ -35,15 +35,15 @@ class Machine(Document):
     """
 
     operation: Operation
-    contact: Contact
+    contact: ContactAngles
     mass: Mass
     inertia: Inertia
     centroid: Centroid
     nozzle: Nozzle
     cam: Cam
     spring: Spring
-    stage1: Stage
-    stage2: Stage
+    stage1: GearPair
+    stage2: GearPair
     design: Annotated[dict[str, Real], Field(min_length=1)]
     bounds: dict[str, Pair]
     objective: Objective

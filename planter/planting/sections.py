@@ -34,7 +34,7 @@ class Operation(Section):
     forward_speed_m_s: Real
 
 
-class Contact(Section):
+class ContactAngles(Section):
     """Pressure angle of the teeth; friction angles mu1 at the cam and mu2 at the teeth."""
 
     pressure_angle_deg: Annotated[Positive, Field(lt=45)]
@@ -137,7 +137,7 @@ class Spring(Section):
     rate_N_m: NotNegative
 
 
-class Stage(Section):
+class GearPair(Section):
     """A pair of gears: the family of its inner pitch curve (on the sun in stage 1, on gear 6 in stage 2)."""
 
     family: Annotated[str, Field(min_length=1)]

@@ -65,7 +65,7 @@ class Keys:
     pairs: Mapping[str, Cell]
 
     def html(self, name: str) -> str:
-        rows = (f"<div><dt>{escape(key)}</dt><dd>{shown(value)}</dd></div>" for key, value in self.pairs.items())
+        rows = (f"<div><dt>{escape(key)}</dt><dd>{cell_text(value)}</dd></div>" for key, value in self.pairs.items())
         return _lines("<dl>", *rows, "</dl>")
 
 
@@ -114,10 +114,10 @@ def escape(text: str) -> str:
     return escaped(legible.text(text))
 
 
-def shown(value: Cell) -> str:
+def cell_text(value: Cell) -> str:
     """A value as escaped text, numbers with at most ten digits.
 
-    >>> shown(62.33105858627), shown(0.1 + 0.2), shown("a < b"), shown(True)
+    >>> cell_text(62.33105858627), cell_text(0.1 + 0.2), cell_text("a < b"), cell_text(True)
     ('62.33105859', '0.3', 'a &lt; b', 'yes')
     """
     if value is None:
@@ -160,9 +160,9 @@ def _section(number: int, section: Section) -> str:
 
 def _cell(index: int, value: Cell) -> str:
     if index == 0:
-        return f'<th scope="row">{shown(value)}</th>'
+        return f'<th scope="row">{cell_text(value)}</th>'
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f'<td class="number">{shown(value)}</td>' if is_number else f"<td>{shown(value)}</td>"
+    return f'<td class="number">{cell_text(value)}</td>' if is_number else f"<td>{cell_text(value)}</td>"
 
 
 def _lines(*parts: str) -> str:

@@ -48,7 +48,7 @@ class Console:
             numeric = any(isinstance(row[index], int | float) for row in listed)
             table.add_column(legible.line(name), justify="right" if numeric else "left")
         for row in listed:
-            table.add_row(*(shown(cell) for cell in row))
+            table.add_row(*(cell_text(cell) for cell in row))
         rich = Rich(highlight=False, markup=False, emoji=False)
         rich.print(table)
         rich.print()
@@ -91,10 +91,10 @@ class Console:
         raise SystemExit(code or error.exit_code)
 
 
-def shown(cell: object) -> str:
+def cell_text(cell: object) -> str:
     """A cell as text: numbers to six digits.
 
-    >>> shown(211.3237944), shown(12), shown(None)
+    >>> cell_text(211.3237944), cell_text(12), cell_text(None)
     ('211.324', '12', '-')
     """
     if cell is None:

@@ -10,7 +10,7 @@ from planter.files.complaints import refused
 from planter.files.fields import NotNegative, Positive, Real, Section, Whole
 
 
-class Contact(Section):
+class ContactModel(Section):
     """Contact law, masses, spring, slides of the coupling: the same for both clutches."""
 
     stiffness_N_m15: Positive

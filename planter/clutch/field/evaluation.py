@@ -58,10 +58,10 @@ def evaluate(
     goals.check(chosen, names, source)
     compared = PAPER_COMPARISON if compared is None and source == PAPER else compared
     samples = comparison.read(examples.text(compared, "clutch", ".csv"), compared) if compared else []
-    return of(read, samples, chosen)
+    return evaluated(read, samples, chosen)
 
 
-def of(read: Trial, samples: Sequence[Sample] = (), wanted: Mapping[str, Goal] | None = None) -> Evaluation:
+def evaluated(read: Trial, samples: Sequence[Sample] = (), wanted: Mapping[str, Goal] | None = None) -> Evaluation:
     """Evaluates a field test that is in hand; without goals nothing is called the best."""
     chosen = {r.name: wanted[r.name] for r in read.responses} if wanted else {}
     model = Model(read)

@@ -36,7 +36,7 @@ def write(out: str | Path, found: Evaluation, progress: bundle.Progress | None =
         for name, (head, rows) in listed(found.result).items()
     }
     drawn = bundle.drawn(drawings(found), progress)
-    report = text(found, {name: figure.svg for name, figure in drawn.items()})
+    report = html(found, {name: figure.svg for name, figure in drawn.items()})
     bundle.write(out, {"summary.json": summary, **listing, "report.html": report}, drawn)
 
 
@@ -112,7 +112,7 @@ def leading(found: Evaluation) -> list[Factor]:
     return sorted(factors, key=lambda factor: -share[factor.name])
 
 
-def text(found: Evaluation, drawn: Mapping[str, str]) -> str:
+def html(found: Evaluation, drawn: Mapping[str, str]) -> str:
     """The page of an evaluation, with the SVG texts of its figures."""
     result = found.result
     told = {"runs": result["runs"], "factors": ", ".join(result["factors"])}

@@ -148,7 +148,7 @@ def _evaluated(
         factors.append(Factor(name, tuple(levels.tolist()), codes))
     measured = tuple(Response(name, np.array(values)) for name, values in responses)
     goals = dict.fromkeys((name for name, _ in responses), NEAREST_ZERO)
-    return evaluation.of(Trial("printed runs", tuple(factors), measured), wanted=goals)
+    return evaluation.evaluated(Trial("printed runs", tuple(factors), measured), wanted=goals)
 
 
 def _sample(inputs: Inputs, name: str) -> comparison.Sample:

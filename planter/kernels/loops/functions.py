@@ -46,7 +46,7 @@ INLINED double turned_cos(double x)
 """
 
 
-def text(name: str) -> str:
+def source(name: str) -> str:
     """Definitions of `turned_sin`, `turned_cos`, `whole_floor`; `name` is put before what other files can see."""
     return f"""\
 #if defined(__GNUC__)

@@ -20,7 +20,7 @@ def name(function: ca.Function, lanes: int) -> str:
     return f"{function.name()}_{lanes}"
 
 
-def text(f: ca.Function, varies: Sequence[str], summed: bool, lanes: int) -> str:
+def source(f: ca.Function, varies: Sequence[str], summed: bool, lanes: int) -> str:
     """A C file with the interface of a function whose inputs `varies` vary; the raw loop is linked to it."""
     own = name(f, lanes)
     varying = [n in varies for n in f.name_in()]

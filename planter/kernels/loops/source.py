@@ -19,7 +19,7 @@ from planter.kernels.loops.graph import Assignment, Graph, Place, Store
 def file(graphs: Sequence[Graph], summed: Sequence[bool]) -> str:
     """A C file with a lane kernel for each graph."""
     kernels = [function(graph, total) for graph, total in zip(graphs, summed, strict=True)]
-    return "\n".join(["#include <math.h>\n", functions.text(graphs[0].function.name()), *kernels])
+    return "\n".join(["#include <math.h>\n", functions.source(graphs[0].function.name()), *kernels])
 
 
 def prototype(f: ca.Function) -> str:

@@ -19,7 +19,7 @@ _ANY_PAIR = (1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Motion:
+class TipMotion:
     """Bars (2,) [m], angles phi5 and phi1 (n,) [rad], and places of the tip (n, 2) [m]."""
 
     bars: Array
@@ -28,20 +28,20 @@ class Motion:
     tip: Array
 
 
-def drawn(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> Motion:
+def drawn(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> TipMotion:
     """What bars draw at some angles, on the carrier of the paper."""
     still = {"g": np.zeros(len(phi5)), "omega": 0.0}
     found = load(MODEL)("motion", phi5=phi5, phi1=phi1, triangle=_triangle(inputs, bars), **still)
-    return Motion(bars, phi5, phi1, np.column_stack([found["x_S"], found["y_S"]]))
+    return TipMotion(bars, phi5, phi1, np.column_stack([found["x_S"], found["y_S"]]))
 
 
-def of_law(inputs: Inputs, t: Array) -> Motion:
+def of_law(inputs: Inputs, t: Array) -> TipMotion:
     """The motion by the law at carrier angles from the far point (n,)."""
     phi1, bars = _law(inputs).arm(t), np.array([inputs.si("L1_mm"), inputs.si("L2_mm")])
     return drawn(inputs, bars, inputs.si("phi5_far_deg") + t, phi1)
 
 
-def inverted(inputs: Inputs, path: Array) -> Motion:
+def inverted(inputs: Inputs, path: Array) -> TipMotion:
     """The chain from places (n, 2) [m], the farthest first: bars by their extremes, angles by the triangle."""
     distance = np.hypot(*path.T)
     far, near = distance.max(), distance.min()
@@ -138,7 +138,7 @@ def _law(inputs: Inputs) -> CosineLaw:
     return CosineLaw(inputs["law_p"], dwell)
 
 
-def _given(inputs: Inputs) -> Motion:
+def _given(inputs: Inputs) -> TipMotion:
     """A turn by the law, its near point among the samples."""
     law = _law(inputs)
     near = brentq(lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15)

@@ -41,7 +41,7 @@ def c(
         from planter.planting.export import c99 as texts
 
         device = device_of(machine, model, set_, speed_rpm)
-        _written(console, out, texts.files(device))
+        _written(console, out, texts.source_files(device))
 
 
 @export.command()
@@ -59,7 +59,7 @@ def cuda(
         from planter.planting.export import cuda as texts
 
         device = device_of(machine, model, set_, speed_rpm)
-        _written(console, out, texts.files(device))
+        _written(console, out, texts.source_files(device))
 
 
 def _written(console: Console, folder: Path, texts: dict[str, str]) -> None:

@@ -94,7 +94,7 @@ def own_design(device: Device, x: Array) -> dict[str, float]:
     start = len(device.sidecar["vectors"]["mounting"])
     found: dict[str, float] = {}
     for number, stage in enumerate(device.stages, 1):
-        family = relative.of(stage.family) or stage.family
+        family = relative.family_of(stage.family) or stage.family
         values = own_parameters(family, x[start : start + len(stage.names)])
         shown = names(family, device.sidecar["vectors"][f"parameters{number}"])
         found |= {name: float(value / units.factor(name)) for name, value in zip(shown, values, strict=True)}

@@ -39,7 +39,7 @@ def _identifier(text: str) -> str:
     return plain if re.match(r"[a-z]", plain) else f"m_{plain}"
 
 
-def files(device: Device) -> dict[str, str]:
+def source_files(device: Device) -> dict[str, str]:
     """The texts by file name: `NAME.h`, `NAME.c`, `NAME_main.c`."""
     own = name(device)
     values = _values(device, own)
@@ -111,7 +111,7 @@ def _kernels(device: Device, own: str) -> str:
     works = [kernel.work for kernel in (device.force.value_kernel, device.force.slopes_kernel)]
     graphs = [lanes.Graph.of(work.function, work.varying) for work in works]
     loops = [f"static {lanes.function(graph, summed=False)}" for graph in graphs]
-    return "\n".join([functions.text(own), *loops])
+    return "\n".join([functions.source(own), *loops])
 
 
 def _renamed(own: str, turn: str) -> str:

@@ -28,7 +28,7 @@ from planter.planting.objective import weights
 from planter.planting.turns import FIELDS
 
 
-def files(device: Device) -> dict[str, str]:
+def source_files(device: Device) -> dict[str, str]:
     """The text by its file name, `NAME.cu`."""
     own = c99.name(device)
     return {f"{own}.cu": Template(c99.template("turns.cu")).substitute(_values(device, own))}
@@ -91,7 +91,7 @@ def build(device: Device, folder: Path, architecture: str = "native") -> Path:
     compiler = shutil.which("nvcc")
     if compiler is None:
         raise NoCompiler("there is no CUDA compiler 'nvcc'")
-    ((file, text),) = files(device).items()
+    ((file, text),) = source_files(device).items()
     source, library = folder / file, folder / f"lib{file.removesuffix('.cu')}.so"
     source.write_text(text, encoding="utf-8")
     command = [compiler, "-O3", f"-arch={architecture}", "-shared", "-Xcompiler", "-fPIC", str(source)]

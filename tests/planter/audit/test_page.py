@@ -55,7 +55,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 def test_texts_on_the_page_are_escaped() -> None:
     result = copy.deepcopy(verdicts.audit("yu2023"))
     result["equations"][0] |= {"printed": "</p><script>x</script> = 0", "verdict": "misprint", "finding": "a < b & c"}
-    text = page.text(result)
+    text = page.html(result)
     tree(text)
     assert "<script" not in text
 

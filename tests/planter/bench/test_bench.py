@@ -73,7 +73,7 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
             assert work["over"] == ("lanes" if has_compiler() else "casadi-vm")
     assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
     text = (tmp_path / "here" / "bench.md").read_text()
-    assert text == page.text(found)
+    assert text == page.markdown(found)
     assert all(version in text for version in found["versions"].values())
 
 

@@ -16,7 +16,7 @@ RUNS = "run,A,B,Y\n1,1,1,2\n2,1,2,5\n3,2,1,3\n4,2,2,6\n"
 def refusal(text: str, columns: Columns | None = None) -> str:
     """What is said of a text that is read and evaluated."""
     with pytest.raises(InputError) as refused:
-        evaluation.of(trial.read(text, "x.csv", columns))
+        evaluation.evaluated(trial.read(text, "x.csv", columns))
     message = str(refused.value)
     assert "\n" not in message
     return message
@@ -38,14 +38,16 @@ def test_options_say_otherwise() -> None:
     read = trial.read(text, "x.csv", Columns(responses=("lag",), blanks=("D",), ignored=("note",)))
     assert [f.name for f in read.factors] == ["A", "B", "C"]
     assert [b.name for b in read.blanks] == ["D"]
-    original = evaluation.of(trial.read(GOOD, "x.csv")).result["anova"]["Y1"]
-    assert evaluation.of(read).result["anova"]["lag"] == original
+    original = evaluation.evaluated(trial.read(GOOD, "x.csv")).result["anova"]["Y1"]
+    assert evaluation.evaluated(read).result["anova"]["lag"] == original
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_line_ends_spaces_and_empty_lines_do_not_matter(end: str) -> None:
     text = GOOD.replace(",", " , ").replace("\n", "\n\n").replace(" , 15 , 20", ", 15, 20").replace("\n", end)
-    assert evaluation.of(trial.read(text, "x.csv")).result == evaluation.of(trial.read(GOOD, "x.csv")).result
+    assert (
+        evaluation.evaluated(trial.read(text, "x.csv")).result == evaluation.evaluated(trial.read(GOOD, "x.csv")).result
+    )
 
 
 def test_levels_are_numbers_in_order_or_words_as_they_come() -> None:
@@ -63,9 +65,9 @@ def test_results_name_the_levels_of_the_file() -> None:
     shown = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
     text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
     goals = {"Y1": NEAREST_ZERO, "Y2": NEAREST_ZERO}
-    result = evaluation.of(trial.read(text, "x.csv"), wanted=goals).result
+    result = evaluation.evaluated(trial.read(text, "x.csv"), wanted=goals).result
     assert result["best"] == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
-    assert result["anova"] == evaluation.of(trial.read(GOOD, "x.csv")).result["anova"]
+    assert result["anova"] == evaluation.evaluated(trial.read(GOOD, "x.csv")).result["anova"]
 
 
 def test_repetitions_of_a_run_add_to_the_error() -> None:
@@ -73,7 +75,7 @@ def test_repetitions_of_a_run_add_to_the_error() -> None:
         f"{line.rpartition(',')[0]},{float(line.rpartition(',')[2]) + (-1) ** i}\n"
         for i, line in enumerate(RUNS.splitlines()[1:])
     )
-    result = evaluation.of(trial.read(twice, "x.csv")).result
+    result = evaluation.evaluated(trial.read(twice, "x.csv")).result
     assert result["orthogonal"]
     assert result["anova"]["Y"]["error"]["df"] == 5
 
@@ -85,7 +87,7 @@ def test_a_run_that_is_left_out_is_missed_and_at_the_end_the_rest_is_unbalanced(
         ("\n".join(lines[:-1]), None),
         ("\n".join([*lines[:-2], lines[-1]]), Columns(ignored=("run",))),
     ):
-        result = evaluation.of(trial.read(text, "x.csv", columns)).result
+        result = evaluation.evaluated(trial.read(text, "x.csv", columns)).result
         assert result["range"] is None
         assert result["sums_of_squares"] == "type II"
         assert result["anova"]["Y1"]["error"]["df"] == 1
@@ -174,7 +176,7 @@ def test_any_text_gives_a_result_or_one_sentence() -> None:
             text[place] = signs[random.integers(len(signs))]
         try:
             read = trial.read("".join(text), "x.csv")
-            found = evaluation.of(read).result
+            found = evaluation.evaluated(read).result
         except InputError as error:
             said.append(str(error))
         else:

@@ -127,7 +127,7 @@ def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
 def test_other_data_have_another_hash() -> None:
     text = examples.example("shi2021-field")
     one, same, other = (
-        page.provenance(evaluation.of(trial.read(t, "x.csv")))["data_sha256"]
+        page.provenance(evaluation.evaluated(trial.read(t, "x.csv")))["data_sha256"]
         for t in (text, "# a comment\n" + text, text.replace("12.2", "12.3"))
     )
     assert one == same != other

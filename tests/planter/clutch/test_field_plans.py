@@ -72,7 +72,7 @@ def test_a_plan_that_is_filled_in_is_evaluated(name: str, seed: int | None) -> N
     wanted = [Wanted("gear", levels[first]), Wanted("angle_deg", levels[second])]
     planned = plans.plan(name, wanted, ["Y"], seed)
     read = trial.read(filled(planned, np.random.default_rng(0)), "plan.csv")
-    result = evaluation.of(read).result
+    result = evaluation.evaluated(read).result
     assert result["orthogonal"]
     assert len(result["blank"]) == len(SIZES[name][1]) - 2
     assert [str(level) for level in result["factors"]["gear"]["levels"]] == list(levels[first])

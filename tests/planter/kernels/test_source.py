@@ -61,7 +61,7 @@ def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
     joined = resources.files("planter.planting.export").joinpath("turn.c").read_text(encoding="utf-8")
-    outside = loops.interface.text(small().function, ["phi"], summed=False, lanes=9)
+    outside = loops.interface.source(small().function, ["phi"], summed=False, lanes=9)
     for number, source in enumerate((text(), joined, outside, _device_works("exact")[0].loop)):
         compiled(source, tmp_path / f"{number}.o", *flags, compiler=compiler)
 

@@ -10,7 +10,7 @@ import planter.pickup.inverse
 import planter.pickup.plateau
 import planter.pickup.spline
 from planter.errors import InputError
-from planter.pickup.inverse import Found, invert
+from planter.pickup.inverse import Inversion, invert
 from planter.pickup.law import TURN
 from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 
@@ -18,12 +18,12 @@ T = np.linspace(0, TURN, 2001)
 AWAY = T[np.min([np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np.radians(142.78), 0)], axis=0) > 0.5]
 
 
-def found(count: int, offset: float = 0.0, **law: float) -> Found:
+def found(count: int, offset: float = 0.0, **law: float) -> Inversion:
     t = steps(count, offset)
     return invert(tips(t, arm(t, **law)))
 
 
-def error(one: Found, at: np.ndarray = T, **law: float) -> float:
+def error(one: Inversion, at: np.ndarray = T, **law: float) -> float:
     shift = (one.phi5_far - FAR + np.pi) % TURN - np.pi
     return float(np.abs(one.law.arm(at - shift) - arm(at, **law)).max())
 

@@ -108,7 +108,7 @@ def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str
         assert swing == pytest.approx(device.design[[n.startswith("swing") for n in device.names]][stage], rel=0.02)
         assert m == device.design[[n.startswith("m") for n in device.names]][stage]
     assert all(name in device.names for name in ("size3_mm", "swing3", "size6_mm", "swing6"))
-    assert relative.of(f"{family}-relative") == family
+    assert relative.family_of(f"{family}-relative") == family
 
 
 def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:

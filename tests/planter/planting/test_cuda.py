@@ -54,7 +54,7 @@ def expected(own: Device, designs: Array, samples: int) -> Array:
 
 def on_threads(own: Device, folder: Path, *changes: tuple[str, str]) -> Path:
     """The library of the text with CUDA's words replaced by those of ordinary threads."""
-    ((file, text),) = cuda.files(own).items()
+    ((file, text),) = cuda.source_files(own).items()
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)

@@ -68,9 +68,9 @@ def test_the_program_finds_what_simulate_finds(
 
 
 def written(device: Device, folder: Path) -> list[Path]:
-    for file, text in c99.files(device).items():
+    for file, text in c99.source_files(device).items():
         (folder / file).write_text(text)
-    return [folder / file for file in c99.files(device)]
+    return [folder / file for file in c99.source_files(device)]
 
 
 def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
@@ -101,7 +101,7 @@ def test_another_design_is_another_number(tmp_path: Path) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
     device = Device(load("wang2017"), model)
-    header = " ".join(next(iter(c99.files(device).values())).replace("\n *", " ").split())
+    header = " ".join(next(iter(c99.source_files(device).values())).replace("\n *", " ").split())
     assert "x[4] R3_mm: R [m] radius of the eccentric circle (wang2017 3.4)" in header
     assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
     for entry in device.sidecar["vectors"]["machine"]:
