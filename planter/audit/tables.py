@@ -57,8 +57,8 @@ class Notes:
 
 def _numbers(console: Console, found: list[Entry]) -> None:
     notes = Notes()
-    rows = [(e["quantity"], e["unit"], e["printed_text"], cell_text(e["recomputed"]), e["verdict"], notes.mark(basis(e)))
-            for e in found]  # fmt: skip
+    keys = ("quantity", "unit", "printed_text", "recomputed", "verdict")
+    rows = [(*(cell_text(e[key]) for key in keys), notes.mark(basis(e))) for e in found]
     console.table("Numbers", ("quantity", "unit", "printed", "computed", "verdict", ""), rows)
     if notes.texts:
         console.table("", ("", "numbers rest on"), ((notes.mark(text), text) for text in notes.texts))

@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 from planter.files import units
-from planter.gearing import families
-from planter.gearing import stage as gears
+from planter.gearing import families, stage
 from planter.gearing.stage import Candidate
 from planter.kernels import Array, Kernel, generated
 from planter.planting.file import Machine
@@ -45,7 +44,7 @@ class Device:
         self.constants = np.array([machine.si(entry["shown"]) for entry in self._vectors["machine"]])
         ends = np.cumsum([len(part) for part in parts])
         first, second = (
-            gears.build(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
+            stage.build(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
             for i, family in enumerate(pair, 1)
         )
         self.stages = first, second
@@ -59,7 +58,7 @@ class Device:
     def _parts(self, families: list[str]) -> list[tuple[str, ...]]:
         """Names of the design parameters: those of the mounting, then those of each stage."""
         mounting = tuple(entry["shown"] for entry in self._vectors["mounting"])
-        return [mounting, *(gears.names(f, self._vectors[f"parameters{i}"]) for i, f in enumerate(families, 1))]
+        return [mounting, *(stage.names(f, self._vectors[f"parameters{i}"]) for i, f in enumerate(families, 1))]
 
     def _candidates(self, part: slice) -> list[Candidate]:
         """The machine's design, then the corners of its box: what a stage must be able to build."""

@@ -38,13 +38,13 @@ def engage(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import file as config
         from planter.clutch.engage import contact, modal, tables
+        from planter.clutch.file import load
 
         changes = overrides(set_)
         if speed_rpm is not None:
             changes["engagement.input_speed_rpm"] = speed_rpm
-        file = config.load(source, changes)
+        file = load(source, changes)
         if mode is Mode.modal:
             result: dict[str, Any] = {"clutch": file.name, **modal.result(file.si, shape)}
             curves = None

@@ -14,8 +14,7 @@ from typing import Any
 
 import casadi as ca
 
-from planter.kernels import Array
-from planter.kernels import loops as lanes
+from planter.kernels import Array, loops
 from planter.kernels.loops import functions
 from planter.planting.model import Device
 from planter.planting.objective import weights
@@ -109,9 +108,9 @@ def casadi_text(file: str, both: Iterable[ca.Function]) -> str:
 def _kernels(device: Device, own: str) -> str:
     """Force and slopes as lane kernels of this file alone."""
     works = [kernel.work for kernel in (device.force.value_kernel, device.force.slopes_kernel)]
-    graphs = [lanes.Graph.of(work.function, work.varying) for work in works]
-    loops = [f"static {lanes.function(graph, summed=False)}" for graph in graphs]
-    return "\n".join([functions.source(own), *loops])
+    graphs = [loops.Graph.of(work.function, work.varying) for work in works]
+    printed = [f"static {loops.function(graph, summed=False)}" for graph in graphs]
+    return "\n".join([functions.source(own), *printed])
 
 
 def _renamed(own: str, turn: str) -> str:
