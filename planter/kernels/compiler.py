@@ -8,6 +8,8 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from planter.kernels import builds
 
@@ -55,7 +57,11 @@ def _asked(name: str, _search: str | None) -> Compiler | str:
     try:
         command = _command(name)
         version = _said(command, "--version").stdout.decode(errors="backslashreplace").partition("\n")[0]
-        flags, order = (tuple(f for f in wanted if _takes(command, f)) for wanted in (MACHINE_FLAGS, ORDER_FLAGS))
+        with TemporaryDirectory(prefix="planter-") as folder:
+            flags, order = (
+                tuple(flag for flag in wanted if _takes(command, flag, Path(folder) / "probe.o"))
+                for wanted in (MACHINE_FLAGS, ORDER_FLAGS)
+            )
     except NoCompiler as reason:
         return str(reason)
     except subprocess.TimeoutExpired:
@@ -79,9 +85,9 @@ def _command(name: str) -> list[str]:
     return [path, *words[1:]]
 
 
-def _takes(command: list[str], flag: str) -> bool:
+def _takes(command: list[str], flag: str, made: Path) -> bool:
     """Whether a compiler takes a flag: it neither fails nor warns because of it, whatever else it may warn of."""
-    probe = (flag, "-x", "c", "-S", "-o", os.devnull, os.devnull)
+    probe = (flag, "-x", "c", "-c", os.devnull, "-o", str(made))
     try:
         _said(command, "-Werror", *probe)
     except subprocess.CalledProcessError as error:

@@ -3,6 +3,7 @@
 import os
 import shlex
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -98,9 +99,9 @@ class TestFlags:
     def test_a_warning_of_something_else_takes_no_flag_away(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """As `-c` beside `-S` is warned of, which `-Werror` makes an error."""
+        """Which `-Werror` makes an error."""
         plain = self.flags('exec cc "$@"', tmp_path, monkeypatch)
-        warned = 'for word; do [ "$word" = -Werror ] && { echo "-c: unused" >&2; exit 1; }; done; exec cc "$@"'
+        warned = 'for word; do [ "$word" = -Werror ] && { echo "-Wl,x: unused" >&2; exit 1; }; done; exec cc "$@"'
         (tmp_path / "warns").mkdir()
         assert self.flags(warned, tmp_path / "warns", monkeypatch) == plain != ()
 
@@ -111,6 +112,18 @@ class TestFlags:
         warned = 'for word; do [ "$word" = -Werror ] && { echo "unused: $2" >&2; exit 1; }; done'
         text = f'[ "$1" = --version ] && exit; {warned}; {fails}'
         assert self.flags(text, tmp_path, monkeypatch) == ()
+
+
+@needs_compiler
+def test_asking_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some compilers write beside what they are told to write to, when that is no file."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    given = script(tmp_path, 'case "$*" in *"-o /dev/null"*) touch null.s;; esac; exec cc "$@"')
+    monkeypatch.setenv("CC", str(given))
+    assert toolchain.compiler().flags
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["some cc", "temporary"]
 
 
 class TestNoAnswer:
