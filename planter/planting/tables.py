@@ -96,6 +96,9 @@ def optimisation(console: Console, result: Result) -> None:
     requirements(console, result)
     scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
+    if "front" in result:
+        front = ((one["range_N"], one["variance_N2"]) for one in result["front"])
+        console.table("Front of range and variance", ("range / N", "variance / N2"), front)
     certificate(console, result)
 
 

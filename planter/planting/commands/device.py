@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,7 +15,7 @@ from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
 
 if TYPE_CHECKING:
-    pass
+    from planter.optimise.progress import Progress
 
 
 class Method(enum.StrEnum):
@@ -23,6 +25,15 @@ class Method(enum.StrEnum):
 
 
 app = typer.Typer()
+
+
+@contextmanager
+def kept(result: dict[str, Any]) -> Iterator[None]:
+    """Within, an interrupt hands over the result that is there already."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(result) from None
 
 
 @app.command()
@@ -93,6 +104,9 @@ def optimise(
     ] = None,
     seed: SeedOption = 0,
     starts: Annotated[int | None, typer.Option(min=1, help="starts of IPOPT", show_default=False)] = None,
+    front: Annotated[
+        bool, typer.Option("--front", help="also the front of range and variance, by more searches")
+    ] = False,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -102,23 +116,37 @@ def optimise(
     console = Console(as_json)
     with console.outcome():
         from planter.planting import optimisation, tables
+        from planter.planting.report import results as report
+        from planter.report import files
 
-        device = device_of(machine, model, set_, speed_rpm)
-        try:
-            found = optimisation.optimise(
-                device, method.value, samples, seed, starts, lambda p: console.progress(str(p), p.done, p.total)
-            )
-        except Interrupted as stop:
-            if out is not None and stop.partial is not None:
-                from planter.planting.report import results as report
-
-                report.write_partial(out, device, stop.partial)
-            raise
         if out is not None:
-            from planter.planting.report import results as report
+            files.output_folder(out)
+        device = device_of(machine, model, set_, speed_rpm)
 
-            report.write_optimisation(out, device, found)
+        def told(step: Progress) -> None:
+            console.progress(str(step), step.done, step.total)
+
+        def keep(so_far: dict[str, Any], interrupted: bool = False) -> None:
+            if out is not None:
+                report.write_partial(out, device, so_far, interrupted)
+
+        try:
+            found = optimisation.optimise(device, method.value, samples, seed, starts, told, keep)
+        except Interrupted as stop:
+            if stop.partial is not None:
+                keep(stop.partial, interrupted=True)
+            raise
+        with kept(found.result):
+            if out is not None:
+                report.write_optimum(out, device, found)
+            if front:
+                found = optimisation.with_front(found, told)
+                if out is not None:
+                    report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))
+    if out is not None:
+        with Console(as_json=False).outcome(), kept(found.result):
+            report.draw_optimum(out, device, found)
 
 
 @app.command()

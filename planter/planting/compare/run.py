@@ -7,7 +7,6 @@ import json
 import os
 import queue
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -15,12 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from planter.errors import ComputationError, InputError
+from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
 from planter.report import files
 from planter.version import __version__
 
+WORKER = "planter.planting.compare.worker"
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 Told = Callable[[str, int, int], None]
 Task = tuple[str, str] | None
 """A pair of families; None for the machine's own box."""
@@ -118,26 +120,18 @@ def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None]
     for task in tasks:
         waiting.put(task)
     results: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
-    workers = [_started() for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))]
+    at_work = [
+        workers.started(WORKER, subprocess.PIPE, ONE_THREAD)
+        for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))
+    ]
     try:
-        for worker in workers:
+        for worker in at_work:
             threading.Thread(target=_feed, args=(worker, waiting, results), daemon=True).start()
         for _ in tasks:
             finished(*results.get())
     finally:
-        for worker in workers:
-            worker.kill()
-            worker.wait()
-
-
-def _started() -> subprocess.Popen[str]:
-    paths = [path or os.getcwd() for path in sys.path]
-    limits = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    return subprocess.Popen(
-        [sys.executable, "-m", "planter.planting.compare.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL, text=True, start_new_session=True,
-        env={**os.environ, **limits, "PYTHONPATH": os.pathsep.join(paths)},
-    )  # fmt: skip
+        for worker in at_work:
+            workers.ended(worker)
 
 
 def _feed(worker: subprocess.Popen[str], waiting: Any, results: Any) -> None:

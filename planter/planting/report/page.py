@@ -74,6 +74,8 @@ def sections(
     if "insensitive" in summary:
         yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
     yield Section("Design", [design(machine, summary)])
+    if "front" in summary:
+        yield Section("Front of range and variance", [front(summary["front"])])
     if figures:
         drawn = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
         yield Section("Figures", drawn)
@@ -162,6 +164,13 @@ def design(machine: Machine, summary: Summary) -> Block:
         for k in own
     ]
     return Table(("parameter", *head, "unit", "lower", "upper", "origin"), rows)
+
+
+def front(found: Sequence[Summary]) -> Block:
+    """Designs of which neither range nor variance can be made smaller without the other growing."""
+    names = list(found[0]["design"]) if found else []
+    head = ("range / N", "variance / N2", *(labels.label(name) for name in names))
+    return Table(head, [(one["range_N"], one["variance_N2"], *one["design"].values()) for one in found])
 
 
 def at_angles(rows: Sequence[Summary]) -> Block:
