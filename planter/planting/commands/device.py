@@ -169,7 +169,8 @@ def calibrate(
         other = device_of(machine, next(m for m in Model if m != model), set_, speed_rpm)
         result = calibration.calibrate(device, other, target)
         if out is not None:
-            report.write_result(out, device, result)
+            with kept(result):
+                report.write_result(out, device, result)
         console.result(result, lambda: tables.calibration(console, result))
 
 

@@ -33,6 +33,7 @@ CAPTIONS = {
 
 _ELSEWHERE = (
     "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
+    "target", "reached", "miss_percent",
 )  # fmt: skip
 _CROSS = ("design", "machine file", "optimum")
 
@@ -53,6 +54,8 @@ def device_page(
 
 
 def _kind(summary: Summary) -> str:
+    if "fitted" in summary:
+        return "Calibration"
     if "gradient" in summary:
         return "Sensitivity"
     return "Optimisation" if "certificate" in summary else "Simulation"
@@ -62,6 +65,9 @@ def sections(
     machine: Machine, model: Sidecar, summary: Summary, figures: Mapping[str, str], provenance: Summary | None
 ) -> Iterator[Section]:
     """The sections of `device_page`, for a page that has more to say."""
+    if "fitted" in summary:
+        yield Section("Target", list(target(summary)))
+        yield Section("Fitted inputs", [fitted(summary["fitted"])])
     if summary.get("warnings"):
         yield Section("Warnings", [warnings(summary["warnings"])])
     yield Section("Results", list(results(summary)))
@@ -88,6 +94,22 @@ def sections(
     yield Section("Inputs", list(inputs(machine, _meanings(model), besides=("design", "bounds"))))
     if provenance is not None:
         yield Section("Provenance", [Keys({name: labels.flat(value) for name, value in provenance.items()})])
+
+
+def target(summary: Summary) -> Iterator[Block]:
+    """Whether a calibration met its target, and each of its numbers beside what is reached."""
+    yield Text(summary["statement"], "" if summary["met"] else "warning")
+    rows = [
+        (labels.name(key), value, summary["reached"][key], units.unit(key), summary["miss_percent"][key])
+        for key, value in summary["target"].items()
+    ]
+    yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
+
+
+def fitted(found: Sequence[Summary]) -> Block:
+    """The values that a calibration found, with the bounds that it searched and where they come from."""
+    keys = ("name", "value", "unit", "lower", "upper", "origin")
+    return Table(("input", *keys[1:]), [tuple(entry[key] for key in keys) for entry in found])
 
 
 def requirements(found: Sequence[Summary]) -> Block:
