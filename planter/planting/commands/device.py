@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from planter.errors import Interrupted
-from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, SpeedOption, device_of
+from planter.planting.commands.options import (
+    MachineArgument,
+    Model,
+    ModelOption,
+    SamplesOption,
+    SpeedOption,
+    device_of,
+    kept,
+)
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
 
@@ -25,15 +31,6 @@ class Method(enum.StrEnum):
 
 
 app = typer.Typer()
-
-
-@contextmanager
-def kept(result: dict[str, Any]) -> Iterator[None]:
-    """Within, an interrupt hands over the result that is there already."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(result) from None
 
 
 @app.command()

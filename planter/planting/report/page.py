@@ -91,7 +91,7 @@ def sections(
         "Model",
         [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
     )
-    yield Section("Inputs", list(inputs(machine, _meanings(model), besides=("design", "bounds"))))
+    yield Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds"))))
     if provenance is not None:
         yield Section("Provenance", [Keys({name: labels.flat(value) for name, value in provenance.items()})])
 
@@ -202,6 +202,6 @@ def at_angles(rows: Sequence[Summary]) -> Block:
     return Table(head, [(labels.name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
 
 
-def _meanings(model: Sidecar) -> dict[str, str]:
+def meanings(model: Sidecar) -> dict[str, str]:
     """Meaning of the machine's numbers by their full path."""
     return {entry["shown"]: entry["meaning"] for entry in model["vectors"]["machine"] if "shown" in entry}
