@@ -6,6 +6,7 @@ A room may bring a module `commands` (a typer `app`), a folder `examples` of fil
 
 from __future__ import annotations
 
+import logging
 import pkgutil
 from collections.abc import Iterator
 from functools import cache
@@ -32,12 +33,24 @@ def rooms() -> dict[str, str]:
 
 
 def brought(name: str) -> Iterator[ModuleType]:
-    """The modules or packages of a name in the rooms that have one, room by room."""
+    """The modules or packages of a name in the rooms that have one, room by room.
+
+    An installed package that cannot be loaded costs a warning, and none but its own commands.
+    """
     for package in rooms().values():
-        spec = find_spec(package)
-        places = spec.submodule_search_locations if spec else None
-        if places and any(found.name == name for found in pkgutil.iter_modules(places)):
-            yield import_module(f"{package}.{name}")
+        try:
+            if _has(package, name):
+                yield import_module(f"{package}.{name}")
+        except Exception as error:
+            if package.startswith(f"{__package__}."):
+                raise
+            logging.getLogger(__package__).warning("%s is left out: %s: %s", package, type(error).__name__, error)
+
+
+def _has(package: str, name: str) -> bool:
+    spec = find_spec(package)
+    places = spec.submodule_search_locations if spec else None
+    return bool(places) and any(found.name == name for found in pkgutil.iter_modules(places))
 
 
 def commands(room: str) -> list[str]:

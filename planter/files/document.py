@@ -13,7 +13,7 @@ from planter.files.complaints import SET, explain, lacking, not_allowed, refused
 from planter.files.fields import Line, Section, Words
 from planter.files.text import parse_toml
 
-_ORIGIN = re.compile(r"(paper|assumed|calibrated|measured)\b")
+_ORIGIN = re.compile(r"(paper|assumed|calibrated|measured|optimised)\b")
 
 
 def _flat(value: Any) -> Any:
@@ -147,7 +147,7 @@ class Document(Section):
     def _origins_are_known_words(cls, origins: dict[str, str]) -> dict[str, str]:
         for entry, text in origins.items():
             if not _ORIGIN.match(text):
-                raise refused(entry, text, "it must start with paper, assumed, calibrated or measured")
+                raise refused(entry, text, "it must start with paper, assumed, calibrated, measured or optimised")
         if "default" not in origins:
             raise lacking("default", "it must say where the numbers come from that have no entry of their own")
         return origins

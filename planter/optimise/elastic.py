@@ -78,10 +78,14 @@ class Elastic:
 
 @dataclass(frozen=True)
 class Least:
-    """A point u (p,) and by how many steps each kind is violated there, (kinds,); all 0 where all are kept."""
+    """A point u (p,) and by how many steps each kind is violated there, (kinds,); all 0 where all are kept.
+
+    `stationary` says whether the violation is least there to first order, rather than where the search was cut short.
+    """
 
     u: Array
     excess: Array
+    stationary: bool
 
     @property
     def total(self) -> float:
@@ -106,8 +110,9 @@ def least_violation(problem: Problem, constraints: Constraints, start: Array) ->
 
 def _solved(problem: Problem, constraints: Constraints, start: Array, giving: Array) -> Least:
     programme = Elastic(problem, constraints, start, giving)
-    u = problem.box.inside(ipopt.solve(programme, programme.start, MOST_ITERATIONS).z[: len(start)])
+    solution = ipopt.solve(programme, programme.start, MOST_ITERATIONS)
+    u = problem.box.inside(solution.z[: len(start)])
     try:
-        return Least(u, constraints.excess(problem.design(u)))
+        return Least(u, constraints.excess(problem.design(u)), solution.converged)
     except ComputationError:
-        return Least(start, constraints.excess(problem.design(start)))
+        return Least(start, constraints.excess(problem.design(start)), stationary=False)

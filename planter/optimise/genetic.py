@@ -8,7 +8,6 @@ the single point and the plain binary code are our reading.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -16,7 +15,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Progress
+from planter.optimise.progress import Phase, Told
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -48,24 +47,20 @@ class Individual:
     objective: float
 
 
-def search(
-    problem: Problem,
-    settings: Settings,
-    seed: int,
-    progress: Callable[[Progress], None] | None = None,
-) -> list[Individual]:
+def search(problem: Problem, settings: Settings, seed: int, progress: Told | None = None) -> list[Individual]:
     """The last population, best first. The same seed gives the same population, bit by bit.
 
     The best individual so far is in `problem.best` at any time, also after KeyboardInterrupt.
     """
     algorithm = _algorithm(problem, settings, seed)
+    phase = Phase("ga", "generation", settings.generations, progress)
+    problem.heard = phase.under_way
     for generation in range(1, settings.generations + 1):
         infills = algorithm.ask()
         points = decode(problem, infills.get("X"), settings.bits_per_variable)
         infills.set("F", np.array([[problem.merit(u)] for u in points]))
         algorithm.tell(infills=infills)
-        if progress is not None and problem.best is not None:
-            progress(Progress("ga", "generation", generation, settings.generations, problem.best.objective))
+        phase.reached(generation, problem.least)
     return _individuals(problem, algorithm.pop, settings.bits_per_variable)
 
 

@@ -5,15 +5,16 @@ and returns the best of all, so that it is never worse than either alone at the 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 from planter.kernels import Array
 from planter.optimise import genetic
+from planter.optimise.constraints import KEPT
 from planter.optimise.descent import Minimum, descend
 from planter.optimise.genetic import Individual, Settings
-from planter.optimise.problem import Problem
-from planter.optimise.progress import Progress
+from planter.optimise.problem import Best, Problem
+from planter.optimise.progress import Phase, Told
 from planter.optimise.result import Found, Result, result
 from planter.optimise.second_process import Report, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, descents
@@ -34,7 +35,7 @@ class Search:
         settings: Settings,
         seed: int = 0,
         starts: int = DEFAULT_STARTS,
-        progress: Callable[[Progress], None] | None = None,
+        progress: Told | None = None,
     ) -> None:
         self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
         self.ga, self.ipopt, self.polish = (problem.anew() for _ in range(3))
@@ -55,7 +56,7 @@ class Search:
             self._descend(beside)
             reached += [minimum.u for minimum in self.minima]
         if method == "hybrid":
-            reached += [descend(self.polish, one.u).u for one in genetic.distinct(individuals, POLISHED, APART)]
+            reached += self._polished(genetic.distinct(individuals, POLISHED, APART))
         return self._result(method, reached)
 
     def so_far(self, method: Method, beside: SecondProcess | None = None) -> Result | None:
@@ -68,12 +69,28 @@ class Search:
         return self._result(method, reached) if reached else None
 
     def _descend(self, beside: SecondProcess | None) -> None:
-        report = beside.result() if beside is not None else None
+        report = beside.result(Phase("ipopt", "start", self.starts, self.progress)) if beside is not None else None
         if report is not None:
             self._take(report)
         else:
             for minimum in descents(self.ipopt, self.starts, self.seed, self.progress):
                 self.minima.append(minimum)
+
+    def _polished(self, individuals: Sequence[Individual]) -> list[Array]:
+        """The local minima beside individuals, points u (p,)."""
+        phase, found = Phase("polish", "individual", len(individuals), self.progress), []
+        self.polish.heard = phase.under_way
+        for one in individuals:
+            found.append(descend(self.polish, one.u).u)
+            phase.reached(len(found), self.polish.least)
+        return found
+
+    def best(self, beside: SecondProcess | None = None) -> Best | None:
+        """The best point that any part has met so far."""
+        minima = self.minima or ([] if beside is None else beside.so_far().minima)
+        met = [Best(one.u, one.objective) for one in minima if one.violation <= KEPT]
+        met += [problem.best for problem in self._problems if problem.best is not None]
+        return min(met, key=lambda best: best.objective, default=None)
 
     def _take(self, report: Report) -> None:
         self.minima, self.ipopt.counts, self.ipopt.history = report.minima, report.counts, report.history

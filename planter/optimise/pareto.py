@@ -17,6 +17,7 @@ from planter.optimise.descent import MOST_ITERATIONS, ROUNDS, VIOLATED
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
+from planter.optimise.progress import Phase, Told
 from planter.optimise.range_and_spread import Sampling, Weights
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.response import Response
@@ -54,27 +55,28 @@ class Capped(Epigraph):
         return super().hessian(z, weight, multipliers[:-1])
 
 
-def sweep(response: Response, sampling: Sampling, points: int = 15) -> list[Compromise]:
+def sweep(response: Response, sampling: Sampling, points: int = 15, progress: Told | None = None) -> list[Compromise]:
     """A front of at most `points` compromises, evenly spaced in range, from least range to least variance.
 
     The ends are the best of a few starts; in between each compromise starts from the one before. Caps for which IPOPT
-    finds no optimum, and compromises that another one beats, are left out.
+    finds no optimum, and compromises that another one beats, are left out. `progress` is told the variance [N2].
     """
     problem = over_turn(response, LEAST_VARIANCE, sampling)
-    u = _best(over_turn(response, LEAST_RANGE, sampling))
-    least, most = (problem.evaluate(end).look.range for end in (u, _best(problem)))
+    u = _best(over_turn(response, LEAST_RANGE, sampling), progress)
+    least, most = (problem.evaluate(end).look.range for end in (u, _best(problem, progress)))
     caps = least + (most - least) * np.linspace(SLACK, 1 - SLACK, max(points, 2))
-    found = []
-    for cap in caps:
+    found, phase = [], Phase("front", "point", len(caps), progress)
+    for count, cap in enumerate(caps, 1):
         reached = _capped(problem, u, float(cap))
         if reached is not None:
             u = reached
             found.append(Compromise(problem.design(u), problem.evaluate(u)))
+        phase.reached(count, found[-1].evaluation.objective if found else None)
     return [one for one in found if not any(_beats(other.evaluation, one.evaluation) for other in found)]
 
 
-def _best(problem: Problem) -> Array:
-    return min(descents(problem, STARTS, seed=0), key=lambda minimum: minimum.objective).u
+def _best(problem: Problem, progress: Told | None) -> Array:
+    return min(descents(problem, STARTS, seed=0, progress=progress), key=lambda minimum: minimum.objective).u
 
 
 def _capped(problem: Problem, start: Array, cap: float) -> Array | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -51,7 +51,7 @@ class Problem:
     Parameters that the objective does not feel are not searched: they keep the values of the design to start from,
     taken into the box. `free` (f,) holds the indices of the others; searches run over those. With `constraints` all are
     searched. Points u are (p,). `best` is the best point met so far that keeps the constraints, `history` when each
-    best was met: (evaluations, objective).
+    best was met: (evaluations, objective). `heard` is told the least objective so far at every point that is met.
     """
 
     objective: Objective
@@ -60,6 +60,7 @@ class Problem:
     counts: Counts = field(default_factory=Counts)
     best: Best | None = None
     history: list[tuple[int, float]] = field(default_factory=list)
+    heard: Callable[[float | None], None] | None = None
 
     def anew(self) -> Problem:
         """The same, nothing met yet."""
@@ -121,7 +122,14 @@ class Problem:
         if (self.best is None or found.objective < self.best.objective) and self.kept(u):
             self.best = Best(u.copy(), found.objective)
             self.history.append((self.counts.total, found.objective))
+        if self.heard is not None:
+            self.heard(self.least)
         return found
+
+    @property
+    def least(self) -> float | None:
+        """The least objective met so far."""
+        return None if self.best is None else self.best.objective
 
     def score(self, x: Array) -> Evaluation:
         """The objective of a design x (p,), neither counted nor kept."""

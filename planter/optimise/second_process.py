@@ -1,30 +1,34 @@
 """The starts of a hybrid run in a second process, while the genetic algorithm runs in the first.
 
-The process is `python -m planter.optimise.second_process`: it is told, as JSON, which importable function makes the
-problem and of what, and writes one line of JSON for each minimum as it is found, so nothing depends on what the main
-module is, and nothing is lost when it is stopped. Numbers pass as text that reads back to the same bits; the minima are
-those that the first process would find.
+The process is told, as JSON, which importable function makes the problem and of what, and writes one line of JSON for
+each minimum as it is found, so nothing depends on what the main module is, and nothing is lost when it is stopped.
+Numbers pass as text that reads back to the same bits; the minima are those that the first process would find.
 """
 
 from __future__ import annotations
 
 import importlib
 import json
-import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
-from typing import IO, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from planter.optimise import workers
 from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Counts, Problem
+from planter.optimise.progress import Phase
 from planter.optimise.starts import descents
+
+POLL = 0.2
+"""Seconds between looks at what the second process has found."""
 
 
 @dataclass(frozen=True)
@@ -54,36 +58,45 @@ class SecondProcess:
 
     def __init__(self, recipe: Recipe, seed: int, starts: int) -> None:
         self.starts = starts
-        task = {**asdict(recipe), "seed": seed, "starts": starts}
-        self._lines: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
-        paths = [path or os.getcwd() for path in sys.path]
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "planter.optimise.second_process"], stdin=subprocess.PIPE, stdout=self._lines,
-            stderr=subprocess.DEVNULL, text=True, start_new_session=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-        )  # fmt: skip
+        self._folder = tempfile.TemporaryDirectory()
+        self._lines = Path(self._folder.name) / "minima"
+        with self._lines.open("w") as written:
+            self._process = workers.started(__name__, written)
         assert self._process.stdin is not None
-        with self._process.stdin as channel:
-            json.dump(task, channel)
+        with suppress(OSError):
+            self._process.stdin.write(json.dumps({**asdict(recipe), "seed": seed, "starts": starts}) + "\n")
+            self._process.stdin.flush()
 
     def __enter__(self) -> SecondProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._process.kill()
-        self._process.wait()
-        self._lines.close()
+        workers.ended(self._process)
+        self._folder.cleanup()
 
-    def result(self) -> Report | None:
-        """All minima, when the process has ended; None if it failed."""
-        self._process.wait()
-        report = self.so_far()
-        return report if self._process.returncode == 0 and len(report.minima) == self.starts else None
+    def result(self, phase: Phase) -> Report | None:
+        """All minima, when the process has ended; None if it failed. The phase is told of each minimum found."""
+        ended = False
+        while not ended:
+            ended = self._ends_within(POLL)
+            found = self.so_far()
+            best = found.history[-1][1] if found.history else None
+            if len(found.minima) > phase.done:
+                phase.reached(len(found.minima), best)
+            phase.under_way(best)
+        return found if self._process.returncode == 0 and len(found.minima) == self.starts else None
+
+    def _ends_within(self, seconds: float) -> bool:
+        try:
+            self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
 
     def so_far(self) -> Report:
         """The minima found until now."""
-        self._lines.seek(0)
-        lines = [json.loads(line) for line in self._lines if line.startswith("{") and line.endswith("\n")]
+        text = self._lines.read_text(encoding="utf-8")
+        lines = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
         minima = [_minimum(line) for line in lines]
         last: dict[str, Any] = lines[-1] if lines else {"counts": asdict(Counts()), "history": []}
         return Report(minima, Counts(**last["counts"]), [(int(n), float(value)) for n, value in last["history"]])
@@ -97,14 +110,10 @@ def _minimum(line: dict[str, Any]) -> Minimum:
 
 def main() -> None:
     """Read the task, write the minima."""
-    task = json.load(sys.stdin)
+    task = json.loads(next(workers.lines()))
     problem = Recipe(task["function"], task["arguments"]).problem()
     for minimum in descents(problem, task["starts"], task["seed"]):
         line = {"u": minimum.u.tolist(), "evaluation": asdict(minimum.evaluation), "residual": minimum.residual,
                 "iterations": minimum.iterations, "violation": minimum.violation, "converged": minimum.converged,
                 "counts": asdict(problem.counts), "history": problem.history}  # fmt: skip
         print(json.dumps(line), flush=True)
-
-
-if __name__ == "__main__":
-    main()

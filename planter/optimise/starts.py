@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from planter.kernels import Array
 from planter.optimise.descent import MOST_ITERATIONS, Minimum, descend
 from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Progress
+from planter.optimise.progress import Phase, Told
 
 DEFAULT_STARTS = 8
 AGREEING = 1e-6
@@ -34,17 +34,16 @@ def nearer(problem: Problem, start: Array) -> Array:
     return least_violation(problem, problem.constraints, start).u
 
 
-def descents(
-    problem: Problem, count: int, seed: int, progress: Callable[[Progress], None] | None = None
-) -> Iterator[Minimum]:
+def descents(problem: Problem, count: int, seed: int, progress: Told | None = None) -> Iterator[Minimum]:
     """The local minima from so many points of the box, one after another as they are found.
 
     A start that breaks constraints is first taken to where they are violated least.
     """
+    phase = Phase("ipopt", "start", count, progress)
+    problem.heard = phase.under_way
     for i, start in enumerate(points(problem, count, seed), 1):
         yield descend(problem, nearer(problem, start))
-        if progress is not None and problem.best is not None:
-            progress(Progress("ipopt", "start", i, count, problem.best.objective))
+        phase.reached(i, problem.least)
 
 
 def descents_from(problem: Problem, starts: Sequence[Array], most_iterations: int = MOST_ITERATIONS) -> list[Minimum]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from importlib.resources import files
 from typing import Any
 
@@ -19,6 +18,8 @@ from planter.planting import cycle
 from planter.planting.model import Device
 
 SEED = 0
+MET = 0.01
+"""A target is met where none of its numbers is missed by more than this share."""
 RANK = 1e-6
 """Singular values below this share of the largest count as zero."""
 CLOSE = 1e-12
@@ -51,38 +52,35 @@ class Inputs:
         return self.lower + z * (self.upper - self.lower)
 
 
-@dataclass(frozen=True)
 class Force:
-    """The support force of a device's own design as a function of the fitted inputs z in [0, 1]^n."""
+    """The support force of a device's own design as a function of the fitted inputs z in [0, 1]^n.
 
-    device: Device
-    inputs: Inputs
+    The device stays as it is: values are changed in one of its own.
+    """
 
-    @cached_property
-    def _places(self) -> list[int]:
-        return self.inputs.places(self.device)
+    def __init__(self, device: Device, inputs: Inputs) -> None:
+        self.inputs, self._places = inputs, inputs.places(device)
+        self._device = Device(device.machine, device.model)
+        self._device.constants = device.constants.copy()
+        self._device.compile()
+        self._own = device.constants[self._places]
 
     def __call__(self, z: Array) -> Array:
-        given = self.device.constants.copy()
-        self.device.constants[self._places] = self.inputs.scaled(z)
-        try:
-            angles = cycle.angles(self.device.machine.objective.samples)
-            return self.device.support(self.device.prologue(self.device.design), angles)
-        finally:
-            self.device.constants = given
+        device = self._device
+        device.constants[self._places] = self.inputs.scaled(z)
+        return device.support(device.prologue(device.design), cycle.angles(device.machine.objective.samples))
 
     def start(self) -> Array:
         """The machine's own values, taken into the bounds."""
-        own = self.device.constants[self._places]
-        return np.clip((own - self.inputs.lower) / (self.inputs.upper - self.inputs.lower), 0, 1)
+        return np.clip((self._own - self.inputs.lower) / (self.inputs.upper - self.inputs.lower), 0, 1)
 
 
 def calibrate(device: Device, other: Device, target: str) -> dict[str, Any]:
     """Fit the undisclosed inputs of a machine to a target, within bounds from common sense; `other` is its other model.
 
-    The result says how well the target is reached, how many of the inputs it settles (`rank`), what the other model
-    gives for the same inputs, and the largest range that inertia can reach there at all. Raises InputError for a target
-    that there is not.
+    The result says whether the target is met and how well it is reached, how many of the inputs it settles (`rank`),
+    what the other model gives for the same inputs, and the largest range that inertia can reach there at all. Raises
+    InputError for a target that there is not.
     """
     targets = _data()["target"]
     if target not in targets:
@@ -91,20 +89,31 @@ def calibrate(device: Device, other: Device, target: str) -> dict[str, Any]:
         raise InputError(f"--target = {target} is not allowed: {hint}it must be one of {', '.join(targets)}")
     wanted = targets[target]
     inputs = Inputs.load()
-    device.compile()
-    other.compile()
-    force = Force(device, inputs)
+    force, compared = Force(device, inputs), Force(other, inputs)
     z = _fitted(force, wanted)
+    misses = dict(zip(wanted, _residuals(force, z, wanted).tolist(), strict=True))
     return {
         "machine": device.machine.name,
         "model": device.model,
+        "met": all(abs(miss) <= MET for miss in misses.values()),
+        "statement": _statement(target, misses),
         "fitted": _table(inputs, z),
         "target": wanted,
         "reached": _reached(force(z), wanted),
+        "miss_percent": {key: 100 * miss for key, miss in misses.items()},
         "rank": _rank(force, z, wanted),
-        "other_model": {k: cycle.statistics(Force(other, inputs)(z))[k] for k in ("range_N", "variance_N2", "mean_N")},
-        "largest_inertia_range_N": _largest_range(device if device.model == "exact" else other, inputs),
+        "other_model": {k: cycle.statistics(compared(z))[k] for k in ("range_N", "variance_N2", "mean_N")},
+        "largest_inertia_range_N": _largest_range(force if device.model == "exact" else compared),
     }
+
+
+def _statement(target: str, misses: dict[str, float]) -> str:
+    """Whether a target is met, with the relative misses."""
+    missed = {key: miss for key, miss in misses.items() if abs(miss) > MET}
+    if not missed:
+        return f"The target {target} is met, every number of it within {100 * MET:g} %."
+    told = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in missed.items())
+    return f"The target {target} is missed: {told}. No values within the bounds that were tried come nearer."
 
 
 def _data() -> dict[str, Any]:
@@ -152,10 +161,9 @@ def _rank(force: Force, z: Array, wanted: dict[str, float]) -> int:
     return int((values > RANK * values[0]).sum())
 
 
-def _largest_range(device: Device, inputs: Inputs) -> float:
-    """The largest range of the support force [N] that any inputs within the bounds give in the exact model."""
-    force = Force(device, inputs)
-    return float(np.ptp(force(_searched(lambda z: -float(np.ptp(force(z))), len(inputs.paths)))))
+def _largest_range(force: Force) -> float:
+    """The largest range of the support force [N] that any inputs within the bounds give, in the exact model."""
+    return float(np.ptp(force(_searched(lambda z: -float(np.ptp(force(z))), len(force.inputs.paths)))))
 
 
 def _table(inputs: Inputs, z: Array) -> list[dict[str, Any]]:

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise.hybrid import Method
+from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Progress
+from planter.optimise.progress import Told
 from planter.optimise.range_and_spread import Sampling
 from planter.planting import cycle, search
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
-from planter.planting.search import Optimum
+from planter.planting.search import Found, Interrupted, Optimum
 from planter.planting.simulation import checked_samples
+
+FRONT_POINTS = 5
+"""Compromises on the way along a front of range and variance."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,7 @@ class Optimisation:
     found: Optimum
     devices: dict[str, Device]
     result: dict[str, Any]
+    front: Sequence[Compromise] = ()
 
 
 def optimise(
@@ -35,16 +40,38 @@ def optimise(
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,
-    told: Callable[[Progress], None] | None = None,
+    told: Told | None = None,
+    keep: Callable[[Found], None] | None = None,
 ) -> Optimisation:
-    """The best design of a device within its bounds.
+    """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
 
     Raises InputError for `samples` that is neither a number of angles nor "refined"; Interrupted with what was found so
     far when the user stops it.
     """
     sampling = sampling_of(device, samples)
+    device = Device(device.machine, device.model)
     device.compile()
-    found = search.run(device, method, sampling, seed, starts, told)
+    found = search.run(device, method, sampling, seed, starts, told, keep)
+    try:
+        return _scored(device, found)
+    except KeyboardInterrupt:
+        raise Interrupted(found, device.scale) from None
+
+
+def with_front(found: Optimisation, told: Told | None = None) -> Optimisation:
+    """The same with the front of range and variance: its designs, from least range to least variance."""
+    device = found.devices[found.result["model"]]
+    front = search.front(device, found.found.sampling, FRONT_POINTS, told)
+    told_of = [
+        {"range_N": one.evaluation.look.range, "variance_N2": one.evaluation.look.variance,
+         "design": cycle.shown_design(device, one.design)} for one in front
+    ]  # fmt: skip
+    return replace(found, front=front, result={**found.result, "front": told_of})
+
+
+def _scored(device: Device, found: Optimum) -> Optimisation:
+    """An optimum beside the design it started from, and both in both models."""
+    sampling = found.sampling
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
@@ -54,7 +81,7 @@ def optimise(
         "model": device.model,
         **found.table(device.scale),
         "samples": sampling,
-        "seed": seed,
+        "seed": found.seed,
         "start_design": cycle.shown_design(device, device.design),
         "start_range_N": start.range,
         "start_variance_N2": start.variance,

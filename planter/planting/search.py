@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -15,13 +16,13 @@ from planter.optimise import pareto
 from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.hybrid import METHODS, Method, Search
 from planter.optimise.pareto import Compromise
-from planter.optimise.problem import Problem
-from planter.optimise.progress import Progress
+from planter.optimise.problem import Best, Problem
+from planter.optimise.progress import Progress, Told
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.second_process import Recipe, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, points
-from planter.planting import objective
+from planter.planting import cycle, objective
 from planter.planting.file import Machine
 from planter.planting.functions import Model
 from planter.planting.model import Device
@@ -70,6 +71,12 @@ class Optimum(Result):
         return found | ({"active_requirements": active} if self.requirements else {})
 
 
+Found = dict[str, Any]
+"""What is known of an unfinished search, as the interface gives it."""
+APART = 1.0
+"""Seconds between two points that an unfinished search hands over, while it goes from step to step."""
+
+
 class Interrupted(errors.Interrupted):
     """The user stopped an optimisation; `best` is the result so far, None if nothing was evaluated yet."""
 
@@ -84,12 +91,13 @@ def run(
     samples: Sampling | None = None,
     seed: int = 0,
     starts: int | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Told | None = None,
+    keep: Callable[[Found], None] | None = None,
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
 
     `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts`
-    is the number of IPOPT's starts, `progress` is told how far the search is.
+    is the number of IPOPT's starts, `progress` is told how far the search is, `keep` the best so far as it is found.
 
     Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
@@ -100,16 +108,55 @@ def run(
     count = DEFAULT_STARTS if starts is None else starts
     required = Required.of(device)
     task = objective.problem(device, sampling, required)
-    search = Search(task, device.machine.genetic_algorithm, seed, count, progress)
+    search = Search(task, device.machine.genetic_algorithm, seed, count)
     with _beside(device, method, sampling, seed, count) as beside:
+        best_so_far = _Keeper(device, task, method, lambda: search.best(beside), keep)
+        search.progress = _both(progress, best_so_far)
         try:
             known = [] if required is None else [kept(task, required, seed)]
-            found = search.run(method, beside, known)
+            return _optimum(device, required, sampling, search.run(method, beside, known))
         except KeyboardInterrupt:
             best = search.so_far(method, beside)
             told = None if best is None else _optimum(device, required, sampling, best)
             raise Interrupted(told, device.scale) from None
-    return _optimum(device, required, sampling, found)
+
+
+class _Keeper:
+    """Hands over the best point of a search whenever it is told that there may be a better one."""
+
+    def __init__(
+        self, device: Device, task: Problem, method: str, best: Callable[[], Best | None],
+        keep: Callable[[Found], None] | None,
+    ) -> None:  # fmt: skip
+        self.device, self.task, self.method, self.best, self.keep = device, task, method, best, keep
+        self.begun, self.last, self.least = time.perf_counter(), 0.0, float("inf")
+
+    def __call__(self, step: Progress) -> None:
+        now = time.perf_counter()
+        if self.keep is None or step.best >= self.least or (now - self.last < APART and step.done < step.total):
+            return
+        best = self.best()
+        if best is not None and best.objective < self.least:
+            self.last, self.least = now, best.objective
+            self.keep(self._table(best, now - self.begun))
+
+    def _table(self, best: Best, seconds: float) -> Found:
+        x = self.task.design(best.u)
+        look = self.task.score(x).look
+        return {
+            "machine": self.device.machine.name, "model": self.device.model, "method": self.method,
+            "objective": best.objective, "design": cycle.shown_design(self.device, x), "range_N": look.range,
+            "variance_N2": look.variance, "start_objective": self.task.reference.objective, "seconds": seconds,
+        }  # fmt: skip
+
+
+def _both(first: Told | None, second: Told) -> Told:
+    def told(step: Progress) -> None:
+        second(step)
+        if first is not None:
+            first(step)
+
+    return told
 
 
 def kept(task: Problem, required: Required, seed: int) -> Array:
@@ -151,6 +198,9 @@ def made(machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bo
     return objective.problem(device, sampling, Required.of(device))
 
 
-def front(device: Device, samples: Sampling | None = None, points: int = 15) -> list[Compromise]:
+def front(
+    device: Device, samples: Sampling | None = None, points: int = 15, progress: Told | None = None
+) -> list[Compromise]:
     """The Pareto front of range against variance of a device's force, from least range to least variance."""
-    return pareto.sweep(Planting(device), device.machine.objective.samples if samples is None else samples, points)
+    sampling = device.machine.objective.samples if samples is None else samples
+    return pareto.sweep(Planting(device), sampling, points, progress)

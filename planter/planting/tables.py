@@ -98,6 +98,9 @@ def optimisation(console: Console, result: Result) -> None:
     requirements(console, result)
     scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
+    if "front" in result:
+        front = ((one["range_N"], one["variance_N2"]) for one in result["front"])
+        console.table("Front of range and variance", ("range / N", "variance / N2"), front)
     certificate(console, result)
 
 
@@ -117,11 +120,15 @@ def certificate(console: Console, result: Result) -> None:
 
 
 def calibration(console: Console, result: Result) -> None:
-    """Fitted inputs, how well the target is reached, what the other model says."""
+    """Whether the target is met, fitted inputs, how well it is reached, what the other model says."""
+    print(f"{result['machine']}, {result['model']} model: {result['statement']}\n")
     rows = ((f["name"], f["value"], f["unit"], f["lower"], f["upper"]) for f in result["fitted"])
     console.table("Fitted (calibrated, not the paper's)", ("input", "value", "unit", "lower", "upper"), rows)
-    reached = ((name, result["target"][name], result["reached"][name]) for name in result["target"])
-    console.table("Support force", ("", "target", "reached"), reached)
+    reached = (
+        (name, wanted, result["reached"][name], result["miss_percent"][name])
+        for name, wanted in result["target"].items()
+    )
+    console.table("Support force", ("", "target", "reached", "miss / %"), reached)
     print(f"The target settles {result['rank']} combinations of {len(result['fitted'])} inputs.")
     other = ", ".join(f"{name} {value:.6g}" for name, value in result["other_model"].items())
     print(f"The other model with the same inputs: {other}.")

@@ -105,3 +105,10 @@ def test_its_generated_code_is_found(installed: Path) -> None:
 def test_without_it_nothing_of_it_is_there() -> None:
     assert python("-m", "planter", "seeder", "drill").returncode == 2
     assert "drill" not in python("-m", "planter", "example").stdout.split()
+
+
+def test_one_that_cannot_be_loaded_costs_a_line_and_nothing_else(installed: Path) -> None:
+    (installed / "seeder_room" / "commands.py").write_text("import nowhere_at_all\n")
+    done = python("-m", "planter", "example", beside=installed)
+    assert (done.returncode, "wang2017" in done.stdout.split()) == (0, True)
+    assert done.stderr == "seeder_room is left out: ModuleNotFoundError: No module named 'nowhere_at_all'\n"

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, SpeedOption, changes
+from planter.planting.commands.options import MachineArgument, SpeedOption, changes, kept
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption
 
@@ -42,5 +42,6 @@ def compare(
             if out is not None:
                 from planter.planting.report import compare as report
 
-                report.write(out, own, result)
+                with kept(result):
+                    report.write(out, own, result)
         console.result(result, lambda: tables.comparison(console, result))

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import enum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from planter.errors import Interrupted
-from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, SpeedOption, device_of
+from planter.planting.commands.options import (
+    MachineArgument,
+    Model,
+    ModelOption,
+    SamplesOption,
+    SpeedOption,
+    device_of,
+    kept,
+)
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
+
+if TYPE_CHECKING:
+    from planter.optimise.progress import Progress
 
 
 class Method(enum.StrEnum):
@@ -90,32 +101,48 @@ def optimise(
     ] = None,
     seed: SeedOption = 0,
     starts: Annotated[int | None, typer.Option(min=1, help="starts of IPOPT", show_default=False)] = None,
+    front: Annotated[
+        bool, typer.Option("--front", help="also the front of range and variance, by more searches")
+    ] = False,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
     """Optimise the design within the machine file's bounds, and say how sure the optimum is."""
+    from planter.report.folder import renewing
+
     console = Console(as_json)
-    with console.outcome():
+    with console.outcome(), renewing(out):
         from planter.planting import optimisation, tables
+        from planter.planting.report import results as report
 
         device = device_of(machine, model, set_, speed_rpm)
+
+        def told(step: Progress) -> None:
+            console.progress(str(step), step.done, step.total)
+
+        def keep(so_far: dict[str, Any], interrupted: bool = False) -> None:
+            if out is not None:
+                report.write_partial(out, device, so_far, interrupted)
+
         try:
-            found = optimisation.optimise(
-                device, method.value, samples, seed, starts, lambda p: console.progress(str(p), p.done, p.total)
-            )
+            found = optimisation.optimise(device, method.value, samples, seed, starts, told, keep)
         except Interrupted as stop:
-            if out is not None and stop.partial is not None:
-                from planter.planting.report import results as report
-
-                report.write_partial(out, device, stop.partial)
+            if stop.partial is not None:
+                keep(stop.partial, interrupted=True)
             raise
-        if out is not None:
-            from planter.planting.report import results as report
-
-            report.write_optimisation(out, device, found)
+        with kept(found.result):
+            if out is not None:
+                report.write_optimum(out, device, found)
+            if front:
+                found = optimisation.with_front(found, told)
+                if out is not None:
+                    report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))
+        if out is not None:
+            with Console(as_json=False).outcome(), kept(found.result):
+                report.draw_optimum(out, device, found)
 
 
 @app.command()
@@ -138,7 +165,8 @@ def calibrate(
         other = device_of(machine, next(m for m in Model if m != model), set_, speed_rpm)
         result = calibration.calibrate(device, other, target)
         if out is not None:
-            report.write_result(out, device, result)
+            with kept(result):
+                report.write_result(out, device, result)
         console.result(result, lambda: tables.calibration(console, result))
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from planter.errors import Interrupted
 from planter.terminal.options import overrides
 
 if TYPE_CHECKING:
@@ -40,3 +42,12 @@ def device_of(source: str, model: str, settings: Sequence[str] | None, speed_rpm
     from planter.planting.model import Device
 
     return Device(file.load(source, changes(settings, speed_rpm)), "exact" if model == "exact" else "printed")
+
+
+@contextmanager
+def kept(result: dict[str, Any]) -> Iterator[None]:
+    """Within, an interrupt hands over the result that is there already."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(result) from None

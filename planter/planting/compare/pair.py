@@ -12,11 +12,12 @@ from planter.gearing.families import own_parameters
 from planter.gearing.stage import names
 from planter.kernels import Array
 from planter.optimise import certificate
-from planter.optimise.descent import Minimum, descend
+from planter.optimise.constraints import KEPT
+from planter.optimise.descent import STATIONARY, Minimum, descend
 from planter.optimise.elastic import Least, least_violation
 from planter.optimise.feasible import least_of
 from planter.optimise.problem import Problem
-from planter.optimise.starts import points
+from planter.optimise.starts import AGREEING, points
 from planter.planting import cycle
 from planter.planting.compare import box
 from planter.planting.file import Machine
@@ -38,35 +39,76 @@ def optimised(own: Machine, pair: box.Pair, starts: int, seed: int) -> dict[str,
     required = Required(device)
     problem = task_of(device, "refined", required)
     minima, least = _searched(problem, required, starts, seed)
-    kept = [minimum for minimum in minima if problem.kept(minimum.u)]
-    entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(kept)}
-    if kept:
-        best = min(kept, key=lambda minimum: minimum.objective)
-        polished = descend(problem, best.u, POLISH, 1)
-        best = min((best, polished), key=lambda minimum: (not problem.kept(minimum.u), minimum.objective))
+    entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(minima)}
+    if minima:
+        ends = _polished(problem, minima)
+        best = ends[0]
         entry |= _found(problem, required, best.u)
-        entry |= {"objectives": [m.objective for m in kept], "kkt_residual": best.residual, "violations": []}
+        entry |= {"objectives": [m.objective for m in ends], "kkt_residual": best.residual, "violations": [],
+                  "agreeing_starts": len(_agreeing(problem, ends)), "lacks": _lacks(problem, ends)}  # fmt: skip
     else:
         nearest = least_of(least)
         found = infeasible(required, problem.design(nearest.u), nearest)
-        entry |= _found(problem, required, nearest.u) | {"objectives": [], "kkt_residual": None}
-        entry |= {"binding": [one.name for one in found.violations], "violations": found.partial["violations"]}
-    return entry | {"seconds": time.perf_counter() - begun}
+        entry |= _found(problem, required, nearest.u) | {"objectives": [], "kkt_residual": None, "agreeing_starts": 0}
+        entry |= {"binding": [one.name for one in found.violations], "violations": found.partial["violations"],
+                  "lacks": [] if nearest.stationary else ["a violation that is least to first order"]}  # fmt: skip
+    return entry | {"settled": not entry["lacks"], "seconds": time.perf_counter() - begun}
 
 
 def _searched(problem: Problem, required: Required, starts: int, seed: int) -> tuple[list[Minimum], list[Least]]:
-    """From each start to where the requirements are kept, and from there to a minimum."""
+    """From each start to where the requirements are kept, and from there down: the best of each start that keeps them.
+
+    A descent that was cut short may end where they are not kept: then the point that it started from stands.
+    """
     minima, least = [], []
     for start in points(problem, starts, seed):
         try:
             least.append(least_violation(problem, required, start))
             if least[-1].kept:
-                minima += [descend(problem, least[-1].u, ITERATIONS, 1), _here(problem, least[-1].u)]
+                ends = descend(problem, least[-1].u, ITERATIONS, 1), _here(problem, least[-1].u)
+                minima.append(min(ends, key=lambda minimum: minimum.rank))
         except ComputationError:
             continue
     if not least:
         raise ComputationError("no start of this pair of families has a path that can plant")
     return minima, least
+
+
+def _polished(problem: Problem, minima: list[Minimum]) -> list[Minimum]:
+    """The minima, best first, the best of them gone on from, and others until one agrees with it."""
+    first, *others = sorted(minima, key=lambda minimum: minimum.objective)
+    ends = [_further(problem, first)]
+    for k, other in enumerate(others):
+        if not ends[0].stationary or len(_agreeing(problem, ends)) > 1:
+            return _ordered([*ends, *others[k:]])
+        ends = _ordered([*ends, _further(problem, other)])
+    return ends
+
+
+def _ordered(minima: list[Minimum]) -> list[Minimum]:
+    return sorted(minima, key=lambda minimum: (minimum.violation > KEPT, minimum.objective))
+
+
+def _further(problem: Problem, minimum: Minimum) -> Minimum:
+    """Another descent from where one ended, unless that is a minimum already."""
+    if minimum.stationary:
+        return minimum
+    return _ordered([minimum, descend(problem, minimum.u, POLISH, 1)])[0]
+
+
+def _agreeing(problem: Problem, ends: list[Minimum]) -> list[Minimum]:
+    """The minima whose objective is that of the first."""
+    return [one for one in ends if abs(one.objective - ends[0].objective) <= AGREEING * problem.scale]
+
+
+def _lacks(problem: Problem, ends: list[Minimum]) -> list[str]:
+    """What is missing until the best of the minima counts as settled."""
+    best, *others = ends
+    found = [] if best.stationary else [f"a KKT residual below {STATIONARY:.0e} ({best.residual:.0e})"]
+    if len(_agreeing(problem, ends)) < 2:
+        told = f"the next ended at {others[0].objective:.6g}" if others else "no other kept the requirements"
+        found.append(f"a second start that agrees ({told})")
+    return found
 
 
 def _here(problem: Problem, u: Array) -> Minimum:

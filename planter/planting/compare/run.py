@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import queue
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from planter.errors import ComputationError, InputError
+from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
@@ -22,6 +23,10 @@ from planter.report import files
 from planter.report.folder import keep
 from planter.version import __version__
 
+WORKER = "planter.planting.compare.worker"
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+LAYOUT = 2
+"""Of the files of finished devices: those of another are not gone on from."""
 Told = Callable[[str, int, int], None]
 Task = tuple[str, str] | None
 """A pair of families; None for the machine's own box."""
@@ -38,6 +43,8 @@ def compare(
     cores: int | None = None,
 ) -> dict[str, Any]:
     """Devices of all pairs, feasible ones first, best first; and the machine's own narrow box beside them.
+
+    Those that are settled come before those that are not, and only they have a `rank`.
 
     With `out` each finished device is a file in `out/devices`; with `resume` those that a run of the same machine,
     starts, seed and version left there are not done again. Raises InputError for `resume` without `out`,
@@ -68,8 +75,9 @@ def compare(
     narrow = {**source, "machine": own.table(), "source": own.source}
     _run([(task, {**(source if task else narrow), "pair": task}) for task in todo], finished, cores)
     devices = [entry for task in chosen if (entry := done[task]) is not None]
-    ranked = sorted(devices, key=_rank)
-    result = {"machine": own.name, "starts": starts, "seed": seed, "devices": ranked, "narrow": done[None]}
+    ranked = _ranked(devices)
+    result = {"machine": own.name, "starts": starts, "seed": seed, "settled": sum(d["settled"] for d in devices),
+              "devices": ranked, "narrow": done[None]}  # fmt: skip
     return result | {"proposal": proposal(machine, ranked), "seconds": time.perf_counter() - begun}
 
 
@@ -78,7 +86,7 @@ class Store:
 
     def __init__(self, folder: Path | None, own: Machine, starts: int, seed: int) -> None:
         self.folder = folder
-        asked = json.dumps([own.table(), box.required(own).table(), starts, seed, __version__], sort_keys=True)
+        asked = json.dumps([LAYOUT, own.table(), box.required(own).table(), starts, seed, __version__], sort_keys=True)
         self.asked = hashlib.sha256(asked.encode("utf-8")).hexdigest()
 
     def save(self, task: Task, found: dict[str, Any]) -> None:
@@ -110,10 +118,16 @@ def _said(found: dict[str, Any]) -> str:
     return "does not keep " + ", ".join(found["binding"])
 
 
-def _rank(entry: dict[str, Any]) -> tuple[bool, int, float]:
+def _ranked(devices: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    places = itertools.count(1)
+    return [{"rank": next(places) if one["settled"] else None, **one} for one in sorted(devices, key=_order)]
+
+
+def _order(entry: dict[str, Any]) -> tuple[bool, bool, int, float]:
     """Feasible ones by objective, then the others by how many requirements they break, and by how much of the first."""
     violations = entry["violations"]
-    return not entry["feasible"], len(violations), violations[0]["amount"] if violations else entry["objective"]
+    size = violations[0]["amount"] if violations else entry["objective"]
+    return not entry["feasible"], not entry["settled"], len(violations), size
 
 
 def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None], cores: int | None) -> None:
@@ -122,26 +136,18 @@ def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None]
     for task in tasks:
         waiting.put(task)
     results: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
-    workers = [_started() for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))]
+    at_work = [
+        workers.started(WORKER, subprocess.PIPE, ONE_THREAD)
+        for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))
+    ]
     try:
-        for worker in workers:
+        for worker in at_work:
             threading.Thread(target=_feed, args=(worker, waiting, results), daemon=True).start()
         for _ in tasks:
             finished(*results.get())
     finally:
-        for worker in workers:
-            worker.kill()
-            worker.wait()
-
-
-def _started() -> subprocess.Popen[str]:
-    paths = [path or os.getcwd() for path in sys.path]
-    limits = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    return subprocess.Popen(
-        [sys.executable, "-m", "planter.planting.compare.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL, text=True, start_new_session=True,
-        env={**os.environ, **limits, "PYTHONPATH": os.pathsep.join(paths)},
-    )  # fmt: skip
+        for worker in at_work:
+            workers.ended(worker)
 
 
 def _feed(worker: subprocess.Popen[str], waiting: Any, results: Any) -> None:

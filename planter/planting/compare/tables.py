@@ -1,39 +1,69 @@
-"""The comparison as tables that a person likes to read."""
+"""The comparison as tables that a person likes to read, no wider than 80 columns."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from planter.terminal.console import Console
 
+Entry = Mapping[str, Any]
+WIDTH = 80
+HEADER = ("", "sun, gear 6", "objective", "range / N", "var. / N2", "KKT")
+
 
 def comparison(console: Console, result: Mapping[str, Any]) -> None:
-    """Devices by rank, the narrow box, and what conflicts."""
-    rows = [_row(rank, entry) for rank, entry in enumerate(result["devices"], 1)]
+    """Devices by rank, those that are not settled apart, the narrow box, and what conflicts."""
+    devices = result["devices"]
+    settled, others = ([one for one in devices if one["settled"] is is_settled] for is_settled in (True, False))
+    _say(statement(result))
     narrow = result["narrow"]
-    if narrow is not None:
-        rows.append(_row("narrow", {**narrow, "stage1": "paper's", "stage2": "narrow box"}))
-    header = ("rank", "sun", "gear 6", "objective (31)", "range / N", "variance / N2", "KKT", "requirements")
-    console.table(f"{result['machine']}: pairs of gear families, true extremes and integrals", header, rows)
+    extra = [] if narrow is None else [("-", "the paper's narrow box", *_numbers(narrow))]
+    rows = [(str(one["rank"]), name(one), *_numbers(one)) for one in settled]
+    console.table(f"{result['machine']}: settled pairs, true extremes and integrals", HEADER, [*rows, *extra])
+    if others:
+        console.table("Not settled, the best points that were reached", HEADER,
+                      [("?", name(one), *_numbers(one)) for one in others])  # fmt: skip
+    for one in devices:
+        _say(f"{name(one)}: {'; '.join(told(one))}")
+    _say("")
     found = result["proposal"]
     if found is not None:
-        told = ", ".join(found["conflicting"]) or "no single one"
+        told_of = ", ".join(found["conflicting"]) or "no single one"
         limits = ", ".join(f"{key} = {value:.6g}" for key, value in found["limits"].items())
-        print(f"No pair keeps all requirements; every pair breaks: {told}.")
-        print(f"{found['stage1']} with {found['stage2']} keeps them with {limits}.")
-    print(f"{result['seconds']:.3g} s")
+        _say(f"No pair keeps all requirements; every pair breaks: {told_of}.")
+        _say(f"{found['stage1']} with {found['stage2']} keeps them with {limits}.")
+    _say(f"{result['seconds']:.3g} s")
 
 
-def _residual(entry: Mapping[str, Any]) -> str:
-    residual = entry.get("kkt_residual")
-    return "-" if residual is None else f"{residual:.0e}"
+def statement(result: Mapping[str, Any]) -> str:
+    """How many pairs are settled, and what that means."""
+    return (
+        f"{result['settled']} of {len(result['devices'])} pairs are settled: a KKT residual below 1e-6 and a second "
+        "start that agrees, or a violation that is least to first order. The others are only the best points reached."
+    )
 
 
-def _row(rank: int | str, entry: Mapping[str, Any]) -> tuple[Any, ...]:
-    word = "held by " if entry["feasible"] else "breaks "
-    names = ", ".join(entry["binding"])
+def name(entry: Entry) -> str:
+    return f"{entry['stage1']}, {entry['stage2']}".replace("_", " ")
+
+
+def told(entry: Entry) -> Iterator[str]:
+    """What holds an entry or is broken by it, and what it lacks to be settled."""
     amounts = [f"{one['name']} by {one['amount']:.3g} {one['unit']}" for one in entry.get("violations", [])]
-    told = word + (", ".join(amounts) or names) if names else "all kept"
-    keys = ("objective", "range_N", "variance_N2")
-    return (str(rank), entry["stage1"], entry["stage2"], *(entry[key] for key in keys), _residual(entry), told)
+    names = ", ".join(amounts or entry["binding"])
+    yield f"{'held by' if entry['feasible'] else 'breaks'} {names}" if names else "all kept"
+    if entry.get("lacks"):
+        yield f"lacks {' and '.join(entry['lacks'])}"
+
+
+def _numbers(entry: Entry) -> tuple[str, str, str, str]:
+    residual = entry.get("kkt_residual")
+    numbers = (f"{entry[key]:.5g}" for key in ("objective", "range_N", "variance_N2"))
+    objective, span, variance = numbers
+    return objective, span, variance, "-" if residual is None else f"{residual:.0e}"
+
+
+def _say(text: str) -> None:
+    print(textwrap.fill(text, WIDTH, subsequent_indent="    "))

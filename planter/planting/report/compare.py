@@ -1,4 +1,4 @@
-"""Files of a comparison of gear families: summary, one CSV table, one figure."""
+"""Files of a comparison of gear families: summary, one CSV table, one figure, the page."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planter.optimise.descent import STATIONARY
-from planter.report import files, style
+from planter.kernels import generated
+from planter.planting.compare.tables import name, statement, told
+from planter.planting.report.page import meanings
+from planter.report import files, labels, style
 from planter.report.folder import renews
+from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import inputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,17 +20,47 @@ if TYPE_CHECKING:
     from planter.planting.file import Machine
 
 Entry = Mapping[str, Any]
-COLUMNS = ("stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "kkt_residual", "seconds")
+COLUMNS = (
+    "rank", "stage1", "stage2", "feasible", "settled", "objective", "range_N", "variance_N2", "kkt_residual", "seconds",
+)  # fmt: skip
 
 
 @renews
 def write(out: Path, machine: Machine, result: Mapping[str, Any]) -> None:
-    """Writes summary.json, devices.csv and figures/comparison. Raises InputError for a folder that it cannot write."""
+    """Writes summary.json, devices.csv, figures/comparison and report.html. Raises InputError if it cannot."""
     folder = files.output_folder(out)
     provenance = files.provenance(machine, result["seed"])
     files.write_summary(folder / "summary.json", {**result, "input": machine.table(), "provenance": provenance})
     files.write_text(folder / "devices.csv", table(machine, result))
-    style.save(comparison(result), files.output_folder(folder / "figures"), "comparison")
+    drawn = style.save(comparison(result), files.output_folder(folder / "figures"), "comparison")[0]
+    files.write_text(folder / "report.html", text(machine, result, drawn.read_text(encoding="utf-8"), provenance))
+
+
+def text(machine: Machine, result: Mapping[str, Any], drawn: str, provenance: Mapping[str, Any]) -> str:
+    """The page: what is settled, the pairs by rank, what holds each, what the others lack, and what it rests on."""
+    devices: Sequence[Entry] = result["devices"]
+    model = generated.sidecar("planting_exact")
+    kept = [one for one in devices if one["settled"]], [one for one in devices if not one["settled"]]
+    head = ("rank", "sun, gear 6", "feasible", "objective", "range / N", "variance / N2", "KKT residual", "told")
+    tables = [
+        Table(head, [_row(one) for one in group], caption)
+        for group, caption in zip(kept, ("settled", "not settled: the best points that were reached"), strict=True)
+        if group
+    ]
+    parts = [
+        Section("Pairs of gear families", [Text(statement(result), "" if not kept[1] else "warning"), *tables]),
+        Section("Figure", [FigureSvg(drawn, "Objective of every pair, by rank.")]),
+        Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])]),
+        Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds")))),
+        Section("Provenance", [Keys({key: labels.flat(value) for key, value in provenance.items()})]),
+    ]
+    return page(f"Comparison of gear families in the planting device {machine.name}", parts, machine.description)
+
+
+def _row(entry: Entry) -> tuple[Any, ...]:
+    keys = ("objective", "range_N", "variance_N2", "kkt_residual")
+    feasible = "yes" if entry["feasible"] else "no"
+    return (entry["rank"], name(entry), feasible, *(entry[key] for key in keys), "; ".join(told(entry)))
 
 
 def table(machine: Machine, result: Mapping[str, Any]) -> str:
@@ -51,7 +85,7 @@ def comparison(result: Mapping[str, Any]) -> Figure:
     axes = drawing.subplots()
     for place, (_, entry, shade) in enumerate(bars):
         fill = shade if entry["feasible"] else "none"
-        open_ = 0.45 if entry["feasible"] and not settled(entry) else 1.0
+        open_ = 0.45 if not entry.get("settled", True) else 1.0
         axes.barh(place, entry["objective"], color=fill, edgecolor=shade, height=0.7, alpha=open_)
         axes.annotate(_told(entry), (entry["objective"], place), (4, 0), textcoords="offset points", va="center",
                       fontsize=7)  # fmt: skip
@@ -61,12 +95,6 @@ def comparison(result: Mapping[str, Any]) -> Figure:
     axes.set_xlabel("objective (31); pale: not settled; hollow: breaks requirements")
     axes.set_xlim(0, 1.5 * max(entry["objective"] for _, entry, _ in bars))
     return drawing
-
-
-def settled(entry: Entry) -> bool:
-    """Whether an entry is a local minimum by its certificate, rather than the best point that was reached."""
-    residual = entry.get("kkt_residual")
-    return residual is not None and residual < STATIONARY
 
 
 def _short(family: str) -> str:

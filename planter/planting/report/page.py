@@ -33,6 +33,7 @@ CAPTIONS = {
 
 _ELSEWHERE = (
     "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
+    "target", "reached", "miss_percent",
 )  # fmt: skip
 _CROSS = ("design", "machine file", "optimum")
 
@@ -53,6 +54,8 @@ def device_page(
 
 
 def _kind(summary: Summary) -> str:
+    if "fitted" in summary:
+        return "Calibration"
     if "gradient" in summary:
         return "Sensitivity"
     return "Optimisation" if "certificate" in summary else "Simulation"
@@ -62,6 +65,9 @@ def sections(
     machine: Machine, model: Sidecar, summary: Summary, figures: Mapping[str, str], provenance: Summary | None
 ) -> Iterator[Section]:
     """The sections of `device_page`, for a page that has more to say."""
+    if "fitted" in summary:
+        yield Section("Target", list(target(summary)))
+        yield Section("Fitted inputs", [fitted(summary["fitted"])])
     if summary.get("warnings"):
         yield Section("Warnings", [warnings(summary["warnings"])])
     yield Section("Results", list(results(summary)))
@@ -74,6 +80,8 @@ def sections(
     if "insensitive" in summary:
         yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
     yield Section("Design", [design(machine, summary)])
+    if "front" in summary:
+        yield Section("Front of range and variance", [front(summary["front"])])
     if figures:
         drawn = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
         yield Section("Figures", drawn)
@@ -83,9 +91,25 @@ def sections(
         "Model",
         [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
     )
-    yield Section("Inputs", list(inputs(machine, _meanings(model), besides=("design", "bounds"))))
+    yield Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds"))))
     if provenance is not None:
         yield Section("Provenance", [Keys({name: labels.flat(value) for name, value in provenance.items()})])
+
+
+def target(summary: Summary) -> Iterator[Block]:
+    """Whether a calibration met its target, and each of its numbers beside what is reached."""
+    yield Text(summary["statement"], "" if summary["met"] else "warning")
+    rows = [
+        (labels.name(key), value, summary["reached"][key], units.unit(key), summary["miss_percent"][key])
+        for key, value in summary["target"].items()
+    ]
+    yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
+
+
+def fitted(found: Sequence[Summary]) -> Block:
+    """The values that a calibration found, with the bounds that it searched and where they come from."""
+    keys = ("name", "value", "unit", "lower", "upper", "origin")
+    return Table(("input", *keys[1:]), [tuple(entry[key] for key in keys) for entry in found])
 
 
 def requirements(found: Sequence[Summary]) -> Block:
@@ -165,6 +189,13 @@ def design(machine: Machine, summary: Summary) -> Block:
     return Table(("parameter", *head, "unit", "lower", "upper", "origin"), rows)
 
 
+def front(found: Sequence[Summary]) -> Block:
+    """Designs of which neither range nor variance can be made smaller without the other growing."""
+    names = list(found[0]["design"]) if found else []
+    head = ("range / N", "variance / N2", *(labels.label(name) for name in names))
+    return Table(head, [(one["range_N"], one["variance_N2"], *one["design"].values()) for one in found])
+
+
 def at_angles(rows: Sequence[Summary]) -> Block:
     """Quantities down, angles across."""
     head = ("quantity", "unit", *(f"{row['phi_deg']:.6g} deg" for row in rows))
@@ -172,6 +203,6 @@ def at_angles(rows: Sequence[Summary]) -> Block:
     return Table(head, [(labels.name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
 
 
-def _meanings(model: Sidecar) -> dict[str, str]:
+def meanings(model: Sidecar) -> dict[str, str]:
     """Meaning of the machine's numbers by their full path."""
     return {entry["shown"]: entry["meaning"] for entry in model["vectors"]["machine"] if "shown" in entry}

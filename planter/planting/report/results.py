@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.planting import cycle, response
+from planter.planting import cycle, optimum, response
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem, weights
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 DENSE = np.linspace(0, 2 * np.pi, 721)
 """Carrier angles of a figure's curves [rad]."""
-FRONT_POINTS = 5
-"""Weightings of range and variance on the way along a Pareto front."""
 CLOUD = 300
 """Designs drawn at random from the box, for the figure of the front."""
 
@@ -51,26 +49,28 @@ def write_result(out: Path, device: Device, result: Mapping[str, Any]) -> None:
     _write_page(folder, device, result, {})
 
 
-@renews
-def write_optimisation(out: Path, device: Device, found: Optimisation) -> None:
-    """Writes summary.json, the optimum's cycle.csv, figures and report.html.
-
-    Raises InputError for a folder that it cannot write.
-    """
+def write_optimum(out: Path, device: Device, found: Optimisation) -> None:
+    """Writes summary.json, optimum.toml and the optimum's cycle.csv. Raises InputError for a folder that it cannot."""
     folder = files.output_folder(out)
     x, seed, sampling = found.found.design, found.found.seed, found.found.sampling
     samples = device.machine.objective.samples if sampling == "refined" else sampling
     turn = cycle.cycle(device, device.prologue(x), cycle.angles(samples))
+    files.write_text(folder / "optimum.toml", optimum.text(device.machine, device.model, found.result, sampling))
     _write_numbers(folder, device, found.result, turn, x, seed)
+
+
+def draw_optimum(out: Path, device: Device, found: Optimisation) -> None:
+    """Writes figures and report.html of an optimum. Raises InputError for a folder that it cannot write."""
+    folder, x = files.output_folder(out), found.found.design
     drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x)
-    _write_page(folder, device, found.result, drawn, seed)
+    _write_page(folder, device, found.result, drawn, found.found.seed)
 
 
-@renews
-def write_partial(out: Path, device: Device, partial: Mapping[str, Any]) -> None:
-    """Writes what an interrupted optimisation had found to summary.json."""
+def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
+    """Writes what an unfinished optimisation has found to summary.json."""
     folder = files.output_folder(out)
-    files.write_summary(folder / "summary.json", _summary(device, {**partial, "interrupted": True}))
+    marks = {"finished": False, **({"interrupted": True} if interrupted else {})}
+    files.write_summary(folder / "summary.json", _summary(device, {**partial, **marks}))
 
 
 def _write_numbers(
@@ -132,20 +132,20 @@ def _motion(device: Device, x: Array) -> dict[str, Figure]:
 
 
 def _search(device: Device, found: Optimisation) -> dict[str, Figure]:
-    from planter.planting import search
+    drawn = {"convergence": figures.convergence(found.found.history)}
+    return drawn | _front(device, found) if found.front else drawn
 
+
+def _front(device: Device, found: Optimisation) -> dict[str, Figure]:
     objective = weights(device.machine)
     marks = {
         "machine file": (found.result["start_range_N"], found.result["start_variance_N2"]),
         "optimum": (found.result["range_N"], found.result["variance_N2"]),
     }
-    front = [one.evaluation.look for one in search.front(device, found.found.sampling, FRONT_POINTS)]
+    front = [one.evaluation.look for one in found.front]
     scored = [(one.range, one.variance) for one in (*front, *_cloud(device, found))]
     line = (objective.weight_range, objective.weight_variance) if objective.kind == "paper" else None
-    return {
-        "pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, line),
-        "convergence": figures.convergence(found.found.history),
-    }
+    return {"pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, line)}
 
 
 def _cloud(device: Device, found: Optimisation) -> list[Look]:

@@ -12,6 +12,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.optimise import hybrid
+from planter.optimise.progress import Phase
 from planter.optimise.second_process import SecondProcess
 from planter.optimise.starts import descents
 from planter.planting import search
@@ -48,7 +49,7 @@ def test_one_process_or_two_is_the_same(results, monkeypatch):
 
 
 def test_a_second_process_that_fails_is_done_without(results, monkeypatch):
-    monkeypatch.setattr(SecondProcess, "result", lambda self: None)
+    monkeypatch.setattr(SecondProcess, "result", lambda self, phase: None)
     found = search.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
     assert found.design.tobytes() == results["hybrid"].design.tobytes()
 
@@ -167,17 +168,26 @@ def test_the_second_process_dies_with_its_run():
 def test_the_second_process_finds_the_minima_of_the_first():
     recipe = search.recipe(toys.device(), N)
     with SecondProcess(recipe, 1, 2) as aside:
-        report = aside.result()
+        report = aside.result(Phase("ipopt", "start", 2, None))
     assert report is not None
     here = list(descents(recipe.problem(), 2, 1))
     assert [m.u.tobytes() for m in report.minima] == [m.u.tobytes() for m in here]
     assert [m.evaluation for m in report.minima] == [m.evaluation for m in here]
 
 
+def test_it_tells_of_each_minimum_as_it_is_found():
+    told = []
+    with SecondProcess(search.recipe(toys.device(), N), 1, 3) as aside:
+        report = aside.result(Phase("ipopt", "start", 3, told.append))
+    assert told[-1].done == 3
+    assert [step.done for step in told] == sorted({step.done for step in told})
+    assert told[-1].best == report.history[-1][1]
+
+
 def test_a_recipe_that_makes_nothing_is_noticed():
     recipe = replace(search.recipe(toys.device(), N), function="planter.planting.search:unmade")
     with SecondProcess(recipe, 1, 2) as aside:
-        assert aside.result() is None
+        assert aside.result(Phase("ipopt", "start", 2, None)) is None
 
 
 def test_designs_are_inside_their_bounds_to_the_last_bit(results):

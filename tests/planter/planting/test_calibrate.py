@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.planting import calibration, cycle, file
+from planter.planting import calibration, cycle, file, tables
 from planter.planting.calibration import Force, Inputs
 from planter.planting.model import Device
+from planter.planting.report.page import device_page
+from planter.terminal.console import Console
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +55,55 @@ def test_the_result_has_the_keys_of_the_contract(device: Device, monkeypatch: py
     assert found["other_model"].keys() == {"range_N", "variance_N2", "mean_N"}
     assert all(f["lower"] <= f["value"] <= f["upper"] and f["origin"] == "calibrated" for f in found["fitted"])
     assert found["rank"] <= 3
+    misses = {key: 100 * (found["reached"][key] / value - 1) for key, value in found["target"].items()}
+    assert found["miss_percent"] == pytest.approx(misses)
+    assert found["met"] is (max(map(abs, misses.values())) <= 1)
+
+
+def test_the_devices_that_are_handed_in_stay_as_they_are(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(calibration, "GENERATIONS", 1)
+    both = Device(device.machine, "printed"), Device(device.machine, "exact")
+    before = [one.constants for one in both]
+    values = [one.constants.copy() for one in both]
+    seen: list[bool] = []
+    searched = calibration._searched
+
+    def watched(*arguments):
+        found = searched(*arguments)
+        seen.append(all((one.constants == value).all() for one, value in zip(both, values, strict=True)))
+        return found
+
+    monkeypatch.setattr(calibration, "_searched", watched)
+    calibration.calibrate(*both, "table1")
+    assert seen == [True, True]
+    assert all(one.constants is array for one, array in zip(both, before, strict=True))
+    assert not any(one.compiled for one in both)
+
+
+RESULT = {
+    "machine": "m", "model": "printed", "met": False, "statement": "",
+    "fitted": [{"name": "mass.sun_kg", "value": 0.7, "unit": "kg", "lower": 0.1, "upper": 1.5, "origin": "calibrated"}],
+    "target": {"max_N": 100.0}, "reached": {"max_N": 88.0}, "miss_percent": {"max_N": -12.0}, "rank": 1,
+    "other_model": {"range_N": 3.0}, "largest_inertia_range_N": 40.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("miss", "word"), [(-0.12, "is missed: max_N by -12.0 %"), (0.009, "is met")])
+def test_the_first_line_and_the_page_say_whether_the_target_is_met(
+    miss: float, word: str, device: Device, capsys: pytest.CaptureFixture[str]
+) -> None:
+    statement = calibration._statement("table1", {"max_N": miss})
+    result = {**RESULT, "statement": statement, "met": abs(miss) <= 0.01}
+    tables.calibration(Console(as_json=False), result)
+    assert word in capsys.readouterr().out.splitlines()[0]
+    page = device_page(device.machine, device.sidecar, result, {})
+    assert "Calibration of the planting device wang2017" in page
+    assert "Simulation of" not in page
+    body = page[page.index("<section") :] if "<section" in page else page
+    assert body.index(word) < body.index("mass.sun_kg") < body.index("Results")
+    assert ("warning" in body[: body.index(word)].rpartition("<p")[2]) is ("missed" in word)
+    assert "calibrated" in body
+    assert "miss / %" in body
 
 
 def test_an_unknown_target_is_refused(device: Device) -> None:

@@ -7,17 +7,22 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from planter.errors import InputError
 from planter.gearing import families, relative
+from planter.optimise.conditions import Look
+from planter.optimise.descent import Minimum
+from planter.optimise.objective import Evaluation
 from planter.planting import file
-from planter.planting.compare import box
+from planter.planting.compare import box, pair, run, tables
 from planter.planting.compare.proposal import left, proposal
 from planter.planting.compare.run import compare
 from planter.planting.model import Device
+from planter.terminal.console import Console
 
 PAIRS = ("ellipse+ellipse", "eccentric_circle+ellipse", "ellipse+eccentric_circle")
 KEYS = {"stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "design", "binding"}
@@ -67,6 +72,13 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
     for entry in result["devices"]:
         verdicts = {one["verdict"] for one in entry["requirements"]}
         assert (verdicts == {"pass"}) is entry["feasible"]
+        assert not entry["settled"] or not entry["feasible"]  # one start cannot agree with another
+        assert entry["lacks"][-1].startswith("a second start that agrees") or not entry["feasible"]
+        assert (entry["rank"] is None) is not entry["settled"]
+    assert result["settled"] == sum(entry["settled"] for entry in result["devices"])
+    page = (out / "report.html").read_text()
+    assert "Comparison of gear families" in page
+    assert all(tables.name(entry) in page for entry in result["devices"])
     assert (out / "figures" / "comparison.svg").exists()
     assert len((out / "devices.csv").read_text().splitlines()) == 2 + 3
 
@@ -116,12 +128,49 @@ def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
     found = compare(strict, starts=1, pairs=[("ellipse", "ellipse")])
     entry = found["devices"][0]
     assert not entry["feasible"]
+    assert entry["settled"] is (entry["lacks"] == [])
     told = found["proposal"]
     assert told["conflicting"] == [one["name"] for one in entry["violations"]]
     assert told["violation"] < 1e-6
     half = {one["key"]: (one["limit"] + one["relaxed"]) / 2 for one in entry["violations"]}
     assert left(strict, entry, half) > 1e-3
     assert proposal(strict, [{**entry, "feasible": True}]) is None
+
+
+def _entry(objective: float, **more: object) -> dict:
+    given = {"stage1": "eccentric_circle", "stage2": "eccentric_circle", "feasible": True, "settled": True,
+             "objective": objective, "range_N": 1.23456789, "variance_N2": 1234567.8, "kkt_residual": 1e-9,
+             "binding": ["seedling_clearance", "curvature_radius", "nozzle_distance", "contact_ratio"],
+             "violations": [], "lacks": []}  # fmt: skip
+    return given | more
+
+
+def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    lacks = ["a KKT residual below 1e-06 (4e-01)", "a second start that agrees (the next ended at 1.23456)"]
+    ranked = run._ranked(
+        [_entry(3.0), _entry(1.0, settled=False, lacks=lacks, kkt_residual=0.4), _entry(2.0),
+         _entry(1.5, feasible=False, settled=False, violations=[{"amount": 1.0, "name": "depth", "unit": "mm"}])]
+    )  # fmt: skip
+    assert [(one["rank"], one["objective"]) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
+    result = {"machine": "m", "devices": ranked, "settled": 2, "narrow": None, "proposal": None, "seconds": 1.0}
+    tables.comparison(Console(as_json=False), result)
+    said = capsys.readouterr().out
+    assert max(map(len, said.splitlines())) <= 80
+    assert said.index("settled pairs") < said.index("Not settled") < said.index("lacks a KKT residual")
+
+
+def test_a_pair_is_settled_only_with_a_small_residual_and_a_start_that_agrees() -> None:
+    problem = SimpleNamespace(scale=1.0)
+
+    def minimum(objective: float, residual: float) -> Minimum:
+        return Minimum(np.zeros(1), Evaluation(objective, Look(0, 0, 0, 0)), residual, 1)
+
+    assert pair._lacks(problem, [minimum(1.0, 1e-9), minimum(1.0 + 9e-7, 1e-3)]) == []
+    rough = pair._lacks(problem, [minimum(1.0, 1e-5), minimum(1.0, 1e-5)])
+    assert rough == ["a KKT residual below 1e-06 (1e-05)"]
+    alone = pair._lacks(problem, [minimum(1.0, 1e-9), minimum(1.00001, 1e-9)])
+    assert alone == ["a second start that agrees (the next ended at 1.00001)"]
+    assert pair._lacks(problem, [minimum(1.0, 1e-9)]) == ["a second start that agrees (no other kept the requirements)"]
 
 
 BAD = {

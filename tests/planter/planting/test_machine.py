@@ -343,8 +343,8 @@ REFUSED = [
     ("genetic_algorithm", "selection_ratio", "0", "it must be greater than 0"),
     ("genetic_algorithm", "crossover_probability", "1.5", "it must be at most 1"),
     ("genetic_algorithm", "mutation_probability", "-0.01", "it must be at least 0"),
-    ("origin", "speed_rpm", '"guessed"', "it must start with paper, assumed, calibrated or measured"),
-    ("origin", "speed_rpm", '"papers"', "it must start with paper, assumed, calibrated or measured"),
+    ("origin", "speed_rpm", '"guessed"', "it must start with paper, assumed, calibrated, measured or optimised"),
+    ("origin", "speed_rpm", '"papers"', "it must start with paper, assumed, calibrated, measured or optimised"),
     ("origin", "speed_rpm", "1", "it must be text in quotes"),
 ]
 

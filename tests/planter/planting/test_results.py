@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
+from planter.planting import optimisation
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import optimise
@@ -54,20 +55,40 @@ def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp
     }
 
 
-def test_an_optimisation_leaves_the_optimum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "FRONT_POINTS", 2)
+def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(optimisation, "FRONT_POINTS", 2)
     monkeypatch.setattr(Device, "compile", lambda self: None)  # not worth it for one start
     device = Device(load("wang2017"))
     found = optimise(device, "ipopt", "60", starts=1)
-    report.write_optimisation(tmp_path, device, found)
-    drawn = MOTION | FORCES | {"convergence", "pareto"}
-    assert set(written(tmp_path)) == names(drawn, "summary.json", "cycle.csv", "report.html")
+    numbers = {"summary.json", "cycle.csv", "optimum.toml"}
+    report.write_optimum(tmp_path, device, found)
+    assert set(written(tmp_path)) == numbers
+    report.draw_optimum(tmp_path, device, found)
+    drawn = MOTION | FORCES | {"convergence"}
+    assert set(written(tmp_path)) == names(drawn, "report.html", *numbers)
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
     assert len(columns["support_N"]) == 60
     assert np.ptp(columns["support_N"]) == pytest.approx(summary["range_N"], abs=1e-9)
     assert summary["range_N"] < summary["start_range_N"]
     assert summary["provenance"]["seed"] == 0
+    assert "front" not in summary
+    with_front = optimisation.with_front(found)
+    report.draw_optimum(tmp_path, device, with_front)
+    assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers)
+    ranges = [one["range_N"] for one in with_front.result["front"]]
+    assert ranges == sorted(ranges)
+    assert min(ranges) < summary["range_N"] * (1 + 1e-6)
+
+
+def test_the_device_that_is_optimised_stays_as_it_is() -> None:
+    device = Device(load("wang2017"))
+    before = device.constants.copy()
+    optimise(device, "ipopt", "60", starts=1)
+    assert not device.compiled
+    assert (device.constants == before).all()
 
 
 def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:

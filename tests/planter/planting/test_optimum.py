@@ -1,0 +1,167 @@
+"""The optimum as a machine file: it goes back into every command and gives what was found."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from planter.cli.app import application
+from planter.files import examples
+from planter.planting import file, optimum
+from planter.planting.commands import device as commands
+from planter.planting.report import results as report
+from planter.planting.search import Interrupted
+
+SHORT = ("--method", "ipopt", "--starts", "1", "--samples", "60")
+
+
+def called(*arguments: str, code: int = 0) -> dict:
+    done = CliRunner().invoke(application(), [*arguments, "--json"])
+    assert done.exit_code == code, done.output
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(autouse=True)
+def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report, "draw_optimum", lambda *_: None)
+
+
+@pytest.fixture
+def commented(tmp_path: Path) -> str:
+    """A file of a stranger's: built in, with a comment more and an awkward text."""
+    own = tmp_path / "own.toml"
+    text = examples.text("compact", "planting")
+    name = 'name = "mine \\"quoted\\" # no comment"'
+    lines = [name if line.startswith("name =") else line for line in text.splitlines()]
+    own.write_text("\n".join(["# of my own", *lines, "# the end"]))
+    return str(own)
+
+
+CASES = {
+    "built in": ("wang2017", ()),
+    "a file with comments": ("", ()),
+    "numbers set": ("wang2017", ("--set", "sun_kg=0.5", "--set", "hinge_A_mm[0]=31", "--speed-rpm", "47")),
+    "a design value set": ("wang2017", ("--set", "R3_mm=30.9")),
+    "printed": ("wang2017", ("--model", "printed")),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_written_goes_back_into_every_command(case: str, commented: str, tmp_path: Path) -> None:
+    source, options = CASES[case]
+    found = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))
+    written = str(tmp_path / "out" / "optimum.toml")
+    model = ("--model", "printed") if "printed" in options else ()
+    assert called("simulate", written, *model)["objective"] == pytest.approx(found["objective"], rel=1e-12)
+    again = called("optimise", written, *model, *SHORT)
+    assert again["start_objective"] == pytest.approx(found["objective"], rel=1e-12)
+    assert again["objective"] <= found["objective"] * (1 + 1e-9)
+    assert called("validate", written)["valid"] is True
+
+
+def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
+    changes = {"sun_kg": 0.5, "nozzle.hinge_A_mm[0]": 31.0}
+    machine = file.load("wang2017", changes)
+    design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
+    result = {"design": design, "objective": 1.9, "start_objective": 2.0, "method": "ga", "seed": 3}
+    text = optimum.text(machine, "exact", result, 360)
+    back = file.Machine.read(tomllib.loads(text), "back")
+    moved = {"design.R3_mm", "design.k6"}
+    own = machine.numbers()
+    assert {path for path, value in back.numbers().items() if value != own[path]} == moved
+    assert "R3_mm = 30.95  # was 30.916 mm" in text.splitlines()
+    assert text.count("# was") == 2
+    assert all(back.origin(path).startswith("optimised") for path in moved)
+    assert back.origin("design.m31").startswith("paper")
+    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == optimum.SET
+    assert back.origin("operation.speed_rpm") == "paper"
+    assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
+
+
+def test_a_value_at_its_bound_stays_within_it() -> None:
+    machine = file.load("wang2017")
+    upper = machine.bounds["R3_mm"][1]
+    result = {"design": {**machine.design, "R3_mm": np.nextafter(upper, 99)}, "objective": 1.9, "start_objective": 2.0,
+              "method": "ga", "seed": 3}  # fmt: skip
+    assert tomllib.loads(optimum.text(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
+
+
+def interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_while_numbers_are_written_hands_the_optimum_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(report, "write_optimum", interrupt)
+    found = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
+    assert found["error"]["name"] == "Interrupted"
+    assert found["partial"]["certificate"]["kkt_residual"] < 1e-6
+    assert found["partial"]["cross"]
+
+
+def test_an_interrupt_while_figures_are_drawn_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report, "draw_optimum", interrupt)
+    found = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert found["objective"] == summary["objective"]
+    assert "interrupted" not in summary
+    assert (tmp_path / "optimum.toml").exists()
+
+
+def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    from planter.planting import optimisation
+    from planter.planting.model import Device
+
+    monkeypatch.setattr(optimisation, "_scored", interrupt)
+    with pytest.raises(Interrupted) as caught:
+        optimisation.optimise(Device(file.load("wang2017")), "ipopt", "60", starts=1)
+    assert caught.value.partial is not None
+    assert caught.value.partial["certificate"]["kkt_residual"] < 1e-6
+
+
+def test_the_best_so_far_is_saved_as_it_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from planter.planting import search
+
+    monkeypatch.setattr(search, "APART", 0.0)
+    saved: list[dict] = []
+    write = report.write_partial
+    monkeypatch.setattr(
+        report, "write_partial", lambda out, device, found, stopped=False: saved.append(dict(found))
+        or write(out, device, found, stopped)
+    )  # fmt: skip
+    options = ("--set", "individuals=10", "--set", "generations=6", "--samples", "60", "--starts", "2")
+    found = called("optimise", "wang2017", *options, "--out", str(tmp_path))
+    objectives = [one["objective"] for one in saved]
+    assert len(objectives) > 1
+    assert objectives == sorted(objectives, reverse=True)
+    assert objectives[-1] == pytest.approx(found["objective"], rel=1e-6)
+    assert found["objective"] <= objectives[-1]
+    assert saved[0]["design"].keys() == found["design"].keys()
+    assert "finished" not in json.loads((tmp_path / "summary.json").read_text())
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_search(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from planter.planting import optimisation
+
+    monkeypatch.setattr(optimisation, "optimise", interrupt)
+    occupied = tmp_path / "occupied"
+    occupied.write_text("a file")
+    done = CliRunner().invoke(application(), ["optimise", "wang2017", "--out", str(occupied)])
+    assert done.exit_code == 2
+    assert done.stdout == ""
+
+
+def test_the_partial_of_a_stopped_command_is_marked(tmp_path: Path) -> None:
+    device = commands.device_of("wang2017", "exact", None, None)
+    report.write_partial(tmp_path, device, {"objective": 2.0})
+    assert json.loads((tmp_path / "summary.json").read_text())["finished"] is False
+    report.write_partial(tmp_path, device, {"objective": 2.0}, interrupted=True)
+    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
