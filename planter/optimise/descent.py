@@ -17,7 +17,9 @@ stays between its two samples and everything is smooth:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from planter.kernels import Array
 from planter.optimise import certificate, direct, ipopt
@@ -28,6 +30,7 @@ from planter.optimise.objective import Evaluation, Kinks
 from planter.optimise.problem import Counts, Problem
 from planter.optimise.samples import MARGIN, Hold
 
+Options = Mapping[str, Any]
 MOST_ITERATIONS = 60
 ROUNDS, CELLS = 12, 100
 """Most times that rows are added, and most cells that are visited."""
@@ -80,24 +83,37 @@ class Minimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
-def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS, rounds: int = ROUNDS) -> Minimum:
+def descend(
+    problem: Problem,
+    start: Array,
+    most_iterations: int = MOST_ITERATIONS,
+    rounds: int = ROUNDS,
+    options: Options | None = None,
+) -> Minimum:
     """The local minimum reached from a point u (p,) of the box.
 
-    `most_iterations` limits each of IPOPT's runs, `rounds` how often rows are added.
+    `most_iterations` limits each of IPOPT's runs, `rounds` how often rows are added; `options` are IPOPT's.
     """
-    found = _complete(problem, start, problem.local(start), most_iterations, rounds)
+    found = _complete(problem, start, problem.local(start), most_iterations, rounds, options)
     kinks = problem.objective.kinks
     if found.stationary or kinks is None:
         return found
     return _through_cells(problem, kinks, found, most_iterations)
 
 
-def _complete(problem: Problem, start: Array, local: Local, most_iterations: int, rounds: int = ROUNDS) -> Minimum:
+def _complete(
+    problem: Problem,
+    start: Array,
+    local: Local,
+    most_iterations: int,
+    rounds: int = ROUNDS,
+    options: Options | None = None,
+) -> Minimum:
     """Solved with rows added until no other exceeds the bounds on them."""
     u, iterations, found = start, 0, []
     for _ in range(rounds):
         programme = Epigraph(problem, local, u)
-        solution = _solved(programme, most_iterations)
+        solution = _solved(programme, most_iterations, options)
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
         found.append(replace(_minimum(problem, u, iterations), converged=solution.converged))
@@ -111,10 +127,10 @@ def _complete(problem: Problem, start: Array, local: Local, most_iterations: int
     return replace(best, iterations=iterations)
 
 
-def _solved(programme: Epigraph, most_iterations: int) -> ipopt.Solution:
+def _solved(programme: Epigraph, most_iterations: int, options: Options | None) -> ipopt.Solution:
     """By compiled functions where the programme has them; they do their own counting."""
     compiled = direct.functions(programme)
-    solution = ipopt.solve(programme, programme.start, most_iterations, compiled)
+    solution = ipopt.solve(programme, programme.start, most_iterations, compiled, options)
     if compiled:
         called = Counts(*(solution.calls[name] for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")))
         programme.problem.counts = programme.problem.counts + called

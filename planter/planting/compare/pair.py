@@ -11,7 +11,7 @@ from planter.errors import ComputationError
 from planter.gearing.families import own_parameters
 from planter.gearing.stage import names
 from planter.kernels import Array
-from planter.optimise import certificate
+from planter.optimise import certificate, ipopt
 from planter.optimise.constraints import KEPT
 from planter.optimise.descent import STATIONARY, Minimum, descend
 from planter.optimise.elastic import Least, least_violation
@@ -26,8 +26,12 @@ from planter.planting.objective import problem as task_of
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 
-ITERATIONS, POLISH = 30, 60
-"""Most iterations of a descent from each start, and of another from the best of them."""
+ITERATIONS = 60
+"""Most iterations of a descent."""
+TRIES: tuple[dict[str, Any], ...] = (ipopt.SMALL_STEPS, {}, {"adaptive_mu_globalization": "kkt-error"})
+"""IPOPT's options: where a descent is cut short, the next ones are tried from the same start."""
+MORE_STARTS, ABOUT = 3, 0.25
+"""Starts about the best minimum, and how far: this share of the way from it to points anywhere in the box."""
 AT_LIMIT = 1e-4
 """A requirement binds whose row is this close to its bound, in steps."""
 
@@ -38,10 +42,9 @@ def optimised(own: Machine, pair: box.Pair, starts: int, seed: int) -> dict[str,
     device = Device(box.described(own, pair))
     required = Required(device)
     problem = task_of(device, "refined", required)
-    minima, least = _searched(problem, required, starts, seed)
-    entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(minima)}
-    if minima:
-        ends = _polished(problem, minima)
+    ends, least = _searched(problem, required, starts, seed)
+    entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(ends)}
+    if ends:
         best = ends[0]
         entry |= _found(problem, required, best.u)
         entry |= {"objectives": [m.objective for m in ends], "kkt_residual": best.residual, "violations": [],
@@ -56,44 +59,54 @@ def optimised(own: Machine, pair: box.Pair, starts: int, seed: int) -> dict[str,
 
 
 def _searched(problem: Problem, required: Required, starts: int, seed: int) -> tuple[list[Minimum], list[Least]]:
-    """From each start to where the requirements are kept, and from there down: the best of each start that keeps them.
+    """From each start to where the requirements are kept, and from there down: where each of those ended, best first.
 
-    A descent that was cut short may end where they are not kept: then the point that it started from stands.
+    Where more than one was asked for and the best is alone, more starts are taken about it, until two agree.
     """
-    minima, least = [], []
-    for start in points(problem, starts, seed):
-        try:
-            least.append(least_violation(problem, required, start))
-            if least[-1].kept:
-                ends = descend(problem, least[-1].u, ITERATIONS, 1), _here(problem, least[-1].u)
-                minima.append(min(ends, key=lambda minimum: minimum.rank))
-        except ComputationError:
-            continue
+    ends: list[Minimum] = []
+    least: list[Least] = []
+    first, *more = points(problem, starts + MORE_STARTS, seed)
+    for start in (first, *more[: starts - 1]):
+        _try(problem, required, start, ends, least)
     if not least:
         raise ComputationError("no start of this pair of families has a path that can plant")
-    return minima, least
+    for aim in more[starts - 1 :]:
+        if starts < 2 or not ends or not ends[0].stationary or len(_agreeing(problem, ends)) > 1:
+            break
+        _try(problem, required, ends[0].u + ABOUT * (aim - ends[0].u), ends, least)
+    return ends, least
 
 
-def _polished(problem: Problem, minima: list[Minimum]) -> list[Minimum]:
-    """The minima, best first, the best of them gone on from, and others until one agrees with it."""
-    first, *others = sorted(minima, key=lambda minimum: minimum.objective)
-    ends = [_further(problem, first)]
-    for k, other in enumerate(others):
-        if not ends[0].stationary or len(_agreeing(problem, ends)) > 1:
-            return _ordered([*ends, *others[k:]])
-        ends = _ordered([*ends, _further(problem, other)])
-    return ends
+def _try(problem: Problem, required: Required, start: Array, ends: list[Minimum], least: list[Least]) -> None:
+    """A start whose end goes to the others, in order; nothing where a path that can plant is left on the way."""
+    try:
+        least.append(least_violation(problem, required, start))
+        if least[-1].kept:
+            ends.append(_descended(problem, least[-1].u))
+            ends.sort(key=_place)
+    except ComputationError:
+        return
+
+
+def _descended(problem: Problem, u: Array) -> Minimum:
+    """Where the best of the descents from a point u (p,) that keeps the requirements ends, the first at a minimum.
+
+    One that was cut short may end where they are not kept: then the point that it started from stands.
+    """
+    found = [_here(problem, u)]
+    for options in TRIES:
+        found.append(descend(problem, u, ITERATIONS, 1, options))
+        if found[-1].stationary:
+            break
+    return _ordered(found)[0]
 
 
 def _ordered(minima: list[Minimum]) -> list[Minimum]:
-    return sorted(minima, key=lambda minimum: (minimum.violation > KEPT, minimum.objective))
+    return sorted(minima, key=_place)
 
 
-def _further(problem: Problem, minimum: Minimum) -> Minimum:
-    """Another descent from where one ended, unless that is a minimum already."""
-    if minimum.stationary:
-        return minimum
-    return _ordered([minimum, descend(problem, minimum.u, POLISH, 1)])[0]
+def _place(minimum: Minimum) -> tuple[bool, float]:
+    return minimum.violation > KEPT, minimum.objective
 
 
 def _agreeing(problem: Problem, ends: list[Minimum]) -> list[Minimum]:
@@ -148,7 +161,7 @@ def narrow(own: Machine) -> dict[str, Any]:
     """The paper's pair within the paper's narrow bounds, no requirement kept, and what that makes of them."""
     device = Device(box.narrow(own))
     problem = task_of(device, "refined")
-    u = descend(problem, problem.start, POLISH, 3).u
+    u = descend(problem, problem.start, ITERATIONS, 3).u
     entry = _found(problem, Required(device), u)
     broken = [one["name"] for one in entry["requirements"] if one["verdict"] != "pass"]
     keys = ("objective", "range_N", "variance_N2", "requirements")

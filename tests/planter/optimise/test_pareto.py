@@ -46,7 +46,7 @@ def test_points_are_evenly_spaced_in_range(front):
 def test_caps_without_an_optimum_are_left_out(monkeypatch):
     solve = ipopt.solve
 
-    def stuck(programme, start, most, compiled=None):
+    def stuck(programme, start, most, compiled=None, options=None):
         if isinstance(programme, pareto.Capped) and programme.g_upper[-1] > stuck.limit:
             return solve(programme, start, 0)
         return solve(programme, start, most)
