@@ -1,7 +1,8 @@
 """Finds modules that offer something: in a package's own folder, in installed packages, in files of a user's own.
 
-A module offers ``SYSTEMS`` (a tuple of functions that derive a model each) or ``SYSTEM`` (a model), ``PAPER``,
-``TARGET`` (a language to write in), and families of pitch curves by ``@register``. Nothing heavy is imported here.
+A module offers ``SYSTEMS`` (a tuple of functions that derive a model each) or ``SYSTEM`` (a model), ``CASE`` (a paper
+and what it is tried against), ``TARGET`` (a language to write in), and families of pitch curves by ``@register``.
+Nothing heavy is imported here.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 from .. import papers, systems
+from ..audit.verdicts import cases, verdicts
 from ..discovery import GROUPS, TARGETS, installed, loaded, modules, offered
 from ..emit.folder import texts
 from ..emit.target import Target, built_in
@@ -17,7 +18,7 @@ from .own import OwnError, blamed
 
 NOTHING = (
     "nothing to derive in it; a file offers SYSTEMS (a tuple of functions that derive a model each), SYSTEM (a model), "
-    "or a family of pitch curves under @register"
+    "CASE (a paper and what it is tried against), or a family of pitch curves under @register"
 )
 
 
@@ -56,10 +57,16 @@ def models(rooms: Iterable[ModuleType]) -> list[System]:
 
 
 def _code_of(what: str, rooms: Sequence[ModuleType], targets: Sequence[Target]) -> dict[str, str]:
-    found, families = models(rooms), _families(rooms)
-    if not found and not families:
+    found, families, judged = models(rooms), _families(rooms), _judged(rooms)
+    if not found and not families and not judged:
         raise OwnError(f"{what}: {NOTHING}")
-    return texts(found, families, [*targets, *offered(rooms, "TARGET")])
+    written = texts(found, families, [*targets, *offered(rooms, "TARGET")]) if found or families else {}
+    return written | judged
+
+
+def _judged(rooms: Sequence[ModuleType]) -> dict[str, str]:
+    """The verdicts on the papers of modules, if there are any."""
+    return verdicts(rooms) if cases(rooms) else {}
 
 
 def _families(rooms: Iterable[ModuleType]) -> list[PitchCurve]:

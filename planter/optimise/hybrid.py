@@ -15,7 +15,7 @@ from planter.optimise.descent import Minimum, descend
 from planter.optimise.genetic import Individual, Settings
 from planter.optimise.problem import Best, Problem
 from planter.optimise.progress import Phase, Told
-from planter.optimise.result import Found, Result, result
+from planter.optimise.result import Candidates, Result, result
 from planter.optimise.second_process import Report, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, descents
 
@@ -103,5 +103,5 @@ class Search:
         counts = self.ga.counts + self.ipopt.counts + self.polish.counts
         named = zip(("ga", "ipopt", "polish"), self._problems, strict=True)
         history = {name: problem.history for name, problem in named if problem.history}
-        found = Found(reached, self.minima, counts, history)
+        found = Candidates(reached, self.minima, counts, history)
         return result(self.ga, method, self.seed, found, time.perf_counter() - self.begun)

@@ -19,7 +19,7 @@ from planter.kernels import Array
 
 
 @dataclass(frozen=True)
-class Motion:
+class PointMotion:
     """How m points move: `velocity` (m, p) and `acceleration` (m, p, p), derivatives of their angles in the design."""
 
     velocity: Array
@@ -32,7 +32,7 @@ def gradients(slopes: Array, velocity: Array) -> Array:
     return total
 
 
-def hessians(slopes: Array, second: Array, motion: Motion) -> Array:
+def hessians(slopes: Array, second: Array, motion: PointMotion) -> Array:
     """Hessians (m, p, p) along moving points from Jacobians (m, 1 + p) and Hessians (m, 1 + p, 1 + p) in (phi, x)."""
     mixed = second[:, 1:, :1] * motion.velocity[:, None, :]
     squared = motion.velocity[:, :, None] * motion.velocity[:, None, :]
@@ -46,6 +46,6 @@ def peak_velocity(second: Array) -> Array:
     return velocity
 
 
-def still(count: int, size: int) -> Motion:
+def still(count: int, size: int) -> PointMotion:
     """Points that stand still."""
-    return Motion(np.zeros((count, size)), np.zeros((count, size, size)))
+    return PointMotion(np.zeros((count, size)), np.zeros((count, size, size)))

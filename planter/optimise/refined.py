@@ -256,7 +256,7 @@ class _State:
             total[wanted] = moving.hessians(slopes[wanted], second, motion)
         return total
 
-    def _motion(self, second: Array, wanted: Flags) -> moving.Motion:
+    def _motion(self, second: Array, wanted: Flags) -> moving.PointMotion:
         panels, joint, smooth = self.panels, self.joint[wanted], self.smooth[wanted]
         motion = moving.still(len(joint), second.shape[1] - 1)
         motion.velocity[smooth] = moving.peak_velocity(second[smooth])

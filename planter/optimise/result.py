@@ -72,7 +72,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Found:
+class Candidates:
     """What the methods brought home: points u (p,) of the box to choose from, minima of the starts, traces."""
 
     points: list[Array]
@@ -81,7 +81,7 @@ class Found:
     history: dict[str, History]
 
 
-def result(problem: Problem, method: str, seed: int, found: Found, seconds: float) -> Result:
+def result(problem: Problem, method: str, seed: int, found: Candidates, seconds: float) -> Result:
     """The best of the points that were found, with its certificate.
 
     Of equal objectives the one with the least residual is taken. The evaluations needed here are not counted.

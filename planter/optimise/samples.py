@@ -182,7 +182,7 @@ class _State:
         standing[self.picked] = 0
         total: Array = self.response.support_hessian(self.at, self.phi, standing)[1:, 1:]
         if len(self.picked):
-            motion = moving.Motion(self.velocity[self.pins], self.acceleration[self.pins])
+            motion = moving.PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
             second = self.response.support_hessians(self.at, self.phi[self.picked])
             moved = moving.hessians(self.jacobian[self.picked], second, motion)
             total = total + np.tensordot(weights[self.picked], moved, 1)

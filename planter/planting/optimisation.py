@@ -17,7 +17,7 @@ from planter.planting import cycle, search
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
-from planter.planting.search import Found, Interrupted, Optimum
+from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 
 FRONT_POINTS = 5
@@ -41,7 +41,7 @@ def optimise(
     seed: int = 0,
     starts: int | None = None,
     told: Told | None = None,
-    keep: Callable[[Found], None] | None = None,
+    keep: Callable[[Table], None] | None = None,
 ) -> Optimisation:
     """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
 

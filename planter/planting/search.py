@@ -71,7 +71,7 @@ class Optimum(Result):
         return found | ({"active_requirements": active} if self.requirements else {})
 
 
-Found = dict[str, Any]
+Table = dict[str, Any]
 """What is known of an unfinished search, as the interface gives it."""
 APART = 1.0
 """Seconds between two points that an unfinished search hands over, while it goes from step to step."""
@@ -92,7 +92,7 @@ def run(
     seed: int = 0,
     starts: int | None = None,
     progress: Told | None = None,
-    keep: Callable[[Found], None] | None = None,
+    keep: Callable[[Table], None] | None = None,
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
 
@@ -126,7 +126,7 @@ class _Keeper:
 
     def __init__(
         self, device: Device, task: Problem, method: str, best: Callable[[], Best | None],
-        keep: Callable[[Found], None] | None,
+        keep: Callable[[Table], None] | None,
     ) -> None:  # fmt: skip
         self.device, self.task, self.method, self.best, self.keep = device, task, method, best, keep
         self.begun, self.last, self.least = time.perf_counter(), 0.0, float("inf")
@@ -140,7 +140,7 @@ class _Keeper:
             self.last, self.least = now, best.objective
             self.keep(self._table(best, now - self.begun))
 
-    def _table(self, best: Best, seconds: float) -> Found:
+    def _table(self, best: Best, seconds: float) -> Table:
         x = self.task.design(best.u)
         look = self.task.score(x).look
         return {

@@ -21,8 +21,8 @@ from planter.kernels import Array, Kernel
 from planter.numerics.latest import Latest
 from planter.planting.model import Device
 from planter.planting.requirements import pitch
-from planter.planting.requirements.motion import HALF, Motion
-from planter.planting.requirements.places import PITCH, TURN, Course, Extreme, Turn, turn
+from planter.planting.requirements.motion import HALF, NozzleMotion
+from planter.planting.requirements.places import PITCH, TURN, Course, TipExtreme, Turn, turn
 from planter.planting.requirements.section import BY_NAME, Kind
 
 ABSOLUTE = ("release_tilt", "soil_tilt", "ground_speed_ratio", "catching_tilt")
@@ -49,7 +49,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Found:
+class Measured:
     """Rows at a design: values (k,) in SI and where each stands (k,): phi, or u for pitch curves [rad]."""
 
     x: Array
@@ -68,7 +68,7 @@ class Measures:
         section: Any = device.machine.requirements
         if section is None:
             raise InputError(f"{device.machine.source}: requirements is missing: the file sets none")
-        self.device, self.section, self.motion = device, section, Motion(device)
+        self.device, self.section, self.motion = device, section, NozzleMotion(device)
         self.kinds: tuple[Kind, ...] = section.kinds
         self.names = {kind.name for kind in self.kinds}
         self.at = Latest(self._found)
@@ -198,12 +198,12 @@ class Measures:
 
     # --- at a design ---------------------------------------------------------------------------------
 
-    def _found(self, x: Array) -> Found:
+    def _found(self, x: Array) -> Measured:
         at = self.device.prologue(x)
         given = self._given(x, at.h)
         packed = np.concatenate([np.atleast_1d(given[name]) for name in self._order])
         found = self._values(x=x, c=self.device.constants, given=packed)
-        return Found(x, packed, found["rows"][:, 0], found["places"][:, 0])
+        return Measured(x, packed, found["rows"][:, 0], found["places"][:, 0])
 
     def _given(self, x: Array, h: Array) -> dict[str, Any]:
         """Angles, and which end an extreme stands at, by the names in the graph."""
@@ -245,7 +245,7 @@ class Measures:
         return float(self.motion.place_kernel(phi=low, z=z)["f"][0, 0])
 
     def _on_pitch_curves(self, x: Array, h: Array) -> dict[str, Any]:
-        found: dict[str, Extreme] = {}
+        found: dict[str, TipExtreme] = {}
         for k, (inner, outer, _, px, ph) in enumerate(self.segments):
             course = Course(self._segment_kernels[k], parameters=x[px], hoisted=h[ph])
             for row, _, name, sign in _tooth_rows(inner, outer):
@@ -278,7 +278,7 @@ class _Given:
         return self.symbols.setdefault(f"{name}, where", ca.MX.sym("weights", 3))
 
 
-def _named(extremes: Mapping[str, Extreme]) -> dict[str, Any]:
+def _named(extremes: Mapping[str, TipExtreme]) -> dict[str, Any]:
     places: dict[str, Any] = {name: found.place for name, found in extremes.items()}
     return places | {f"{name}, where": found.weights for name, found in extremes.items()}
 

@@ -18,7 +18,7 @@ HALF = float(np.pi)
 """Side 2 follows half a turn later [rad]."""
 
 
-class Motion:
+class NozzleMotion:
     """Functions of (phi, z), z = (x, c, h) stacked: tip, tilt and the distances that requirements speak of."""
 
     def __init__(self, device: Device) -> None:

@@ -21,7 +21,7 @@ FEW = 20
 
 
 @dataclass(frozen=True)
-class Extreme:
+class TipExtreme:
     """An extreme of a course over [low, high]: place, value, and which it is: 0 low end, 1 high end, 2 inside."""
 
     place: float
@@ -74,17 +74,17 @@ class Course:
         brackets = np.array([low]), np.array([high])
         return float(roots.newton(above, *brackets, (ends[:1], ends[1:]))[0])
 
-    def extreme(self, low: float, high: float, sign: int, cells: int = STRETCH) -> Extreme:
+    def extreme(self, low: float, high: float, sign: int, cells: int = STRETCH) -> TipExtreme:
         """The largest (sign +1) or least (-1) value over [low, high]."""
         grid = np.linspace(low, high, cells + 1)
         value, slope, _ = self.rows(grid)
-        ends = [Extreme(float(grid[k]), float(value[k]), w) for k, w in ((0, 0), (-1, 1))]
+        ends = [TipExtreme(float(grid[k]), float(value[k]), w) for k, w in ((0, 0), (-1, 1))]
         up, down = sign * slope[:-1], sign * slope[1:]
         inside = np.flatnonzero((up > 0) & (down < 0))
         if not len(inside):
             return max(ends, key=lambda e: sign * e.value)
         angles = roots.newton(self._slope, grid[inside], grid[inside + 1], (slope[inside], slope[inside + 1]))
-        found = [Extreme(float(a), float(v), 2) for a, v in zip(angles, self.rows(angles)[0], strict=True)]
+        found = [TipExtreme(float(a), float(v), 2) for a, v in zip(angles, self.rows(angles)[0], strict=True)]
         return max([*ends, *found], key=lambda e: sign * e.value)
 
     def _slope(self, angles: Array) -> tuple[Array, Array]:
