@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[3]
 BASELINE = json.loads((Path(__file__).parent / "operations.json").read_text())
 PRINT_HASH = """
 import hashlib
-from derive.pipeline import VERDICTS, code
+from derive.build.pipeline import VERDICTS, code
 print(hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest())
 """
 

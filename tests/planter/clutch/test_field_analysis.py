@@ -138,7 +138,7 @@ def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> No
 @balanced
 def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore[no-untyped-def]
     of = make()
-    result = field.of(of).result
+    result = field.evaluated(of).result
     for response, factor in itertools.product(of.responses, of.factors):
         found = result["range"][response.name][factor.name]
         k = np.array(found["k"])
@@ -185,7 +185,7 @@ def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: 
     import pandas
 
     of = make()
-    result = field.of(of).result
+    result = field.evaluated(of).result
     combinations = list(itertools.product(*(range(len(f.levels)) for f in of.factors)))
     assert len(result["prediction"]) == len(combinations)
     for response in of.responses:
@@ -205,7 +205,7 @@ def test_one_factor_is_the_one_way_test_of_scipy() -> None:
 
 def test_best_levels_are_found_by_trying_all() -> None:
     of = l18()
-    result = field.of(of, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
+    result = field.evaluated(of, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
     scores = {"Y1": lambda row: abs(row["Y1"]), "Y2": lambda row: -row["Y2"]}
     for name, score in scores.items():
         assert result["best"][name] == min(result["prediction"], key=score)["levels"]
@@ -222,11 +222,11 @@ def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
     random = rng()
     for _ in range(20):
         of = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
-        assert field.of(of, wanted={"Y1": Goal.of("0")}).result["best"]["Y1"] == [1, 0]
+        assert field.evaluated(of, wanted={"Y1": Goal.of("0")}).result["best"]["Y1"] == [1, 0]
 
 
 def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
-    result = field.of(unbalanced()).result
+    result = field.evaluated(unbalanced()).result
     assert result["range"] is result["order"] is result["range_best"] is None
     assert result["sums_of_squares"] == "type II"
     assert "not orthogonal" in result["warnings"][0]
@@ -243,7 +243,7 @@ def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
 
 
 def test_without_freedom_for_the_error_there_is_no_test() -> None:
-    result = field.of(runs_of(array("L9").codes, rng().normal(0, 1, 9))).result
+    result = field.evaluated(runs_of(array("L9").codes, rng().normal(0, 1, 9))).result
     assert result["anova"]["Y1"]["error"]["df"] == 0
     assert result["anova"]["Y1"]["error"]["ms"] is None
     assert all(result["anova"]["Y1"][f"F{i}"]["F"] is None for i in range(4))
@@ -253,11 +253,11 @@ def test_without_freedom_for_the_error_there_is_no_test() -> None:
 
 def test_responses_without_any_error_have_no_test() -> None:
     codes = array("L9").codes[:, :3]
-    result = field.of(runs_of(codes, 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3)).result
+    result = field.evaluated(runs_of(codes, 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3)).result
     assert result["anova"]["Y1"]["F0"]["p"] is None
     assert "to the last digit" in result["warnings"][0]
     nearly = 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3 + 1e-9 * rng().normal(0, 1, 9)
-    assert field.of(runs_of(codes, nearly)).result["anova"]["Y1"]["F0"]["p"] > 0
+    assert field.evaluated(runs_of(codes, nearly)).result["anova"]["Y1"]["F0"]["p"] > 0
 
 
 def test_fewer_runs_than_effects_are_counted() -> None:
@@ -286,7 +286,7 @@ def test_long_lists_of_predictions_are_left_out_loudly(
     monkeypatch.setattr(field, "LISTED", listed)
     monkeypatch.setattr(field, "SEARCHED", searched)
     of = runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))
-    result = field.of(of, wanted={"Y1": Goal.of("smaller")}).result
+    result = field.evaluated(of, wanted={"Y1": Goal.of("smaller")}).result
     assert len(result["prediction"]) == (18 if listed >= 18 else 0)
     assert (result["best"] is None) == (searched < 18)
     assert any("of 18 combinations" in warning for warning in result["warnings"]) == (listed < 18)
@@ -296,5 +296,5 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 def test_a_blank_column_that_is_none_is_told(good: bool) -> None:
     pairs = list(itertools.product((0, 1, 2), repeat=2))
     rows = [f"{a},{b},{(a + b) % 3 if good else a},{a + 2 * b + 0.1 * a * b}" for a, b in pairs]
-    result = field.of(trial.read("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
+    result = field.evaluated(trial.read("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
     assert any("blank column blank" in warning for warning in result["warnings"]) != good

@@ -69,7 +69,7 @@ BAD_GEOMETRY = {
     "bounds that let k reach one": ([(r"^k6 = \[.*", "k6 = [0.03, 1.2]")], "bounds.k6 = 1.2 is not allowed"),
     "unknown family": (
         [(r'^family = "ellipse"', 'family = "elipse"')],
-        "stage2.family = 'elipse' is not allowed: it must be",
+        'stage2.family = "elipse" is not allowed: did you mean ellipse? it must be',
     ),
     "a name of another family": ([(r"^R3_mm = 30.916", "A3_mm = 30.9")], "A3_mm"),
     "not converged": ([(r"^e3_mm = .*", "e3_mm = 30.9155")], "has not converged"),
@@ -182,7 +182,7 @@ def mean_ratio(R: float, b: float, distance: float, u: np.ndarray) -> float:
 
 def test_without_its_file_there_is_no_such_family(tmp_path: Path) -> None:
     assert "exponential" not in FAMILIES
-    with pytest.raises(InputError, match=r"stage2.family = 'exponential' is not allowed: it must be one of"):
+    with pytest.raises(InputError, match=r'stage2.family = "exponential" is not allowed: it must be one of'):
         Device(file.load(edited(tmp_path, (r'^family = "ellipse"', 'family = "exponential"'))))
 
 
