@@ -1,4 +1,16 @@
-"""Printed numbers on trial: each is computed anew from what its paper discloses, and judged by rule."""
+"""Printed numbers on trial: each is computed anew from what its paper discloses, and judged by rule.
+
+A paper's numbers stand in a file `NAME.toml` of a room's `printed`. [disclosed] holds inputs that the paper gives,
+[assumed] inputs that it does not give. Every [[number]] holds the printed text (its digits are its precision), the
+formula `by` which it is computed, and that formula's own arguments `with`. `each` makes a row of numbers: lists of one
+length, of which every number takes its entry; `{name}` in `quantity` is replaced by it. `needs` lists inputs that are
+neither disclosed nor assumed; `reading` says how a print that can be read in two ways was read.
+
+Every [[claim]] is a statement of the text, the formula `by` which it is measured, and what the measure `must` be for it
+to be true. Every [[headline]] is a printed number that rests on equations or on other numbers (`quantities`), with
+formulas that compute it `as_printed` and `as_derived`. [[chain]] names the built-in machine of a chain of equations,
+what its laws say of the force (`laws`), and which of them fixes the force from masses and motion alone.
+"""
 
 from __future__ import annotations
 
