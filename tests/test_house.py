@@ -43,6 +43,10 @@ def test_no_room_imports_one_on_its_own_layer_or_above() -> None:
     assert not DERIVE.upward(DERIVATION)
 
 
+def test_nothing_inside_comes_in_by_the_front_door() -> None:
+    assert not [module for module, imported in PLANTER.imports.items() if PLANTER.package in imported]
+
+
 def test_every_general_room_is_there() -> None:
     assert {room for layer in GENERAL for room in layer} <= PLANTER.rooms.keys()
     assert MACHINES == ["clutch", "mapping", "pickup", "planting"]

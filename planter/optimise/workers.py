@@ -10,9 +10,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import IO
 
-import planter
+from planter import rooms
 
 _START = """\
 import importlib, importlib.util, sys
@@ -25,6 +26,8 @@ importlib.import_module(module).main()
 """
 """The standard library comes first, then the paths of the first process, `planter` from where that has it."""
 
+PACKAGE = str(Path(rooms.__file__).with_name("__init__.py"))
+
 
 def started(module: str, stdout: IO[str] | int, settings: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
     """A process that runs `main` of an importable module, told by lines through its standard input.
@@ -33,7 +36,7 @@ def started(module: str, stdout: IO[str] | int, settings: Mapping[str, str] | No
     """
     paths = [os.path.abspath(path) for path in sys.path]
     return subprocess.Popen(
-        [sys.executable, "-I", "-c", _START, planter.__file__, module, *paths], stdin=subprocess.PIPE, stdout=stdout,
+        [sys.executable, "-I", "-c", _START, PACKAGE, module, *paths], stdin=subprocess.PIPE, stdout=stdout,
         stderr=subprocess.DEVNULL, text=True, start_new_session=True, env={**os.environ, **(settings or {})},
     )  # fmt: skip
 
