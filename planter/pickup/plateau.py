@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,17 +42,24 @@ def _sweep(places: Array) -> float:
 
 
 def _longest(distance: Array, tolerance: float) -> tuple[int, int]:
-    """Start and length of the longest cyclic run whose values differ by the tolerance at most."""
-    n, best, end = len(distance), (0, 0), 0
-    for begin in range(n):
-        end = max(end, begin)
-        window = distance[np.arange(begin, end) % n]
-        low, high = (window.min(), window.max()) if len(window) else (distance[begin], distance[begin])
-        while end - begin < n:
-            low, high = min(low, distance[end % n]), max(high, distance[end % n])
-            if high - low > tolerance:
-                break
-            end += 1
-        if end - begin > best[1]:
-            best = begin, end - begin
+    """Start and length of the longest cyclic run whose values differ by the tolerance at most.
+
+    `highs` and `lows` hold the places in the run that may yet be its greatest or its least value, in order.
+    """
+    values = [*distance.tolist(), *distance.tolist()]
+    highs: deque[int] = deque()
+    lows: deque[int] = deque()
+    begin, best = 0, (0, 0)
+    for end, value in enumerate(values):
+        for run, sign in ((highs, 1), (lows, -1)):
+            while run and sign * values[run[-1]] <= sign * value:
+                run.pop()
+            run.append(end)
+        while values[highs[0]] - values[lows[0]] > tolerance:
+            begin += 1
+            for run in (highs, lows):
+                if run[0] < begin:
+                    run.popleft()
+        if end + 1 - begin > best[1]:
+            best = begin, end + 1 - begin
     return best

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from math import comb
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
 from planter.kernels import Array
+from planter.pickup import waves
 
 DEGREE = 3
 _TO_BERNSTEIN = np.array([[comb(i, k) / comb(5, k) if k <= i else 0.0 for k in range(6)] for i in range(6)])
@@ -125,7 +125,9 @@ class PathSpline:
     def extremes(self, tolerance: float) -> list[DistanceExtreme]:
         """Extremes of the distance from O by parameter: roots of S . S', without those that differ by less."""
         found = [DistanceExtreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
-        return _prominent(found, tolerance, self.closed)
+        extremes = _alternating(found, self.closed)
+        left = waves.prominent(np.array([extreme.distance for extreme in extremes]), tolerance, self.closed)
+        return [extremes[i] for i in left]
 
     def _roots(self) -> Array:
         """Where S . S' vanishes: all roots of its pieces, which are of the fifth degree."""
@@ -185,19 +187,6 @@ class PathSpline:
     def _apart(self, u: Array, extreme: DistanceExtreme) -> Array:
         apart = np.asarray(u, dtype=float) - extreme.u
         return (apart + self.length / 2) % self.length - self.length / 2 if self.closed else apart
-
-
-def _prominent(found: list[DistanceExtreme], tolerance: float, closed: bool) -> list[DistanceExtreme]:
-    """Extremes of a wavy distance, without neighbouring pairs that differ by less than the tolerance."""
-    left = _alternating(found, closed)
-    while len(left) > 1:
-        pairs = list(zip(left, left[1:] + left[:1], strict=True)) if closed else list(pairwise(left))
-        steps = [abs(a.distance - b.distance) for a, b in pairs]
-        least = int(np.argmin(steps))
-        if steps[least] >= tolerance:
-            break
-        left = _alternating([e for e in left if e not in pairs[least]], closed)
-    return left
 
 
 def _alternating(found: list[DistanceExtreme], closed: bool) -> list[DistanceExtreme]:

@@ -1,9 +1,12 @@
 """Closed cubic B-spline: passes its points, closes with two derivatives, obeys the cyclic system, can be dragged."""
 
+import time
+
 import numpy as np
 import pytest
 import scipy
 
+from planter.pickup import waves
 from planter.pickup.file import load
 from planter.pickup.spline import PathSpline
 from tests.planter.pickup.pickups import arm, steps, tips
@@ -70,6 +73,34 @@ def test_ripple_below_the_tolerance_is_no_extreme() -> None:
     points *= 1 + 1e-4 * np.cos(np.pi * np.arange(400))[:, None]
     assert len(PathSpline(points).extremes(2e-4)) == 2
     assert len(PathSpline(points).extremes(1e-12)) > 2
+
+
+def test_ripple_of_many_points_is_taken_off_in_one_go() -> None:
+    """A step that looks at every extreme anew for each that goes would take an hour here."""
+    rng, count = np.random.default_rng(3), 40_000
+    ripple = 0.01 * rng.random(count) * np.cos(np.pi * np.arange(count))
+    wavy = np.cos(2 * np.pi * np.arange(count) / count) + ripple
+    begun = time.perf_counter()
+    far, near = waves.prominent(wavy, 0.1, closed=True)
+    assert time.perf_counter() - begun < 10
+    assert wavy[far] == pytest.approx(1.01, abs=1e-3)
+    assert wavy[near] == pytest.approx(-1.01, abs=1e-3)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+@pytest.mark.parametrize("seed", range(20))
+def test_what_stands_out_is_what_is_left_when_the_least_pair_goes_again_and_again(seed: int, closed: bool) -> None:
+    rng = np.random.default_rng(seed)
+    values = rng.integers(0, 50, 2 * rng.integers(1, 15)) / 50
+    values[::2] += 0.2
+    left = list(range(len(values)))
+    while len(left) > 1:
+        pairs = [(abs(values[i] - values[j]), i, j) for i, j in zip(left, left[1:] + left[:1] * closed, strict=False)]
+        step, i, j = min(pairs)
+        if step >= 0.3:
+            break
+        left = [k for k in left if k not in (i, j)]
+    assert waves.prominent(values, 0.3, closed).tolist() == left
 
 
 def test_squares_near_an_extreme_keep_their_digits() -> None:
