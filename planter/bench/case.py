@@ -12,6 +12,7 @@ import numpy as np
 
 from planter.bench.lean import Lean, fastest
 from planter.kernels import Array
+from planter.optimise.spread import Weighed
 from planter.planting import file
 from planter.planting.model import Device
 from planter.planting.turns import Turns
@@ -107,17 +108,9 @@ class Case:
         """The force at `angles` from the share at `lanes`, along the last axis."""
         return share.reshape(*share.shape[:-1], self.sides, -1).sum(-2)
 
-    def value(self, force: Array) -> float:
+    def weighed(self, force: Array) -> Weighed:
         """The objective of a force (n,)."""
-        return self.objective.value(float(np.ptp(force)), float(force.var()))
-
-    def weights(self, force: Array) -> Array:
-        """Slope of the objective in the force at each angle, (n,)."""
-        n = len(force)
-        weights: Array = 2 / n * self.objective.spread(float(force.var()))[1] * (force - force.mean())
-        weights[force.argmax()] += self.objective.weight_range
-        weights[force.argmin()] -= self.objective.weight_range
-        return weights
+        return Weighed(self.objective, force)
 
 
 def _dense(function: ca.Function) -> ca.Function:

@@ -17,6 +17,7 @@ from planter.bench import lean
 from planter.bench.case import Absent, Call, Case, Contender
 from planter.bench.lean import Lean
 from planter.kernels import Array, toolchain
+from planter.optimise.direct import spread
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
 
@@ -113,11 +114,8 @@ class Graphs:
         packed, slope = run(self.lanes, self.x, self.c, h, dh, self._tiled(self._weights(force)))
         curved = self.case.device.prologue_hessian_kernel.function(self.x, self.c, slope)
         folded = _sum(ca.horzsplit(rows, force.numel()))
-        n, (_, first, second) = force.numel(), self._spread(force)
-        centred = folded - ca.repmat(ca.sum2(folded) / n, 1, n)
-        along = 2 / n * ca.mtimes(folded, (force - ca.sum2(force) / n).T)
-        bent = self._unpacked(packed) + curved + 2 / n * first * ca.mtimes(centred, centred.T)
-        return ca.Function("peer_hessian", [self.x], [ca.densify(bent + second * ca.mtimes(along, along.T))])
+        squared = spread(self.case.objective, force.T, folded.T)[2]
+        return ca.Function("peer_hessian", [self.x], [ca.densify(self._unpacked(packed) + curved + squared)])
 
     def _mapped(self, kernel: Any) -> ca.Function:
         """A kernel's function over all lanes, as a loop; summed where the kernel is."""
@@ -140,24 +138,15 @@ class Graphs:
         return ca.repmat(row, 1, self.case.sides)
 
     def _objective(self, force: ca.MX) -> ca.MX:
-        return self.case.objective.weight_range * (ca.mmax(force) - ca.mmin(force)) + self._spread(force)[0]
-
-    def _spread(self, force: ca.MX) -> tuple[ca.MX, Any, Any]:
-        """The weighted spread and its first two derivatives in the variance."""
-        n, weight = force.numel(), self.case.objective.weight_variance
-        variance = ca.sumsqr(force - ca.sum2(force) / n) / n
-        if self.case.objective.kind == "paper":
-            return weight * variance, weight, 0.0
-        deviation = ca.sqrt(variance)
-        first = weight / (2 * deviation)
-        return weight * deviation, first, -first / (2 * variance)
+        return (
+            self.case.objective.weight_range * (ca.mmax(force) - ca.mmin(force))
+            + spread(self.case.objective, force.T)[0]
+        )
 
     def _weights(self, force: ca.MX) -> ca.MX:
         """Slope of the objective in the force at each angle, (1, n)."""
-        n = force.numel()
         extremes = (force == ca.mmax(force)) - (force == ca.mmin(force))
-        spread = 2 / n * self._spread(force)[1] * (force - ca.sum2(force) / n)
-        return spread + self.case.objective.weight_range * extremes
+        return spread(self.case.objective, force.T)[1].T + self.case.objective.weight_range * extremes
 
     def _unpacked(self, packed: ca.MX) -> ca.MX:
         """The Hessian in the design from its packed rows in (angle, design)."""

@@ -83,9 +83,8 @@ class Forms:
 
     def objective(self, force: Any) -> Any:
         settings = self.case.objective
-        variance = force.var()
-        spread = variance if settings.kind == "paper" else self.np.sqrt(variance)
-        return settings.weight_range * (force.max() - force.min()) + settings.weight_variance * spread
+        spread = settings.weighted(force.var(), self.np.sqrt)
+        return settings.weight_range * (force.max() - force.min()) + spread
 
     def _value(self, force: Callable[..., Any]) -> Call:
         run = self.jax.jit(lambda x, h: self.objective(force(x, h)))

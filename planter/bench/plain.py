@@ -45,7 +45,7 @@ class Plain:
     def value(self, x: Array) -> float:
         h = self.case.hoisted(x)
         share = self.code.share(np, self.case.lanes, x, h, self.case.constants)
-        return self.case.value(self.case.folded(share))
+        return self.case.weighed(self.case.folded(share)).value
 
     def gradient(self, x: Array) -> tuple[float, Array]:
         value = self.value(x)
@@ -63,4 +63,4 @@ class Plain:
     def _values(self, designs: Array) -> Array:
         x, h = designs.T[:, :, None], self.case.prologues(designs)[:, :, None]
         share = self.code.share(np, self.case.lanes[None, :], x, h, self.case.constants)
-        return np.array([self.case.value(force) for force in self.case.folded(share)])
+        return np.array([self.case.weighed(force).value for force in self.case.folded(share)])

@@ -80,16 +80,16 @@ class Symbolic:
     def value(self, x: Array) -> float:
         h = self.case.hoisted(x)
         (share,) = self._value(self.case.lanes, x, h, self.case.constants)
-        return self.case.value(self.case.folded(share))
+        return self.case.weighed(self.case.folded(share)).value
 
     def gradient(self, x: Array) -> tuple[float, Array]:
         h, dh = self.case.prologue(x)
         share, *slopes = self._slopes(self.case.lanes, x, h, self.case.constants)
-        force = self.case.folded(share)
-        weights = np.tile(self.case.weights(force), self.case.sides)
+        turn = self.case.weighed(self.case.folded(share))
+        weights = np.tile(turn.slope, self.case.sides)
         total = np.array([np.broadcast_to(row, weights.shape) for row in slopes]) @ weights
         size = len(x)
-        return self.case.value(force), total[:size] + dh.T @ total[size:]
+        return turn.value, total[:size] + dh.T @ total[size:]
 
     @cached_property
     def _value(self) -> Callable[..., Any]:

@@ -1,8 +1,8 @@
 """The epigraph form of a sampled turn for IPOPT without Python in the loop.
 
 Prologue and lanes of the response are compiled CasADi functions; what the objective makes of them is a few matrix
-operations of CasADi's. The same programme as `planter.optimise.epigraph.Epigraph` in plain functions,
-for rows without holds.
+operations of CasADi's, whose derivatives CasADi finds. The same programme as `planter.optimise.epigraph.Epigraph` in
+plain functions, for rows without holds.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy as np
 
 from planter.numerics.arrays import Integers
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.range_and_spread import RangeAndSpread, Weights
+from planter.optimise.range_and_spread import RangeAndSpread
 from planter.optimise.response import Compiled
 from planter.optimise.samples import SampledRows
+from planter.optimise.spread import Weights
 
 
 def functions(programme: Epigraph) -> dict[str, ca.Function] | None:
@@ -72,19 +73,10 @@ class _Graph:
         columns = [1 + k for k in self.programme.free.tolist()]
         return self._folded(force), self._folded(g)[:, columns] @ ca.diag(self.width)
 
-    def _spread(self, variance: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-        """The weighted spread as a function of the variance: value, first and second derivative."""
-        v = ca.MX.sym("v")
-        spread = self.weights.weight_variance * (v if self.weights.kind == "paper" else ca.sqrt(v))
-        first = ca.jacobian(spread, v)
-        f = ca.Function("spread", [v], [spread, first, ca.densify(ca.jacobian(first, v))])
-        value, slope, bend = f(variance)
-        return value, slope, bend
-
     def _value(self, force: ca.MX) -> ca.MX:
         p = self.programme
         span = self.weights.weight_range * p.unit * (self.z[-2] - self.z[-1])
-        return (span + self._spread(_variance(force))[0]) / p.problem.scale
+        return (span + spread(self.weights, force)[0]) / p.problem.scale
 
     def _rows(self, force: ca.MX) -> ca.MX:
         p = self.programme
@@ -107,13 +99,9 @@ class _Graph:
                                     dual_names, ["triu_hess_gamma_x_x"]),
         }  # fmt: skip
 
-    def _along(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
-        """Gradient of the variance (n,)."""
-        return 2 / self.angles * slopes.T @ (force - _mean(force))
-
     def _gradient(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
         p = self.programme
-        along = self._spread(_variance(force))[1] * self._along(force, slopes)
+        along = slopes.T @ spread(self.weights, force)[1]
         end = self.weights.weight_range * p.unit
         return ca.vertcat(along, end, -end) / p.problem.scale
 
@@ -125,14 +113,11 @@ class _Graph:
 
     def _hessian(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
         p, a, n = self.programme, len(self.local.upper), self.angles
-        _, first, second = self._spread(_variance(force))
+        _, slope, squared = spread(self.weights, force, slopes)
         share = self.lam_f / p.problem.scale
-        weights = 2 / n * share * first * (force - _mean(force))
         upper, lower = self.lam_g[:a] / p.unit, self.lam_g[a:] / p.unit
-        weights = weights + _scattered(self.local.upper, n) @ upper - _scattered(self.local.lower, n) @ lower
-        centred, along = slopes - ca.repmat(ca.sum1(slopes) / n, n, 1), self._along(force, slopes)
-        outer = 2 / n * share * first * centred.T @ centred + share * second * along @ along.T
-        return ca.diagcat(outer + self._bent(weights), ca.DM.zeros(2, 2))
+        rows = _scattered(self.local.upper, n) @ upper - _scattered(self.local.lower, n) @ lower
+        return ca.diagcat(share * squared + self._bent(share * slope + rows), ca.DM.zeros(2, 2))
 
     def _bent(self, weights: ca.MX) -> ca.MX:
         """Weighted sum of the force's Hessians in the free coordinates (n, n)."""
@@ -146,12 +131,17 @@ class _Graph:
         return whole[free, free] * (self.width @ self.width.T)
 
 
-def _mean(force: ca.MX) -> ca.MX:
-    return ca.sum1(force) / force.numel()
-
-
-def _variance(force: ca.MX) -> ca.MX:
-    return ca.sumsqr(force - _mean(force)) / force.numel()
+def spread(weights: Weights, values: ca.MX, slopes: ca.MX | None = None) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """The weighted spread of values (n,), its slope (n,) in them, and what their slopes (n, p) add to its Hessian."""
+    count = values.numel()
+    f, along = ca.MX.sym("f", count), ca.MX.sym("along", count, 0 if slopes is None else slopes.size2())
+    found = weights.weighted(ca.sumsqr(f - ca.sum1(f) / count) / count, ca.sqrt)
+    slope = ca.gradient(found, f)
+    squared = along.T @ ca.jtimes(slope, f, along)
+    function = ca.Function("spread", [f, along], [found, slope, squared])
+    given = [values, ca.MX(count, 0) if slopes is None else slopes]
+    value, rate, added = function.call(given, True, False)
+    return value, rate, added
 
 
 def _scattered(rows: Integers, count: int) -> ca.DM:

@@ -18,9 +18,10 @@ from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
 from planter.optimise.progress import Phase, Told
-from planter.optimise.range_and_spread import Sampling, Weights
+from planter.optimise.range_and_spread import Sampling
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.response import Response
+from planter.optimise.spread import Weights
 from planter.optimise.starts import descents
 
 LEAST_RANGE, LEAST_VARIANCE = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -18,34 +16,11 @@ from planter.optimise.problem import Problem
 from planter.optimise.refined import Refined
 from planter.optimise.response import Response
 from planter.optimise.samples import Hold, Samples
+from planter.optimise.spread import Weights
 
 Sampling = int | Literal["refined"]
 DIRECTIONS = 360
 """Angles of a turn at which directions are judged where it is not sampled."""
-
-
-@dataclass(frozen=True)
-class Weights:
-    """weight_range * range + weight_variance * spread.
-
-    The spread is the population variance [N2] for kind "paper", equation (31) as printed, which adds N to N2; and the
-    standard deviation [N] for kind "newton".
-    """
-
-    weight_range: float
-    weight_variance: float
-    kind: Literal["paper", "newton"]
-
-    def spread(self, variance: float) -> tuple[float, float, float]:
-        """The weighted spread as a function of the variance: value, first and second derivative."""
-        if self.kind == "paper":
-            return self.weight_variance * variance, self.weight_variance, 0.0
-        deviation = math.sqrt(max(variance, math.ulp(0.0)))
-        first = self.weight_variance / (2 * deviation)
-        return self.weight_variance * deviation, first, -first / (2 * variance) if variance > 0 else 0.0
-
-    def value(self, range_N: float, variance: float) -> float:
-        return self.weight_range * range_N + self.spread(variance)[0]
 
 
 class RangeAndSpread:

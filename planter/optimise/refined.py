@@ -26,6 +26,7 @@ from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE
 from planter.optimise.response import Response
+from planter.optimise.spread import Variance
 
 NODES = 12
 PIECE = np.pi / 8
@@ -67,8 +68,7 @@ class Panels:
         force, rate = response.support_rate(self.at, np.mod(probes, response.period))
         self.force, self.node_rates = force[: len(self.nodes)], rate[: len(self.nodes)]
         self.end_rates = rate[len(self.nodes) :].reshape(-1, 2)
-        self.mean = float(self.weights @ self.force)
-        self.variance = float(self.weights @ (self.force - self.mean) ** 2)
+        self.variance = Variance(self.force, self.weights)
 
     def _breaks(self) -> tuple[Array, Integers]:
         """Ends of the panels over one period, first and last the same joint, and the joint at each panel's start."""
@@ -109,8 +109,9 @@ class Panels:
 
     @cached_property
     def look(self) -> Look:
-        force = np.append(self.extremes.force, self.mean)
-        return Look(self.variance, float(force.max()), float(force.min()), self.mean)
+        mean = self.variance.mean
+        force = np.append(self.extremes.force, mean)
+        return Look(self.variance.value, float(force.max()), float(force.min()), mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.support_rates(self.at, np.mod(phi, self.response.period))
@@ -133,14 +134,13 @@ class Panels:
 
     @cached_property
     def variance_gradient(self) -> Array:
-        return 2 * (self.weights * (self.force - self.mean)) @ self.node_slopes
+        return self.variance.gradient(self.node_slopes)
 
     def variance_hessian(self) -> Array:
         nodes = np.mod(self.nodes, self.response.period)
-        bent = self.response.support_hessian(self.at, nodes, 2 * self.weights * (self.force - self.mean))[1:, 1:]
-        centred = self.node_slopes - self.weights @ self.node_slopes
-        total: Array = bent + 2 * (self.weights[:, None] * centred).T @ centred
-        return total + self._at_joints()
+        bent = self.response.support_hessian(self.at, nodes, self.variance.slope)[1:, 1:]
+        total: Array = bent + self.variance.squared(self.node_slopes) + self._at_joints()
+        return total
 
     def _at_joints(self) -> Array:
         if self.order[0] < 0:
@@ -148,7 +148,7 @@ class Panels:
         velocity = self.joints.velocity[self.order]
         jump = self.end_rates[:, 0] - np.roll(self.end_rates[:, 1], 1)
         force = self.response.support(self.at, np.mod(self.breaks[:-1], self.response.period))
-        weights = 2 * (force - self.mean) * jump / self.response.period
+        weights = 2 * (force - self.variance.mean) * jump / self.response.period
         total: Array = (weights[:, None] * velocity).T @ velocity
         return total
 
@@ -210,7 +210,7 @@ class RefinedRows:
 
     def values(self, x: Array) -> Values:
         state = self._state(x)
-        return Values(state.panels.variance, state.force[state.tops], state.force[~state.tops], np.empty(0))
+        return Values(state.panels.variance.value, state.force[state.tops], state.force[~state.tops], np.empty(0))
 
     def slopes(self, x: Array) -> Slopes:
         state = self._state(x)

@@ -24,6 +24,7 @@ from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE, Joints
 from planter.optimise.response import Response
+from planter.optimise.spread import Variance
 
 ON = 1e-8
 """A joint closer than this to a sample sits on it [rad]."""
@@ -95,7 +96,7 @@ class Samples:
         samples = np.array([pin.sample for pin, distance in self.near(x) if abs(distance) <= ON], dtype=np.int64)
         before, after = (self._aside(at, samples, side) for side in (-1, 1))
         gradients[samples] = before
-        weights = 2 * (force - force.mean()) / len(force)
+        weights = Variance(force).slope
         rows, both = np.append(force, force[samples]), np.vstack([gradients, after])
         kinks = weights[samples, None] * (after - before)
         return Conditions(rows, both, rows, both, weights @ gradients, kinks)
@@ -134,22 +135,19 @@ class SampledRows:
 
     def values(self, x: Array) -> Values:
         state = self._state(x)
-        return Values(float(state.force.var()), state.force[self.upper], state.force[self.lower], state.gaps)
+        return Values(state.variance.value, state.force[self.upper], state.force[self.lower], state.gaps)
 
     def slopes(self, x: Array) -> Slopes:
         state = self._state(x)
-        gradients, n = state.gradients, len(state.force)
-        variance = 2 / n * (state.force - state.force.mean()) @ gradients
-        return Slopes(variance, gradients[self.upper], gradients[self.lower], state.velocity)
+        gradients = state.gradients
+        return Slopes(state.variance.gradient(gradients), gradients[self.upper], gradients[self.lower], state.velocity)
 
     def curvature(self, x: Array, weights: Values) -> Array:
         state = self._state(x)
-        n, centred = len(state.force), state.gradients - state.gradients.mean(axis=0)
-        each = 2 / n * weights.smooth * (state.force - state.force.mean())
+        each = weights.smooth * state.variance.slope
         np.add.at(each, self.upper, weights.upper)
         np.add.at(each, self.lower, weights.lower)
-        squared: Array = 2 / n * weights.smooth * (centred.T @ centred)
-        return squared + state.hessian(each, weights.holds)
+        return weights.smooth * state.variance.squared(state.gradients) + state.hessian(each, weights.holds)
 
 
 class _State:
@@ -170,6 +168,10 @@ class _State:
         self.force, self.jacobian = self.response.support_slopes(self.at, phi)
         self.gradients = self.jacobian[:, 1:].copy()
         self.gradients[self.picked] = moving.gradients(self.jacobian[self.picked], self.velocity[self.pins])
+
+    @cached_property
+    def variance(self) -> Variance:
+        return Variance(self.force)
 
     @cached_property
     def acceleration(self) -> Array:

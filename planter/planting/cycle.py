@@ -10,6 +10,7 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
+from planter.optimise.conditions import Look
 from planter.planting.functions import Prologue
 from planter.planting.model import Device
 
@@ -68,9 +69,9 @@ def shown_design(device: Device, x: Array) -> dict[str, float]:
 
 def statistics(force: Array) -> dict[str, float]:
     """Extremes, range, mean and population variance of samples of a force [N]."""
-    high, low = float(force.max()), float(force.min())
-    return {"max_N": high, "min_N": low, "range_N": high - low, "mean_N": float(force.mean()),
-            "variance_N2": float(force.var())}  # fmt: skip
+    found = Look.at(force)
+    return {"max_N": found.high, "min_N": found.low, "range_N": found.range, "mean_N": found.mean,
+            "variance_N2": found.variance}  # fmt: skip
 
 
 def centre_distances(device: Device, at: Prologue) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from planter.optimise import range_and_spread
 from planter.optimise.problem import Problem
-from planter.optimise.range_and_spread import Sampling, Weights
+from planter.optimise.range_and_spread import Sampling
+from planter.optimise.spread import Weights
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.requirements.constraints import Required

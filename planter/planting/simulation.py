@@ -12,6 +12,7 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise.refined import Panels, Refined
 from planter.optimise.samples import Samples
+from planter.optimise.spread import Weighed
 from planter.planting import cycle as planting
 from planter.planting import plausible, response
 from planter.planting.model import Device
@@ -113,11 +114,7 @@ def sensitivity(device: Device, samples: int | None = None) -> dict[str, Any]:
 
 def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
-    objective, angles = weights(device.machine), Samples(Planting(device), samples).angles
+    angles = Samples(Planting(device), samples).angles
     force, slopes = device.support_slopes(device.prologue(device.design), angles)
-    along = slopes[:, 1:]
-    variance_gradient = 2 / len(force) * (force - force.mean()) @ along
-    spread, rate, _ = objective.spread(float(force.var()))
-    range_gradient = along[force.argmax()] - along[force.argmin()]
-    value = objective.weight_range * float(np.ptp(force)) + spread
-    return value, objective.weight_range * range_gradient + rate * variance_gradient
+    turn = Weighed(weights(device.machine), force)
+    return turn.value, turn.gradient(slopes[:, 1:])

@@ -11,7 +11,6 @@ from __future__ import annotations
 import ctypes
 import threading
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,9 @@ import numpy as np
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError, backends, loops, toolchain
 from planter.kernels.toolchain import NoCompiler
-from planter.optimise.conditions import Look
 from planter.optimise.samples import angles
+from planter.optimise.spread import Weighed
+from planter.planting.export import c99
 from planter.planting.model import Device
 from planter.planting.objective import weights
 
@@ -31,7 +31,7 @@ FIELDS = ("objective", "range_N", "variance_N2", "mean_N")
 
 
 class _Turn(ctypes.Structure):
-    """`turn` in lanes/turn.c."""
+    """`turn` in export/turn.c."""
 
     _fields_ = (
         *((name, ctypes.c_long) for name in ("parameters", "angles", "shares")),
@@ -85,9 +85,8 @@ class Turns:
         if self._native:
             return self._native.gradient(x)
         force, slopes = self.device.force.slopes(self.device.prologue(x), self.angles)
-        span, variance = float(np.ptp(force)), float(force.var())
-        weights = self._weights(force, variance)
-        return self.objective.value(span, variance), weights @ slopes[:, 1:]
+        turn = Weighed(self.objective, force)
+        return turn.value, turn.gradient(slopes[:, 1:])
 
     def many(self, designs: Array) -> Array:
         """Rows of `FIELDS`, (m, 4), for designs (m, p)."""
@@ -98,9 +97,8 @@ class Turns:
 
     def _row(self, x: Array) -> tuple[float, ...]:
         """`FIELDS` of a design, by the kernels one after another."""
-        look = Look.at(self.device.force.value(self.device.prologue(x), self.angles))
-        span = look.high - look.low
-        return self.objective.value(span, look.variance), span, look.variance, look.mean
+        turn = Weighed(self.objective, self.device.force.value(self.device.prologue(x), self.angles))
+        return turn.value, turn.range, turn.variance.value, turn.variance.mean
 
     def hessian(self, x: Array) -> Array:
         """Hessian (p, p) of the objective, the extremes staying at their samples."""
@@ -109,25 +107,16 @@ class Turns:
             self.device.compile()
         at = self.device.prologue(x)
         force, slopes = self.device.force.slopes(at, self.angles)
-        gradients, variance, n = slopes[:, 1:], float(force.var()), len(force)
-        _, first, second = self.objective.spread(variance)
-        bent = self.device.force.hessian(at, self.angles, self._weights(force, variance))[1:, 1:]
-        centred = gradients - gradients.mean(axis=0)
-        along = 2 / n * (force - force.mean()) @ gradients
-        found: Array = bent + 2 / n * first * (centred.T @ centred) + second * np.outer(along, along)
-        return found
+
+        def bent(weights: Array) -> Array:
+            return self.device.force.hessian(at, self.angles, weights)[1:, 1:]
+
+        return Weighed(self.objective, force).hessian(slopes[:, 1:], bent)
 
     @staticmethod
     def _check(given: Array, shape: tuple[int, ...]) -> None:
         if np.shape(given) != shape:
             raise CallError(f"expected the shape {shape}, and was given {np.shape(given)}")
-
-    def _weights(self, force: Array, variance: float) -> Array:
-        """The objective's slope in the force of each sample."""
-        weights = 2 / len(force) * self.objective.spread(variance)[1] * (force - force.mean())
-        weights[force.argmax()] += self.objective.weight_range
-        weights[force.argmin()] -= self.objective.weight_range
-        return weights
 
 
 def _native(turns: Turns) -> Native | None:
@@ -154,8 +143,7 @@ def library(device: Device) -> Path:
         backends.lane_library(force.value_kernel.work),
         backends.lane_library(force.slopes_kernel.work),
     )
-    source = resources.files("planter.planting.export").joinpath("turn.c").read_text(encoding="utf-8")
-    return toolchain.library("turn", source, toolchain.loop_flags(toolchain.OPTIMISED), needed)
+    return toolchain.library("turn", c99.turn_text(), toolchain.loop_flags(toolchain.OPTIMISED), needed)
 
 
 class Native:

@@ -51,6 +51,11 @@ def template(file: str) -> str:
     return resources.files(__package__).joinpath(file).read_text(encoding="utf-8")
 
 
+def turn_text() -> str:
+    """The turn in C: to stand behind a device's kernels, or to be linked with them."""
+    return template("weighed.c") + template("turn.c")
+
+
 def _values(device: Device, own: str) -> dict[str, Any]:
     """What the templates ask for."""
     objective, offsets = weights(device.machine), device.force.shares.offsets
@@ -69,7 +74,7 @@ def _values(device: Device, own: str) -> dict[str, Any]:
         "lanes": count, "slopes": (1 + len(device.design)) * count, "shares": len(offsets),
         "hoisted": both[1].nnz_out(0), "tangent": both[1].nnz_out(1), **work,
         "prologue": casadi_text(f"{own}_prologue", both), "kernels": _kernels(device, own),
-        "renamed": _renamed(own, template("turn.c")), "turn": template("turn.c"),
+        "renamed": _renamed(own, turn_text()), "turn": turn_text(),
         "own": _numbers(device.design), "lower": _numbers(device.lower), "upper": _numbers(device.upper),
         "data": _numbers(device.constants), "offsets": _numbers(offsets),
         "weight_range": repr(objective.weight_range), "weight_variance": repr(objective.weight_variance),

@@ -41,6 +41,7 @@ def _values(device: Device, own: str) -> dict[str, object]:
     shared = _shared(graph)
     return {
         **c99.description(device), "name": own, "prologue": _for_device(c99.casadi_text(own, [function])),
+        "weighed": _for_device(c99.template("weighed.c")),
         "functions": functions.fused(), "kernels": _kernels(graph, shared), "lane": work.function.name(),
         "parameters": len(device.design), "constants": len(device.constants), "shared": len(shared),
         "shares": len(device.force.shares.offsets), "hoisted": function.nnz_out(0),

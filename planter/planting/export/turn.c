@@ -1,8 +1,8 @@
-/* A whole turn of a device in one call: what a design fixes, the force in every lane, what the objective makes of it.
+/* A whole turn of a device in one call: what a design fixes, the force in every lane, what the objective makes of it:
+ * the same sums as `planter.optimise.spread`. Stands behind weighed.c.
  *
  * A lane is an angle and a share: the force at angle i is the sum of the shares' forces in lanes i, i + angles, ...
  */
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -17,7 +17,7 @@ void slopes(long lanes, const double *phi, const double *x, const double *c, con
 typedef struct {
   long parameters, angles, shares;
   double weight_range, weight_variance;
-  long newton;                           /* the spread is the standard deviation, not the variance */
+  long newton;
   const double *phi, *c;                 /* (lanes), machine */
   double *h, *dh, *force, *g, *weights;  /* (lanes) force and weights, (1 + parameters, lanes) g */
   const double **arg;
@@ -54,11 +54,6 @@ static void folded(const turn *t)
     for (long i = 0; i < t->angles; ++i) t->force[i] += t->force[share * t->angles + i];
 }
 
-static double spread_rate(const turn *t, double variance)
-{
-  return t->newton ? t->weight_variance / (2.0 * sqrt(variance)) : t->weight_variance;
-}
-
 static found summary(const turn *t, long *highest, long *lowest)
 {
   const double *force = t->force;
@@ -72,8 +67,7 @@ static found summary(const turn *t, long *highest, long *lowest)
     if (force[i] < force[low]) low = i;
   }
   found f = {0.0, force[high] - force[low], squares / t->angles, mean};
-  const double spread = t->newton ? sqrt(f.variance) : f.variance;
-  f.objective = t->weight_range * f.range + t->weight_variance * spread;
+  f.objective = weighed(t->weight_range, t->weight_variance, t->newton, f.range, f.variance);
   *highest = high;
   *lowest = low;
   return f;
@@ -99,7 +93,7 @@ int turn_gradient(const turn *t, const double *x, found *f, double *gradient)
   slopes(lanes, t->phi, x, t->c, t->h, t->dh, t->force, t->g);
   folded(t);
   *f = summary(t, &high, &low);
-  const double rate = 2.0 * spread_rate(t, f->variance) / t->angles;
+  const double rate = 2.0 * weighed_rate(t->weight_variance, t->newton, f->variance) / t->angles;
   for (long i = 0; i < t->angles; ++i) t->weights[i] = rate * (t->force[i] - f->mean);
   t->weights[high] += t->weight_range;
   t->weights[low] -= t->weight_range;

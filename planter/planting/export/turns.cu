@@ -20,6 +20,7 @@ $machine
 #endif
 #define CASADI_SYMBOL_EXPORT static __device__
 $prologue
+$weighed
 #ifdef __CUDACC__
 #pragma nv_diag_default 177
 #endif
@@ -91,7 +92,7 @@ static __global__ void evaluate(long angles, const double *phi, const double *sh
   if (thread == 0) {
     const double range = parts[0].high - parts[0].low, variance = parts[0].squares / parts[0].count;
     double *own_found = found + (size_t)blockIdx.x * 4;
-    own_found[0] = weight_range * range + weight_variance * (newton ? sqrt(variance) : variance);
+    own_found[0] = weighed(weight_range, weight_variance, newton, range, variance);
     own_found[1] = range;
     own_found[2] = variance;
     own_found[3] = parts[0].mean;

@@ -9,8 +9,8 @@ from planter.optimise import certificate, ipopt
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
 from planter.optimise.descent import STATIONARY, descend
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.range_and_spread import Weights
 from planter.optimise.range_and_spread import problem as over_turn
+from planter.optimise.spread import Weights
 from tests.planter.optimise import toys
 
 SAMPLINGS = [360, 91, "refined"]

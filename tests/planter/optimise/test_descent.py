@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import linprog, minimize_scalar
 
 from planter.optimise.descent import descend
-from planter.optimise.range_and_spread import Weights
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.samples import angles
+from planter.optimise.spread import Weights
 from tests.planter.optimise import toys
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from planter.optimise import ipopt, pareto
 from planter.optimise.descent import descend
-from planter.optimise.range_and_spread import Weights
 from planter.optimise.range_and_spread import problem as over_turn
+from planter.optimise.spread import Weights
 from tests.planter.optimise import toys
 
 

@@ -7,9 +7,10 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.optimise.range_and_spread import Sampling, Weights
+from planter.optimise.range_and_spread import Sampling
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.response import Event
+from planter.optimise.spread import Weights
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
