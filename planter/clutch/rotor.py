@@ -15,6 +15,7 @@ import numpy as np
 
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
+from planter.numerics import extremes
 
 MOST = 99
 """Most vertices and sides."""
@@ -81,18 +82,9 @@ class Rotor:
 
         The apothem that a rotation needs repeats after a turn divided by the common multiple of vertices and sides.
         """
-        from scipy.optimize import minimize_scalar
-
         period = 2 * math.pi / math.lcm(self.vertices, self.sides)
         rotations = period * np.arange(_SAMPLES) / _SAMPLES
-        needed = [self.tightest(float(r))[0] for r in rotations]
-        worst = float(rotations[int(np.argmax(needed))])
-        step = period / _SAMPLES
-        found = minimize_scalar(
-            lambda r: -self.tightest(r)[0], bounds=(worst - step, worst + step), method="bounded",
-            options={"xatol": 1e-9 * period},
-        )  # fmt: skip
-        return max(float(-found.fun), max(needed))
+        return extremes.largest(extremes.each(lambda r: self.tightest(r)[0]), rotations, closed=True).value
 
     def misses(self, rotation: Array) -> Array:
         """By how much the other pairs of sides are missed [m], (pairs, n), while two neighbouring pairs are held.
@@ -111,7 +103,6 @@ class Rotor:
     @cached_property
     def miss(self) -> float:
         """Largest of `misses` over a turn [m]; zero for a rotor."""
-        from scipy.optimize import minimize_scalar
 
         def size(rotation: Array) -> Array:
             found: Array = np.abs(self.misses(rotation)).max(axis=0)
@@ -119,13 +110,7 @@ class Rotor:
 
         period = 2 * math.pi / self.vertices
         rotations = period * np.arange(40 * self.sides) / (40 * self.sides)
-        sampled = size(rotations)
-        worst, step = rotations[int(np.argmax(sampled))], rotations[1]
-        found = minimize_scalar(
-            lambda r: -float(size(np.array([r]))[0]), bounds=(worst - step, worst + step), method="bounded",
-            options={"xatol": 1e-12},
-        )  # fmt: skip
-        return max(float(-found.fun), float(sampled.max()))
+        return extremes.largest(size, rotations, closed=True).value
 
     def harmonics(self, count: int) -> list[dict[str, float | int | bool]]:
         """The first harmonics of the support function, amplitudes in widths; which of them a rotor may have.

@@ -16,6 +16,7 @@ from planter.clutch.file import Clutch
 from planter.clutch.model import crank, given, model
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.numerics import extremes
 from planter.optimise.box import Box
 from planter.optimise.constraints import Named
 from planter.optimise.expressions import Expression, Expressions
@@ -121,8 +122,6 @@ class Switching:
 
     def worst_along(self, x: Array) -> dict[str, tuple[float, float]]:
         """For each limit of `ALONG` its least margin over the whole way, as a share, and where: at a design x."""
-        from scipy.optimize import minimize_scalar
-
         design = self.values | self.design(x)
         c = model().at("travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")})["c_min"]
         r_A = model().at("drive", k=design["k"], span=self.values["r_A"] + self.values["r_D"], gamma=design["gamma"],
@@ -134,13 +133,8 @@ class Switching:
                 at = model()("push", shift=c * share, crank=crank(design), F1=design["F1"], r_A=r_A)
                 return 1 - at[name] / self._limits[what]
 
-            near = _DENSE[int(np.argmin(margin(_DENSE)))]
-            ends = max(0.0, near - _DENSE[1]), min(1.0, near + _DENSE[1])
-            inside = minimize_scalar(
-                lambda s, margin=margin: float(margin(np.array([s]))[0]), bounds=ends, method="bounded",
-                options={"xatol": 1e-9},
-            )  # fmt: skip
-            found[what] = min((float(margin(np.array([s]))[0]), float(s)) for s in (near, inside.x))
+            least = extremes.least(margin, _DENSE)
+            found[what] = least.value, least.place
         return found
 
     def _check_closure(self) -> None:

@@ -13,10 +13,13 @@ from planter.errors import GeometryError
 from planter.files import units
 from planter.gearing import families
 from planter.kernels import Array, Kernel
+from planter.numerics import extremes
 
 TAIL = 1e-12
 """Largest coefficient of a series that may be left out [-]."""
 FIRST_TERMS, MOST_TERMS = 16, 1024
+HALF_TURN = np.linspace(0, np.pi, 181)
+"""Where the curvature of a segment is looked at [rad]."""
 
 
 @dataclass(frozen=True)
@@ -70,21 +73,12 @@ class Stage:
 
     def least_curvature(self, parameters: Array) -> dict[str, float]:
         """Least curvature [1/m] of the gear and its conjugate on both segments; negative where a curve is hollow."""
-        from scipy.optimize import minimize_scalar
-
         hoisted = self.prologue(parameters=parameters)["hoisted"]
-        u = np.linspace(0, np.pi, 181)
-        sampled = self.curvature(u=u, parameters=parameters, hoisted=hoisted)
-        least = {}
-        for name, row in sampled.items():
-            place = int(np.argmin(row[0]))
-            between = u[max(place - 1, 0)], u[min(place + 1, u.size - 1)]
-            found = minimize_scalar(
-                lambda v, name=name: self.curvature(u=[v], parameters=parameters, hoisted=hoisted)[name][0, 0],
-                bounds=between, method="bounded", options={"xatol": 1e-9},
-            )  # fmt: skip
-            least[name] = min(float(row[0, place]), float(found.fun))
-        return least
+
+        def curvature(name: str) -> extremes.Function:
+            return lambda u: self.curvature(u=u, parameters=parameters, hoisted=hoisted)[name][0]
+
+        return {name: extremes.least(curvature(name), HALF_TURN).value for name in self.curvature.outputs}
 
     def check_parameters(self, candidate: Candidate) -> None:
         """Raise GeometryError, naming file, key, value and bound, where a condition of the family fails."""

@@ -24,6 +24,7 @@ from planter.mapping.defects import one_turn
 from planter.mapping.dyads import Dyad
 from planter.mapping.linkage import TURN
 from planter.mapping.smooth import least_bent
+from planter.numerics import extremes
 
 SLOPES = (0.1, 10.0)
 """Least and largest slope of the curve."""
@@ -82,21 +83,15 @@ def missed(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterato
 
 def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
     """How a curve misses each pose where it comes closest to it with both ends of the arm."""
-    from scipy.optimize import minimize_scalar
-
-    wanted = _wanted(dyad, poses)
-    grid = np.linspace(0, TURN, 1441)
+    grid = np.linspace(0, TURN, 1440, endpoint=False)
     theta = []
-    for pose in wanted.T:
+    for pose in _wanted(dyad, poses).T:
 
-        def gap(angle: float, pose: Array = pose) -> float:
-            at = np.array([angle])
-            return float(np.sum((model.arm(at, curve.at(at) + at, dyad.vector)[:, 0] - pose) ** 2))
+        def gap(angles: Array, pose: Array = pose) -> Array:
+            places = model.arm(angles, curve.at(angles) + angles, dyad.vector)
+            return ((places - pose[:, None]) ** 2).sum(axis=0)
 
-        gaps = np.sum((model.arm(grid, curve.at(grid) + grid, dyad.vector) - pose[:, None]) ** 2, axis=0)
-        start, step = float(grid[int(np.argmin(gaps))]), float(grid[1])
-        found = minimize_scalar(gap, bounds=(start - step, start + step), method="bounded", options={"xatol": 1e-12})
-        theta.append(float(found.x))
+        theta.append(extremes.least(gap, grid, closed=True).place)
     return list(missed(dyad, poses, curve, np.array(theta)))
 
 

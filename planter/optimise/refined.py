@@ -19,8 +19,8 @@ from functools import cache, cached_property
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics import roots
 from planter.numerics.arrays import Flags, Integers
+from planter.numerics.extremes import stationary
 from planter.numerics.latest import Latest
 from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
@@ -96,8 +96,7 @@ class Panels:
 
     @cached_property
     def extremes(self) -> Extremes:
-        low, high, ends = self._brackets()
-        angles, peaks = roots.newton(self._slope, low, high, ends), ends[0] > ends[1]
+        angles, peaks = stationary(self._slope, *self._probes())
         before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
         kinks = np.flatnonzero((before > 0) != (after > 0))
         place = np.mod(np.concatenate([angles, self.breaks[kinks]]), self.response.period)
@@ -116,16 +115,14 @@ class Panels:
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.support_rates(self.at, np.mod(phi, self.response.period))
 
-    def _brackets(self) -> tuple[Array, Array, tuple[Array, Array]]:
-        """Neighbouring probes inside a panel between which dF/dphi changes sign, and dF/dphi there."""
+    def _probes(self) -> tuple[Array, Array, Flags]:
+        """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the same panel."""
         panels = np.arange(len(self.breaks) - 1)
         probes = np.concatenate([self.nodes, self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE])
         rate = np.concatenate([self.node_rates, self.end_rates[:, 0], self.end_rates[:, 1]])
-        order = np.lexsort([probes, np.concatenate([self.panel, panels, panels])])
-        probes, rate = probes[order], rate[order]
-        inside = np.diff(np.concatenate([self.panel, panels, panels])[order]) == 0
-        found = np.flatnonzero(((rate[1:] > 0) != (rate[:-1] > 0)) & inside)
-        return probes[found], probes[found + 1], (rate[found], rate[found + 1])
+        panel = np.concatenate([self.panel, panels, panels])
+        order = np.lexsort([probes, panel])
+        return probes[order], rate[order], np.diff(panel[order]) == 0
 
     @cached_property
     def node_slopes(self) -> Array:

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 from planter.errors import GeometryError
 from planter.kernels import Array
 from planter.kernels.formulas import load
+from planter.numerics import extremes
 from planter.pickup import limits
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import Inversion, invert
@@ -145,20 +146,12 @@ class Train:
     @cached_property
     def slope_extremes(self) -> tuple[float, float]:
         """Least and largest slope of the law on the teeth."""
-        return self._extreme(1), -self._extreme(-1)
 
-    def _extreme(self, sign: int) -> float:
-        """Least value of sign * slope on the teeth: the best of dense samples, refined."""
-
-        def value(t: float) -> float:
-            return sign * float(self.law.slopes(np.array([t]))[0, 0])
+        def slope(t: Array) -> Array:
+            return self.law.slopes(t)[0]
 
         t = self.samples(1441)
-        values = sign * self.law.slopes(t)[0]
-        best = int(np.argmin(values))
-        low, high = t[max(best - 1, 0)], t[min(best + 1, len(t) - 1)]
-        inside = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-12})
-        return float(min(values[best], inside.fun))
+        return extremes.least(slope, t).value, extremes.largest(slope, t).value
 
     @cached_property
     def arc(self) -> float:

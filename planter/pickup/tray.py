@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.kernels.formulas import load
+from planter.numerics import extremes
 from planter.pickup.file import Pickup
 from planter.pickup.law import MODEL, TURN
 from planter.pickup.model import Train
@@ -111,10 +111,9 @@ class Entry:
 
     def depth(self) -> tuple[float, float]:
         """Largest depth of the tip below the tray's surface [m], and where [rad]."""
-        t = np.linspace(-TURN / 2, TURN / 2, SAMPLES + 1)
-        found = self.place(t)[:, 0]
-        best = int(np.argmax(found))
-        return _refined(lambda x: float(self.place(np.array([x]))[0, 0]), float(t[best]), TURN / SAMPLES)
+        t = np.arange(SAMPLES) * TURN / SAMPLES - TURN / 2
+        found = extremes.largest(lambda t: self.place(t)[:, 0], t, closed=True)
+        return found.value, found.place
 
     def straight(self, allowed: float, entering: bool = True) -> float:
         """Length of the chord from the deepest place [m] from which the path into it, or out of it, stays `allowed`.
@@ -142,10 +141,8 @@ class Entry:
         """Least distance of needle and tray over a turn [m], negative where they cut, and where [rad]."""
         walls, free = self.cell.solid()
         t = np.arange(SAMPLES) * TURN / SAMPLES
-        gaps = [_gap(self.needle(float(x)), walls, free) for x in t]
-        best = int(np.argmin(gaps))
-        gap, where = _refined(lambda x: -_gap(self.needle(x), walls, free), float(t[best]), TURN / SAMPLES)
-        return -gap, where % TURN
+        found = extremes.least(extremes.each(lambda x: _gap(self.needle(x), walls, free)), t, closed=True)
+        return found.value, found.place % TURN
 
 
 def _gap(corners: Array, walls: Any, free: Any) -> float:
@@ -157,11 +154,3 @@ def _gap(corners: Array, walls: Any, free: Any) -> float:
         return float(needle.distance(walls)) / 1000
     cut = get_coordinates(needle.intersection(walls))
     return -max(float(Point(corner).distance(free)) for corner in cut) / 1000
-
-
-def _refined(value: Any, guess: float, step: float) -> tuple[float, float]:
-    """The largest value near a guess, and where."""
-    found = minimize_scalar(lambda x: -value(x), bounds=(guess - step, guess + step), method="bounded",
-                            options={"xatol": 1e-9})  # fmt: skip
-    own = value(guess)
-    return (own, guess) if own >= -found.fun else (float(-found.fun), float(found.x))

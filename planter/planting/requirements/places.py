@@ -13,6 +13,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
 from planter.numerics import roots
+from planter.numerics.extremes import stationary
 
 TURN, STRETCH, PITCH = 180, 48, 48
 """Cells of the grids over a turn, over a part of it, and over a segment of a pitch curve."""
@@ -79,12 +80,11 @@ class Course:
         grid = np.linspace(low, high, cells + 1)
         value, slope, _ = self.rows(grid)
         ends = [TipExtreme(float(grid[k]), float(value[k]), w) for k, w in ((0, 0), (-1, 1))]
-        up, down = sign * slope[:-1], sign * slope[1:]
-        inside = np.flatnonzero((up > 0) & (down < 0))
+        inside, maxima = stationary(self._slope, grid, slope)
+        inside = inside[maxima == (sign > 0)]
         if not len(inside):
             return max(ends, key=lambda e: sign * e.value)
-        angles = roots.newton(self._slope, grid[inside], grid[inside + 1], (slope[inside], slope[inside + 1]))
-        found = [TipExtreme(float(a), float(v), 2) for a, v in zip(angles, self.rows(angles)[0], strict=True)]
+        found = [TipExtreme(float(a), float(v), 2) for a, v in zip(inside, self.rows(inside)[0], strict=True)]
         return max([*ends, *found], key=lambda e: sign * e.value)
 
     def _slope(self, angles: Array) -> tuple[Array, Array]:
