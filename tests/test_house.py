@@ -11,7 +11,10 @@ from tests.support.house import FOUNDATION, ROOT, House
 
 PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
 MACHINES = sorted(rooms.folders("examples"))
-GENERAL = ((FOUNDATION,), ("files", "kernels", "terminal"), ("numerics", "report"), ("gearing", "optimise", "audit"))
+GENERAL = (
+    (FOUNDATION,), ("records",), ("files", "kernels", "terminal"), ("numerics", "report"),
+    ("gearing", "optimise", "audit"),
+)  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
 DERIVATION = ((FOUNDATION,), ("audit", "gearing", "mechanics"), ("emit", "systems"), ("papers",), ("build",))
 SHAPE = ("file", "model", "report", "tables", "commands", "printed", "examples")

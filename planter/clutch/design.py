@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage, rods, steepest
 from planter.clutch.model import condition, conditions, given, model
+from planter.clutch.results import Condition, Rods, Sizes, Sizing
 from planter.clutch.switching import ASSUMES
 from planter.errors import ComputationError
 
@@ -16,7 +16,7 @@ BINDS = 1e-9
 """Share of its value below which a margin counts as none."""
 
 
-def design(clutch: Clutch) -> dict[str, Any]:
+def design(clutch: Clutch) -> Sizing:
     """The smallest clutch for the file's shaft, wanted travel and space, with the linkage that moves its sleeve.
 
     Fillet, teeth and hexagon get their least sizes, the taper the angle that the travel asks for; lengths of crank,
@@ -32,24 +32,24 @@ def design(clutch: Clutch) -> dict[str, Any]:
         *_space(clutch, values),
         *_limits(clutch, values, linkage),
     ]
-    violated = sorted((c for c in found if not c["holds"]), key=lambda c: c["share"])
-    return {
-        "clutch": clutch.name,
-        "feasible": not violated,
-        "binds": [c["condition"] for c in found if abs(c["share"]) <= BINDS],
-        "violated": [c["condition"] for c in violated],
-        "tightest": min((c for c in found if abs(c["share"]) > BINDS), key=lambda c: c["share"])["condition"],
-        "sizes": _shown(values),
-        "linkage": {
-            "crank_mm": linkage.crank * 1e3,
-            "rod_mm": linkage.rod * 1e3,
-            "distance_mm": linkage.distance * 1e3,
-            "crank_rotation_deg": math.degrees(rotation),
-            "rod_angle_deg": math.degrees(steepest(linkage, values["c"])),
-        },
-        "conditions": found,
-        "assumes": list(ASSUMES[1:]),
-    }
+    violated = sorted((c for c in found if not c.holds), key=lambda c: c.share)
+    return Sizing(
+        clutch=clutch.name,
+        feasible=not violated,
+        binds=[c.condition for c in found if abs(c.share) <= BINDS],
+        violated=[c.condition for c in violated],
+        tightest=min((c for c in found if abs(c.share) > BINDS), key=lambda c: c.share).condition,
+        sizes=_shown(values),
+        linkage=Rods(
+            crank_mm=linkage.crank * 1e3,
+            rod_mm=linkage.rod * 1e3,
+            distance_mm=linkage.distance * 1e3,
+            crank_rotation_deg=math.degrees(rotation),
+            rod_angle_deg=math.degrees(steepest(linkage, values["c"])),
+        ),
+        conditions=found,
+        assumes=list(ASSUMES[1:]),
+    )
 
 
 def sized(clutch: Clutch) -> dict[str, float]:
@@ -79,7 +79,7 @@ def _linkage(clutch: Clutch, values: dict[str, float]) -> tuple[Linkage, float]:
     return rods(values["l_AB"], values["l_AC"], values["c"], rotation)[0], rotation
 
 
-def _space(clutch: Clutch, values: dict[str, float]) -> Iterator[dict[str, Any]]:
+def _space(clutch: Clutch, values: dict[str, float]) -> Iterator[Condition]:
     """The room that the file gives."""
     for what, key, used in (
         ("corners of the hexagonal hole within the space", "space_radius_mm", values["a"]),
@@ -90,7 +90,7 @@ def _space(clutch: Clutch, values: dict[str, float]) -> Iterator[dict[str, Any]]
         yield condition(what, f"wanted.{key}", "m", room - used, room)
 
 
-def _limits(clutch: Clutch, values: dict[str, float], linkage: Linkage) -> Iterator[dict[str, Any]]:
+def _limits(clutch: Clutch, values: dict[str, float], linkage: Linkage) -> Iterator[Condition]:
     """What the limits of the file ask of forces, gears and rod."""
     at = {name: values[name] for name in ("a", "phi", "mu", "F1", "F2")}
     ends = (0.0, values["c"])
@@ -118,20 +118,27 @@ def _limits(clutch: Clutch, values: dict[str, float], linkage: Linkage) -> Itera
     yield condition("teeth of the crank gear", "limits.teeth_least", "1", teeth - limits.teeth_least, teeth)
 
 
-def _shown(values: dict[str, float]) -> dict[str, float]:
-    lengths = {"fillet": "r", "tip": "b1", "root": "b2", "hexagon_side": "a", "width": "R", "outline": "b",
-               "left_radius": "R1", "right_radius": "R2", "length": "d", "travel": "c"}  # fmt: skip
-    return {
-        **{f"{name}_mm": values[key] * 1e3 for name, key in lengths.items()},
-        "face_angle_deg": math.degrees(values["xi"]),
-        "axial_angle_deg": math.degrees(values["phi"]),
-    }
+def _shown(values: dict[str, float]) -> Sizes:
+    return Sizes(
+        fillet_mm=values["r"] * 1e3,
+        tip_mm=values["b1"] * 1e3,
+        root_mm=values["b2"] * 1e3,
+        hexagon_side_mm=values["a"] * 1e3,
+        width_mm=values["R"] * 1e3,
+        outline_mm=values["b"] * 1e3,
+        left_radius_mm=values["R1"] * 1e3,
+        right_radius_mm=values["R2"] * 1e3,
+        length_mm=values["d"] * 1e3,
+        travel_mm=values["c"] * 1e3,
+        face_angle_deg=math.degrees(values["xi"]),
+        axial_angle_deg=math.degrees(values["phi"]),
+    )
 
 
-def refusal(found: dict[str, Any]) -> ComputationError:
+def refusal(found: Sizing) -> ComputationError:
     """The error of a design that does not fit: which inequality fails by how much."""
-    worst = next(c for c in found["conditions"] if c["condition"] == found["violated"][0])
-    others = len(found["violated"]) - 1
+    worst = next(c for c in found.conditions if c.condition == found.violated[0])
+    others = len(found.violated) - 1
     tail = f" (and {others} more)" if others else ""
-    by = f"{-worst['margin']:.4g} {worst['unit']}"
-    return ComputationError(f"no clutch fits: {worst['condition']} fails by {by} ({worst['source']}){tail}")
+    by = f"{-worst.margin:.4g} {worst.unit}"
+    return ComputationError(f"no clutch fits: {worst.condition} fails by {by} ({worst.source}){tail}")

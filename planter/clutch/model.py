@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Literal
 
 from planter.clutch.file import Clutch
+from planter.clutch.results import Condition
 from planter.files import units
 from planter.kernels import formulas
 from planter.kernels.formulas import Formulas
@@ -38,7 +39,7 @@ def crank(values: Mapping[str, float]) -> list[float]:
     return [values["l_AB"], values["l_BC"], values["l_AC"]]
 
 
-def conditions(values: Mapping[str, float], name: Model = "exact") -> list[dict[str, Any]]:
+def conditions(values: Mapping[str, float], name: Model = "exact") -> list[Condition]:
     """Every inequality of a working clutch with its margin, positive where it holds, in shown units.
 
     `share` is the margin as a share of what is kept above or below the bound.
@@ -55,17 +56,17 @@ def conditions(values: Mapping[str, float], name: Model = "exact") -> list[dict[
     ]
 
 
-def condition(what: str, source: str, unit: str, margin: float, value: float) -> dict[str, Any]:
+def condition(what: str, source: str, unit: str, margin: float, value: float) -> Condition:
     """An inequality as results show it; `margin` and `value` in the SI unit given."""
     key = units.key("margin", unit)
-    return {
-        "condition": what,
-        "source": source,
-        "margin": margin / units.factor(key),
-        "unit": units.unit(key) or "1",
-        "share": margin / abs(value),
-        "holds": margin >= -ROUNDING * abs(value),
-    }
+    return Condition(
+        condition=what,
+        source=source,
+        margin=margin / units.factor(key),
+        unit=units.unit(key) or "1",
+        share=margin / abs(value),
+        holds=margin >= -ROUNDING * abs(value),
+    )
 
 
 ROUNDING = 1e-12

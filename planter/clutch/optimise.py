@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from planter.clutch.file import Clutch
+from planter.clutch.results import Choice, FastestSwitching, Held, Proof
 from planter.clutch.switching import ASSUMES, VARIABLES, Switching
 from planter.errors import ComputationError
 from planter.files import units
@@ -26,7 +25,7 @@ ROUNDS = 8
 """Most times that a peak between stations becomes a station."""
 
 
-def optimise(clutch: Clutch, seed: int = 0, starts: int = STARTS) -> dict[str, Any]:
+def optimise(clutch: Clutch, seed: int = 0, starts: int = STARTS) -> FastestSwitching:
     """Axial angle, gear ratio and linkage of the smallest travel time under the limits of the file.
 
     Raises InputError for bounds that hold linkages that do not close, ComputationError where no start ends at a point
@@ -50,32 +49,33 @@ def optimise(clutch: Clutch, seed: int = 0, starts: int = STARTS) -> dict[str, A
         stations = {w: sorted({*at, *([peaks[w]] if w in peaks else [])}) for w, at in switching.stations.items()}
         switching, first = Switching(clutch, stations), [minimum.u for minimum in good]
         problem = switching.problem
-    return {
-        "clutch": clutch.name,
-        "travel_time_s": best.objective,
-        "start_travel_time_s": problem.reference.objective,
-        "start_violates": violated,
-        "design": _shown(x),
-        "start_design": _shown(own),
-        "stations": {what: list(at) for what, at in switching.stations.items()},
-        "least_margin_along": {what: margin for what, (margin, _) in along.items()},
-        "bounds": {key: list(pair) for key, pair in _bounds(switching).items()},
-        "certificate": _told(certified(problem, best.u, good), problem.scale) | {"starts": starts},
-        "assumes": list(ASSUMES),
-        "seed": seed,
-    }
+    return FastestSwitching(
+        clutch=clutch.name,
+        travel_time_s=best.objective,
+        start_travel_time_s=problem.reference.objective,
+        start_violates=violated,
+        design=Choice(**_shown(x)),
+        start_design=Choice(**_shown(own)),
+        stations={what: list(at) for what, at in switching.stations.items()},
+        least_margin_along={what: margin for what, (margin, _) in along.items()},
+        bounds=_bounds(switching),
+        certificate=_told(certified(problem, best.u, good), problem.scale, starts),
+        assumes=list(ASSUMES),
+        seed=seed,
+    )
 
 
-def _told(proof: Certificate, scale: float) -> dict[str, Any]:
+def _told(proof: Certificate, scale: float, starts: int) -> Proof:
     """The certificate; a multiplier is the share of the file's own time that a share of the limit is worth."""
     held = [(one.name, one.multiplier) for one in proof.active_constraints]
     held += [(f"{one.name} at its {one.side} bound", one.multiplier) for one in proof.active_bounds]
-    return {
-        "kkt_residual": proof.kkt_residual,
-        "active": [{"name": name, "multiplier": multiplier / scale} for name, multiplier in held],
-        "agreeing_starts": proof.agreeing_starts,
-        "spread": proof.spread / scale,
-    }
+    return Proof(
+        kkt_residual=proof.kkt_residual,
+        active=[Held(name, multiplier / scale) for name, multiplier in held],
+        agreeing_starts=proof.agreeing_starts,
+        spread=proof.spread / scale,
+        starts=starts,
+    )
 
 
 def _shown(x: Array) -> dict[str, float]:

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
+from planter.clutch.results import CornerPath, Fit, Harmonic, Oval, Sliding, SlidPath
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
 from planter.numerics import extremes
@@ -112,7 +112,7 @@ class Rotor:
         rotations = period * np.arange(40 * self.sides) / (40 * self.sides)
         return extremes.largest(size, rotations, closed=True).value
 
-    def harmonics(self, count: int) -> list[dict[str, float | int | bool]]:
+    def harmonics(self, count: int) -> list[Harmonic]:
         """The first harmonics of the support function, amplitudes in widths; which of them a rotor may have.
 
         A rotor of a regular polygon of N sides has those of order k N +- 1 alone (Goldberg, Math. Comp. 14, 1960).
@@ -120,11 +120,7 @@ class Rotor:
         orders = 2 * np.arange(count) + 1
         found = formulas.load("clutch_rotor")("harmonic", order=orders, shape=self.shape())["harmonic"]
         return [
-            {
-                "order": int(k),
-                "amplitude_over_R": float(h) / self.width,
-                "rotor": int(k) % self.sides in (1, self.sides - 1),
-            }
+            Harmonic(int(k), float(h) / self.width, rotor=int(k) % self.sides in (1, self.sides - 1))
             for k, h in zip(orders * self.vertices, found, strict=True)
         ]
 
@@ -204,52 +200,54 @@ class Slides:
         """The ellipse on which a vertex moves [m, rad]."""
         return formulas.load("clutch_rotor").at("slid_ellipse", trammel=self.packed(vertex))
 
-    def table(self) -> dict[str, Any]:
+    def shown(self) -> Sliding:
         """The ellipses of all other vertices, lengths in widths."""
         width = self.rotor.width
         others = [i for i in range(self.rotor.vertices) if i not in (0, self.vertices)]
-        return {
-            "sides_apart": self.apart,
-            "vertices_apart": self.vertices,
-            "rotation_deg": math.degrees(self.rotations[1] - self.rotations[0]),
-            "paths": [{"vertex": i, **_oval(self.ellipse(i), width)} for i in others],
-        }
+        return Sliding(
+            sides_apart=self.apart,
+            vertices_apart=self.vertices,
+            rotation_deg=math.degrees(self.rotations[1] - self.rotations[0]),
+            paths=[SlidPath(i, **vars(_oval(self.ellipse(i), width))) for i in others],
+        )
 
 
-def _oval(found: Mapping[str, float], width: float) -> dict[str, Any]:
-    return {
-        "centre_over_R": [found["x_E"] / width, found["y_E"] / width],
-        "semi_axes_over_R": [found["s_1"] / width, found["s_2"] / width],
-        "axis_deg": math.degrees(found["axis"]) % 180,
-    }
+def _oval(found: Mapping[str, float], width: float) -> Oval:
+    return Oval(
+        centre_over_R=(found["x_E"] / width, found["y_E"] / width),
+        semi_axes_over_R=(found["s_1"] / width, found["s_2"] / width),
+        axis_deg=math.degrees(found["axis"]) % 180,
+    )
 
 
-def summary(rotor: Rotor, harmonics: int = 6) -> dict[str, Any]:
+def _corner(found: Mapping[str, float], width: float) -> CornerPath:
+    return CornerPath(
+        **vars(_oval(found, width)),
+        tangency_radius_over_R=found["tangency"] / width,
+        lead_deg=math.degrees(found["lead"]),
+    )
+
+
+def summary(rotor: Rotor, harmonics: int = 6) -> Fit:
     """What there is to say of a pair of polygons, lengths in widths; None where it has no meaning.
 
     `exact` says whether the body is a rotor: every harmonic of its support function is one that a rotor may have.
     """
     paired = rotor.sides % 2 == 0
     passes = paired and rotor.sides < 2 * rotor.vertices
-    found = rotor.ellipse if passes else {}
+    found = rotor.ellipse if passes else None
     width, smallest = rotor.width, 2 * rotor.smallest_apothem / rotor.width
-    return {
-        "vertices": rotor.vertices,
-        "sides": rotor.sides,
-        "exact": all(h["rotor"] for h in rotor.harmonics(4 * rotor.sides)),
-        "smallest_over_R": smallest,
-        "mismatch_over_R": rotor.miss / width if paired else None,
-        "fillet_limit_over_R": found["fillet"] / width if passes else None,
-        "ellipse": {
-            **_oval(found, width),
-            "tangency_radius_over_R": found["tangency"] / width,
-            "lead_deg": math.degrees(found["lead"]),
-        }
-        if passes
-        else None,
-        "slides": rotor.slides().table(),
-        "harmonics": rotor.harmonics(harmonics),
-    }
+    return Fit(
+        vertices=rotor.vertices,
+        sides=rotor.sides,
+        exact=all(h.rotor for h in rotor.harmonics(4 * rotor.sides)),
+        smallest_over_R=smallest,
+        mismatch_over_R=rotor.miss / width if paired else None,
+        fillet_limit_over_R=found["fillet"] / width if found else None,
+        ellipse=_corner(found, width) if found else None,
+        slides=rotor.slides().shown(),
+        harmonics=rotor.harmonics(harmonics),
+    )
 
 
 def outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 24) -> Array:

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 from planter import legible
 from planter.errors import ComputationError, InputError, Interrupted, PlanterError
+from planter.records import Record
 from planter.terminal import signals, streams
 
 Rows = Iterable[Sequence[object]]
@@ -22,12 +23,13 @@ class Console:
 
     as_json: bool
 
-    def result(self, content: dict[str, Any], tables: Callable[[], None]) -> None:
+    def result(self, content: Record | dict[str, Any], tables: Callable[[], None]) -> None:
         """Print a result: as JSON, or by `tables`. From here on signals do not count: the work is done."""
         if signals.exit_code() is not None:
             raise Interrupted
         signals.ignore()
-        text = json.dumps(content, indent=2, allow_nan=False) if self.as_json else ""
+        table = content.table() if isinstance(content, Record) else content
+        text = json.dumps(table, indent=2, allow_nan=False) if self.as_json else ""
         with streams.written():
             if self.as_json:
                 print(text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -95,12 +95,5 @@ def plan_field(
         if out is not None:
             from planter.report import files
 
-            files.write_text(files.output_folder(out) / "plan.csv", planned.csv())
-        result: dict[str, Any] = {
-            "array": planned.array,
-            "factors": list(planned.factors),
-            "blank": list(planned.blanks),
-            "columns": planned.columns,
-            "text": planned.csv(),
-        }
-        console.result(result, lambda: print(planned.csv(), end=""))
+            files.write_text(files.output_folder(out) / "plan.csv", planned.text)
+        console.result(planned, lambda: print(planned.text, end=""))

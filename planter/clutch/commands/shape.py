@@ -73,7 +73,7 @@ def design(
             from planter.clutch.report import shape as report
 
             report.write_design(out, found, result)
-        if not result["feasible"]:
+        if not result.feasible:
             raise sizing.refusal(result)
         console.result(result, lambda: tables.design(console, result))
 

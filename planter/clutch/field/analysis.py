@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.clutch.field.trial import Factor, Response, Trial
+from planter.clutch.results import Effect, Means, Residual, Total
 from planter.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class Model:
         levels = tuple(size * np.append(part, -part.sum()) for part in parts)
         return Effects(float(middle + size * fit.params[0]), levels)
 
-    def anova(self, response: Response) -> dict[str, dict[str, float | None]]:
+    def anova(self, response: Response) -> dict[str, Effect | Residual | Total]:
         """Sums of squares of each factor over all others (type II), of the error and of all runs.
 
         F and p are None where the error has no degrees of freedom, or is rounding.
@@ -91,16 +92,16 @@ class Model:
         noise = rest / self.freedom if self.freedom else None
         if noise is not None and rest <= ROUNDING**2 * np.sum((response.values / size) ** 2):
             noise = None
-        found: dict[str, dict[str, float | None]] = {}
+        found: dict[str, Effect | Residual | Total] = {}
         for index, (factor, block) in enumerate(self._pairs()):
             others = self._columns(i for i in range(len(self.blocks)) if i != index)
             ss, df = max(float(_fit(scaled, others).ssr) - rest, 0.0), block.shape[1]
             ratio = None if noise is None else ss / df / noise
             p = None if ratio is None else float(stats.f.sf(ratio, df, self.freedom))
-            found[factor.name] = {"ss": ss * size**2, "df": df, "ms": ss * size**2 / df, "F": ratio, "p": p}
+            found[factor.name] = Effect(ss * size**2, df, ss * size**2 / df, ratio, p)
         ms = rest * size**2 / self.freedom if self.freedom else None
-        found["error"] = {"ss": rest * size**2, "df": self.freedom, "ms": ms}
-        found["total"] = {"ss": float(scaled @ scaled) * size**2, "df": self.trial.runs - 1}
+        found["error"] = Residual(rest * size**2, self.freedom, ms)
+        found["total"] = Total(float(scaled @ scaled) * size**2, self.trial.runs - 1)
         return found
 
     def _pairs(self) -> Iterator[tuple[Factor, Array]]:
@@ -120,12 +121,12 @@ class Model:
         return names
 
 
-def range_analysis(trial: Trial, response: Response) -> dict[str, dict[str, Any]]:
+def range_analysis(trial: Trial, response: Response) -> dict[str, Means]:
     """Mean of the runs at each level of a factor, and the largest less the least of them."""
     found = {}
     for factor in trial.factors:
         means = [float(response.values[factor.codes == code].mean()) for code in range(len(factor.levels))]
-        found[factor.name] = {"k": means, "R": max(means) - min(means)}
+        found[factor.name] = Means(means, max(means) - min(means))
     return found
 
 

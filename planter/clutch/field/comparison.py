@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planter.clutch.results import Compared
 from planter.errors import InputError
 from planter.files import csv_rows
 
@@ -67,7 +67,7 @@ def _check_distinct(table: csv_rows.Table, samples: Sequence[Sample]) -> None:
         raise InputError(f"{table.source}: column clutch names {clutches}, there must be 2 to {MOST_CLUTCHES}")
 
 
-def compare(samples: Sequence[Sample]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def compare(samples: Sequence[Sample]) -> tuple[list[Compared], list[Compared]]:
     """Every pair of clutches at each speed and measure that both have: the first two clutches, then all other pairs.
 
     `reduction_percent` is (reference - clutch) / reference of the means, None for a reference of zero; `p_value` is
@@ -82,24 +82,24 @@ def compare(samples: Sequence[Sample]) -> tuple[list[dict[str, Any]], list[dict[
         for sample in samples
         if sample.clutch == first
     ]
-    pairs = [_pair(new, reference) for new, reference in found if reference]
-    _adjust(pairs)
-    main = [pair for pair in pairs if (pair["clutch"], pair["reference"]) == tuple(clutches[:2])]
+    pairs = _adjusted([_pair(new, reference) for new, reference in found if reference])
+    main = [pair for pair in pairs if (pair.clutch, pair.reference) == tuple(clutches[:2])]
     return main, pairs[len(main) :]
 
 
-def _pair(new: Sample, reference: Sample) -> dict[str, Any]:
+def _pair(new: Sample, reference: Sample) -> Compared:
     with np.errstate(all="ignore"):
         reduction = float(100 * (1 - np.float64(new.mean) / reference.mean))
-    return {
-        "speed_m_s": new.speed_m_s,
-        "measure": new.measure,
-        "clutch": new.clutch,
-        "reference": reference.clutch,
-        "difference": new.mean - reference.mean,
-        "reduction_percent": reduction if math.isfinite(reduction) else None,
-        "p_value": welch(new, reference),
-    }
+    return Compared(
+        speed_m_s=new.speed_m_s,
+        measure=new.measure,
+        clutch=new.clutch,
+        reference=reference.clutch,
+        difference=new.mean - reference.mean,
+        reduction_percent=reduction if math.isfinite(reduction) else None,
+        p_value=welch(new, reference),
+        p_holm=None,
+    )
 
 
 def welch(a: Sample, b: Sample) -> float | None:
@@ -114,12 +114,10 @@ def welch(a: Sample, b: Sample) -> float | None:
     return float(found.pvalue)
 
 
-def _adjust(pairs: Iterable[dict[str, Any]]) -> None:
+def _adjusted(pairs: Sequence[Compared]) -> list[Compared]:
+    """The pairs with their chances by Holm's procedure."""
     from statsmodels.stats.multitest import multipletests
 
-    tested = [pair for pair in pairs if pair["p_value"] is not None]
-    adjusted = multipletests([pair["p_value"] for pair in tested], method="holm")[1] if tested else []
-    for pair in pairs:
-        pair["p_holm"] = None
-    for pair, p in zip(tested, adjusted, strict=True):
-        pair["p_holm"] = float(p)
+    p = [pair.p_value for pair in pairs if pair.p_value is not None]
+    adjusted = iter(multipletests(p, method="holm")[1] if p else ())
+    return [pair if pair.p_value is None else replace(pair, p_holm=float(next(adjusted))) for pair in pairs]

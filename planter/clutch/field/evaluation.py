@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from planter.clutch.field.analysis import Effects, Model, first_least, is_orthog
 from planter.clutch.field.comparison import Sample
 from planter.clutch.field.goals import Goal
 from planter.clutch.field.trial import Columns, Trial
+from planter.clutch.results import Effect, FieldTest, Level, Levels, Means, Named, Predicted, Total
 from planter.files import examples
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Evaluation:
     effects: dict[str, Effects]
     goals: dict[str, Goal]
     samples: tuple[Sample, ...]
-    result: dict[str, Any]
+    result: FieldTest
 
 
 def evaluate(
@@ -70,44 +71,52 @@ def evaluated(read: Trial, samples: Sequence[Sample] = (), wanted: Mapping[str, 
     anova = {response.name: model.anova(response) for response in read.responses}
     combinations = math.prod(len(factor.levels) for factor in read.factors)
     main, others = comparison.compare(samples)
-    result = {
-        "source": read.source,
-        "runs": read.runs,
-        "factors": {f.name: {"label": f.label, "levels": list(f.levels), "values": f.values} for f in read.factors},
-        "responses": {response.name: {"label": response.label} for response in read.responses},
-        "blank": [blank.name for blank in read.blanks],
-        "orthogonal": orthogonal,
-        "sums_of_squares": "types I, II and III agree" if orthogonal else "type II",
-        "goals": {name: str(goal) for name, goal in chosen.items()},
-        **_ranges(read, orthogonal, chosen),
-        "anova": anova,
-        "best": _best(read, effects, chosen) if chosen and combinations <= SEARCHED else None,
-        "prediction": list(_predictions(read, effects)) if combinations <= LISTED else [],
-        "comparison": main,
-        "other_comparisons": others,
-        "warnings": [
+    ranged = _ranges(read, chosen) if orthogonal else Ranges()
+    result = FieldTest(
+        source=read.source,
+        runs=read.runs,
+        factors={
+            f.name: Levels(f.label, list(f.levels), None if f.values is None else list(f.values)) for f in read.factors
+        },
+        responses={response.name: Named(response.label) for response in read.responses},
+        blank=[blank.name for blank in read.blanks],
+        orthogonal=orthogonal,
+        sums_of_squares="types I, II and III agree" if orthogonal else "type II",
+        goals={name: str(goal) for name, goal in chosen.items()},
+        range=ranged.means,
+        order=ranged.order,
+        range_best=ranged.best,
+        anova=anova,
+        best=_best(read, effects, chosen) if chosen and combinations <= SEARCHED else None,
+        prediction=list(_predictions(read, effects)) if combinations <= LISTED else [],
+        comparison=main,
+        other_comparisons=others,
+        warnings=[
             *_warnings(read, model, anova, orthogonal, combinations),
             *(_ties(effects, chosen) if chosen and combinations <= SEARCHED else ()),
         ],
-    }
+    )
     return Evaluation(read, effects, chosen, tuple(samples), result)
 
 
-def _ranges(read: Trial, orthogonal: bool, chosen: Mapping[str, Goal]) -> dict[str, Any]:
-    """Range analysis, the order of the factors' influence, and the level whose mean is best of each factor.
+class Ranges(NamedTuple):
+    """Range analysis, the order of the factors' influence, and the level whose mean is best of each factor."""
 
-    There is an order only among factors of as many levels: the range grows with them.
-    """
-    if not orthogonal:
-        return {"range": None, "order": None, "range_best": None}
+    means: dict[str, dict[str, Means]] | None = None
+    order: dict[str, list[str]] | None = None
+    best: dict[str, list[Level]] | None = None
+
+
+def _ranges(read: Trial, chosen: Mapping[str, Goal]) -> Ranges:
+    """Of an orthogonal design; there is an order only among factors of as many levels: the range grows with them."""
     found = {response.name: range_analysis(read, response) for response in read.responses}
     comparable = len({len(factor.levels) for factor in read.factors}) == 1
-    order = {name: sorted(of, key=lambda factor: -of[factor]["R"]) for name, of in found.items()}
+    order = {name: sorted(of, key=lambda factor: -of[factor].R) for name, of in found.items()}
     best = {
-        name: [f.levels[first_least(goal.loss(np.array(found[name][f.name]["k"])))] for f in read.factors]
+        name: [f.levels[first_least(goal.loss(np.array(found[name][f.name].k)))] for f in read.factors]
         for name, goal in chosen.items()
     }
-    return {"range": found, "order": order if comparable else None, "range_best": best or None}
+    return Ranges(found, order if comparable else None, best or None)
 
 
 def _losses(effects: Mapping[str, Effects], chosen: Mapping[str, Goal]) -> dict[str, Array]:
@@ -115,7 +124,7 @@ def _losses(effects: Mapping[str, Effects], chosen: Mapping[str, Goal]) -> dict[
     return {name: goal.loss(effects[name].predicted()) for name, goal in chosen.items()}
 
 
-def _best(read: Trial, effects: dict[str, Effects], chosen: Mapping[str, Goal]) -> dict[str, list[trial.Level]]:
+def _best(read: Trial, effects: dict[str, Effects], chosen: Mapping[str, Goal]) -> dict[str, list[Level]]:
     """Levels whose prediction is best by each response's goal, and by the mean of the ranks over all responses."""
     losses = _losses(effects, chosen)
     first = {name: first_least(loss) for name, loss in losses.items()}
@@ -137,13 +146,15 @@ def _ties(effects: Mapping[str, Effects], chosen: Mapping[str, Goal]) -> Iterato
         )
 
 
-def _predictions(read: Trial, effects: dict[str, Effects]) -> Iterator[dict[str, Any]]:
+def _predictions(read: Trial, effects: dict[str, Effects]) -> Iterator[Predicted]:
     predicted = [effect.predicted().tolist() for effect in effects.values()]
     for levels, *values in zip(itertools.product(*(f.levels for f in read.factors)), *predicted, strict=True):
-        yield {"levels": list(levels), **dict(zip(effects, values, strict=True))}
+        yield Predicted(list(levels), dict(zip(effects, values, strict=True)))
 
 
-def _warnings(read: Trial, model: Model, anova: dict[str, Any], orthogonal: bool, combinations: int) -> Iterator[str]:
+def _warnings(
+    read: Trial, model: Model, anova: Mapping[str, Mapping[str, Total]], orthogonal: bool, combinations: int
+) -> Iterator[str]:
     if not orthogonal:
         yield (
             "the design is not orthogonal, so there is no range analysis, and sums of squares are of type II (each "
@@ -155,7 +166,9 @@ def _warnings(read: Trial, model: Model, anova: dict[str, Any], orthogonal: bool
     if model.freedom == 0:
         yield "the effects use up all degrees of freedom: without any left for the error there is no F and no p"
     else:
-        exact = [name for name, table in anova.items() if next(iter(table.values()))["F"] is None]
+        exact = [
+            name for name, table in anova.items() if any(isinstance(s, Effect) and s.F is None for s in table.values())
+        ]
         if exact:
             yield f"main effects explain {' and '.join(exact)} to the last digit: without any error there is no F, no p"
     if combinations > LISTED:

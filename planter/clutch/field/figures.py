@@ -35,7 +35,7 @@ def effects(found: Evaluation, order: Sequence[Factor]) -> Figure:
     figure = style.new_figure(0.4 + 1.9 * len(trial.responses))
     grid = figure.subplots(len(trial.responses), len(chosen), sharey="row", squeeze=False)
     for row, response in zip(grid, trial.responses, strict=True):
-        best = (found.result["best"] or {}).get(response.name)
+        best = (found.result.best or {}).get(response.name)
         for axes, factor in zip(row, chosen, strict=True):
             index = trial.factors.index(factor)
             own = found.effects[response.name]

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
+from planter.clutch.results import FieldTest
 from planter.report import bundle, files
-from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.version import __version__
 
 if TYPE_CHECKING:
@@ -30,9 +31,9 @@ MOST_ROWS = 500
 def write(out: str | Path, found: Evaluation, progress: bundle.Progress | None = None) -> None:
     """Writes everything into a folder, whole or not at all. Raises InputError for one that cannot be written."""
     files.output_folder(out)
-    summary = files.summary_text({**found.result, "provenance": provenance(found)})
+    summary = files.summary_text({**found.result.table(), "provenance": provenance(found)})
     listing = {
-        f"{name}.csv": _csv([f"data: {found.result['source']}"], head, rows)
+        f"{name}.csv": _csv([f"data: {found.result.source}"], head, rows)
         for name, (head, rows) in listed(found.result).items()
     }
     drawn = bundle.drawn(drawings(found), progress)
@@ -53,19 +54,19 @@ def provenance(found: Evaluation) -> dict[str, Any]:
     return {"planter": __version__, **versions, "python": platform.python_version(), "data_sha256": digest}
 
 
-def listed(result: Mapping[str, Any]) -> dict[str, tuple[Sequence[str], Rows]]:
+def listed(result: FieldTest) -> dict[str, tuple[Sequence[str], Rows]]:
     """Head and rows of every table."""
-    factors, responses = result["factors"], result["responses"]
+    factors, responses = result.factors, result.responses
     found: dict[str, tuple[Sequence[str], Rows]] = {}
-    if result["range"]:
+    if result.range:
         found["range"] = (("response", "factor", "level", "k", "R"), list(tables.ranges(result)))
     columns = ("response", "source", "ss", "df", "ms", "F", "p")
     found["anova"] = (columns, [row[: len(columns)] for row in tables.anova(result)])
-    predicted: Rows = [(*row["levels"], *(row[name] for name in responses)) for row in result["prediction"]]
+    predicted: Rows = [(*row.levels, *(row.means[name] for name in responses)) for row in result.prediction]
     found["prediction"] = ((*factors, *responses), predicted)
-    pairs = [*result["comparison"], *result["other_comparisons"]]
+    pairs = [*result.comparison, *result.other_comparisons]
     if pairs:
-        found["comparison"] = (tuple(pairs[0]), [tuple(pair.values()) for pair in pairs])
+        found["comparison"] = (tuple(pairs[0].table()), [tuple(pair.table().values()) for pair in pairs])
     return found
 
 
@@ -107,24 +108,24 @@ def leading(found: Evaluation) -> list[Factor]:
     factors = list(found.trial.factors)
     if len(factors) <= figures.SURFACE_FACTORS:
         return factors
-    anova = found.result["anova"].values()
-    share = {f.name: max(table[f.name]["ss"] / (table["total"]["ss"] or 1) for table in anova) for f in factors}
+    anova = found.result.anova.values()
+    share = {f.name: max(table[f.name].ss / (table["total"].ss or 1) for table in anova) for f in factors}
     return sorted(factors, key=lambda factor: -share[factor.name])
 
 
 def html(found: Evaluation, drawn: Mapping[str, str]) -> str:
     """The page of an evaluation, with the SVG texts of its figures."""
     result = found.result
-    told = {"runs": result["runs"], "factors": ", ".join(result["factors"])}
-    told |= {"responses": ", ".join(result["responses"]), "sums of squares": result["sums_of_squares"]}
-    told |= {f"goal of {name}": goal for name, goal in result["goals"].items()}
+    told: dict[str, Cell] = {"runs": result.runs, "factors": ", ".join(result.factors)}
+    told |= {"responses": ", ".join(result.responses), "sums of squares": result.sums_of_squares}
+    told |= {f"goal of {name}": goal for name, goal in result.goals.items()}
     subtitle = "Main effects, prediction and comparison from the runs of a field test"
     first: list[Block] = [Keys(told)]
-    if result["warnings"]:
-        first.append(Items([f"{warning}." for warning in result["warnings"]], "warning"))
+    if result.warnings:
+        first.append(Items([f"{warning}." for warning in result.warnings], "warning"))
     sections = [Section("The test", [*first, _meanings(found)]), *_sections(result, drawn)]
     sections.append(Section("How this was computed", [Keys(provenance(found))]))
-    return page(f"Field test {result['source']}", sections, subtitle)
+    return page(f"Field test {result.source}", sections, subtitle)
 
 
 def _meanings(found: Evaluation) -> Block:
@@ -135,24 +136,24 @@ def _meanings(found: Evaluation) -> Block:
     return Table(("factor", "meaning", "levels", "values"), rows)
 
 
-def _sections(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator[Section]:
+def _sections(result: FieldTest, drawn: Mapping[str, str]) -> Iterator[Section]:
     caption = "Predicted mean at each level (blue), single runs (grey), mean of all runs (dashed)"
-    if result["best"]:
+    if result.best:
         caption += ", the levels that are best by the response's goal (green)"
     effects: list[Block] = [FigureSvg(drawn["effects"], caption)]
-    if result["range"]:
+    if result.range:
         effects.append(Table(tables.RANGE, list(tables.ranges(result)), "Range analysis"))
     yield Section("Effects", effects)
     stars = "** p < 0.01, * p < 0.05; mean squares and F from unrounded sums"
     yield Section("Analysis of variance", [Table(tables.ANOVA, list(tables.anova(result))), Text(stars, "note")])
     yield Section("Prediction", list(_prediction(result, drawn)))
-    if result["comparison"] or result["other_comparisons"]:
+    if result.comparison or result.other_comparisons:
         yield Section("Comparison of clutches", list(_comparison(result, drawn)))
 
 
-def _prediction(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator[Block]:
-    head = tuple(result["factors"])
-    if result["best"]:
+def _prediction(result: FieldTest, drawn: Mapping[str, str]) -> Iterator[Block]:
+    head = tuple(result.factors)
+    if result.best:
         yield Table(tables.BEST + head, list(tables.best(result)), "Best levels")
     note = "The prediction adds main effects: interactions, if there are any, are neither in it nor tested."
     yield Text(note, "note")
@@ -161,14 +162,14 @@ def _prediction(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator
         caption = "Additive prediction over pairs of factors, the others at their middle level; contours below"
         yield FigureSvg(drawn[name], caption)
     rows = list(tables.predictions(result))
-    ordered = ", best by mean rank first" if result["goals"] else ""
+    ordered = ", best by mean rank first" if result.goals else ""
     title = f"{min(len(rows), MOST_ROWS)} of {len(rows)} combinations{ordered}"
-    yield Folded(title, [Table((*head, *result["responses"]), rows[:MOST_ROWS])])
+    yield Folded(title, [Table((*head, *result.responses), rows[:MOST_ROWS])])
 
 
-def _comparison(result: Mapping[str, Any], drawn: Mapping[str, str]) -> Iterator[Block]:
+def _comparison(result: FieldTest, drawn: Mapping[str, str]) -> Iterator[Block]:
     yield FigureSvg(drawn["comparison"], "Mean and standard deviation")
-    for key, title in (("comparison", "The first two clutches"), ("other_comparisons", "Other pairs")):
-        if result[key]:
-            yield Table(tables.COMPARISON, list(tables.comparisons(result[key])), title)
+    for pairs, title in ((result.comparison, "The first two clutches"), (result.other_comparisons, "Other pairs")):
+        if pairs:
+            yield Table(tables.COMPARISON, list(tables.comparisons(pairs)), title)
     yield Text("p: Welch's test; Holm: the same, held together over all pairs", "note")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planter.clutch.field.arrays import OrthogonalArray, array
 from planter.clutch.field.trial import RESERVED, Columns
+from planter.clutch.results import Plan
 from planter.errors import InputError
 from planter.files import csv_rows
 
@@ -33,25 +34,6 @@ class Wanted:
         levels = tuple(level.strip() for level in listed.split(",")) if equals else ()
         _check(text, name.strip(), levels)
         return cls(name.strip(), levels)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The columns of a plan in their order: runs, factors, blank columns, empty ones for the responses."""
-
-    array: str
-    factors: tuple[str, ...]
-    blanks: tuple[str, ...]
-    columns: dict[str, list[str]]
-    comments: tuple[str, ...]
-
-    def csv(self) -> str:
-        text = io.StringIO()
-        text.writelines(f"# {comment}\n" for comment in self.comments)
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(zip(*self.columns.values(), strict=True))
-        return text.getvalue()
 
 
 def plan(
@@ -81,7 +63,16 @@ def plan(
     columns |= {response: [""] * len(codes) for response in responses}
     comments = [f"Plan {chosen.name}, {'in standard order' if seed is None else f'shuffled by seed {seed}'}."]
     comments += [f"factor {f.name}: = {', '.join(f.levels)}" for f in factors if not _numeric(f.levels)]
-    return Plan(chosen.name, tuple(f.name for f in factors), tuple(blanks), columns, tuple(comments))
+    return Plan(chosen.name, [f.name for f in factors], blanks, columns, _csv(comments, columns))
+
+
+def _csv(comments: Sequence[str], columns: Mapping[str, Sequence[str]]) -> str:
+    text = io.StringIO()
+    text.writelines(f"# {comment}\n" for comment in comments)
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return text.getvalue()
 
 
 def _assigned(chosen: OrthogonalArray, factors: Sequence[Wanted]) -> list[int]:

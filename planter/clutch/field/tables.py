@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from planter.clutch.field.goals import Goal, order
+from planter.clutch.results import Compared, FieldTest
 from planter.terminal.console import Console
 
-Result = Mapping[str, Any]
 Rows = Iterator[Sequence[Any]]
 
 RANGE = ("response", "factor", "level", "mean", "range")
@@ -22,65 +22,65 @@ SHOWN = 5
 """Combinations of levels that the console shows, the best first."""
 
 
-def show(console: Console, result: Result) -> None:
+def show(console: Console, result: FieldTest) -> None:
     """Everything but the long list of predictions, of which the best are shown."""
-    print(f"{result['source']}: {result['runs']} runs, factors {', '.join(result['factors'])}\n")
-    if result["range"]:
+    print(f"{result.source}: {result.runs} runs, factors {', '.join(result.factors)}\n")
+    if result.range:
         console.table("Range analysis", RANGE, ranges(result))
-    console.table(f"Analysis of variance, sums of squares: {result['sums_of_squares']}", ANOVA, anova(result))
-    factors = tuple(result["factors"])
-    if result["best"]:
+    console.table(f"Analysis of variance, sums of squares: {result.sums_of_squares}", ANOVA, anova(result))
+    factors = tuple(result.factors)
+    if result.best:
         console.table("Best levels", BEST + factors, best(result))
-    head = (*factors, *result["responses"])
-    title = "Additive prediction, best first" if result["goals"] else "Additive prediction"
+    head = (*factors, *result.responses)
+    title = "Additive prediction, best first" if result.goals else "Additive prediction"
     console.table(title, head, list(predictions(result))[:SHOWN])
-    _comparisons(console, [*result["comparison"], *result["other_comparisons"]])
-    for warning in result["warnings"]:
+    _comparisons(console, [*result.comparison, *result.other_comparisons])
+    for warning in result.warnings:
         print(f"Note: {warning}.")
 
 
-def ranges(result: Result) -> Rows:
+def ranges(result: FieldTest) -> Rows:
     """Level means, the range beside the first of each factor."""
-    for response, factors in result["range"].items():
+    for response, factors in (result.range or {}).items():
         for name, found in factors.items():
-            for index, (level, mean) in enumerate(zip(result["factors"][name]["levels"], found["k"], strict=True)):
-                yield response, name, str(level), mean, None if index else found["R"]
+            for index, (level, mean) in enumerate(zip(result.factors[name].levels, found.k, strict=True)):
+                yield response, name, str(level), mean, None if index else found.R
 
 
-def anova(result: Result) -> Rows:
+def anova(result: FieldTest) -> Rows:
     """Rows of all responses, with the usual stars: two for p < 0.01, one for p < 0.05."""
-    for response, sources in result["anova"].items():
+    for response, sources in result.anova.items():
         for name, row in sources.items():
-            p = row.get("p")
+            mean, ratio, p = (getattr(row, key, None) for key in ("ms", "F", "p"))
             stars = "" if p is None else "**" if p < 0.01 else "*" if p < 0.05 else ""
-            yield response, name, row["ss"], row["df"], row.get("ms"), row.get("F"), p, stars
+            yield response, name, row.ss, row.df, mean, ratio, p, stars
 
 
-def best(result: Result) -> Rows:
+def best(result: FieldTest) -> Rows:
     """Levels with the best prediction by the goal of each response, and of all together."""
-    for name, levels in result["best"].items():
-        goal = ("all together", "least mean rank") if name == "both" else (name, result["goals"][name])
+    for name, levels in (result.best or {}).items():
+        goal = ("all together", "least mean rank") if name == "both" else (name, result.goals[name])
         yield (*goal, *(str(level) for level in levels))
 
 
-def predictions(result: Result) -> Rows:
+def predictions(result: FieldTest) -> Rows:
     """Combinations of levels, the best by the goals of all responses first; in their own order where there are none."""
-    rows, goals = result["prediction"], result["goals"]
-    losses = [Goal.of(goal).loss(np.array([row[name] for row in rows])) for name, goal in goals.items()]
+    rows, goals = result.prediction, result.goals
+    losses = [Goal.of(goal).loss(np.array([row.means[name] for row in rows])) for name, goal in goals.items()]
     for index in order(losses) if rows and losses else range(len(rows)):
         row = rows[index]
-        yield (*(str(level) for level in row["levels"]), *(row[name] for name in result["responses"]))
+        yield (*(str(level) for level in row.levels), *(row.means[name] for name in result.responses))
 
 
-def comparisons(found: Sequence[Result]) -> Rows:
+def comparisons(found: Sequence[Compared]) -> Rows:
     """Rows under the heads of `COMPARISON`."""
     for row in found:
-        yield tuple(row[key] for key in PAIR)
+        yield tuple(getattr(row, key) for key in PAIR)
 
 
-def _comparisons(console: Console, found: Sequence[Result]) -> None:
+def _comparisons(console: Console, found: Sequence[Compared]) -> None:
     """A table for each pair of clutches: narrow enough for a terminal."""
-    for pair in dict.fromkeys((row["clutch"], row["reference"]) for row in found):
-        mine = [row for row in found if (row["clutch"], row["reference"]) == pair]
+    for pair in dict.fromkeys((row.clutch, row.reference) for row in found):
+        mine = [row for row in found if (row.clutch, row.reference) == pair]
         rows = [(measure, speed, *rest) for measure, speed, _, _, *rest in comparisons(mine)]
         console.table(f"{pair[0]} against {pair[1]} (Welch)", (*COMPARISON[:2], *COMPARISON[4:]), rows)

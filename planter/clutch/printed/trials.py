@@ -10,20 +10,19 @@ import numpy as np
 
 from planter.audit.registry import Inputs, Value, formula
 from planter.clutch.field import NEAREST_ZERO, Evaluation, Factor, Response, Trial, comparison, evaluation
+from planter.clutch.results import Level, Means
 
 
 @formula("level mean")
 def level_mean(inputs: Inputs) -> float:
     """Mean response of the runs at one level of a factor."""
-    found: float = _trial(inputs).result["range"][inputs["response"]][inputs["factor"]]["k"][inputs["level"] - 1]
-    return found
+    return _means(inputs).k[inputs["level"] - 1]
 
 
 @formula("range of level means")
 def level_range(inputs: Inputs) -> float:
     """Largest less least of a factor's level means: its influence in range analysis."""
-    found: float = _trial(inputs).result["range"][inputs["response"]][inputs["factor"]]["R"]
-    return found
+    return _means(inputs).R
 
 
 @formula("printed difference")
@@ -72,27 +71,29 @@ def reduction(inputs: Inputs) -> float:
 @formula("place in the order of influence")
 def place(inputs: Inputs) -> float:
     """Place of a factor when the factors are put in the order of their ranges of level means, the largest first."""
-    order: list[str] = _trial(inputs).result["order"][inputs["response"]]
-    return 1.0 + order.index(inputs["factor"])
+    order = _trial(inputs).result.order or {}
+    return 1.0 + order[inputs["response"]].index(inputs["factor"])
 
 
 @formula("best level by level means")
 def best_level(inputs: Inputs) -> float:
     """Level of a factor whose mean response is least in size."""
-    return _level(inputs, _trial(inputs).result["range_best"][inputs["response"]])
+    best = _trial(inputs).result.range_best or {}
+    return _level(inputs, best[inputs["response"]])
 
 
 @formula("best level by prediction")
 def best_predicted_level(inputs: Inputs) -> float:
     """Level of a factor where the sum of the sizes of some predicted responses is least, over all combinations."""
-    return _level(inputs, _trial(inputs, inputs["responses"]).result["best"]["both"])
+    best = _trial(inputs, inputs["responses"]).result.best or {}
+    return _level(inputs, best["both"])
 
 
 @formula("excess of a predicted response")
 def excess(inputs: Inputs) -> float:
     """Size of a predicted response at some levels less its size at others."""
     name = inputs["response"]
-    sizes = {tuple(row["levels"]): abs(row[name]) for row in _trial(inputs).result["prediction"]}
+    sizes = {tuple(row.levels): abs(row.means[name]) for row in _trial(inputs).result.prediction}
     own, other = (sizes[tuple(inputs[key])] for key in ("levels", "against"))
     return float(own - other)
 
@@ -158,9 +159,15 @@ def _sample(inputs: Inputs, name: str) -> comparison.Sample:
 
 def _variance(inputs: Inputs, part: str) -> Value:
     """An entry of the table of the analysis of variance."""
-    found: Value = _trial(inputs).result["anova"][inputs["response"]][inputs["source"]][part]
+    found: Value = getattr(_trial(inputs).result.anova[inputs["response"]][inputs["source"]], part)
     return None if found is None else float(found)
 
 
-def _level(inputs: Inputs, levels: Sequence[float]) -> float:
+def _means(inputs: Inputs) -> Means:
+    """Means of the runs at each level of a factor."""
+    found = _trial(inputs).result.range or {}
+    return found[inputs["response"]][inputs["factor"]]
+
+
+def _level(inputs: Inputs, levels: Sequence[Level]) -> float:
     return float(levels[inputs["factors"].index(inputs["factor"])])

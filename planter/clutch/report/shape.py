@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.clutch.file import Clutch
+    from planter.clutch.results import FastestSwitching, Fit, Geometry, Sizing
     from planter.kernels import Array
+    from planter.records import Record
 
 Result = Mapping[str, Any]
 CAPTIONS = {
@@ -46,23 +48,23 @@ WAY = 101
 
 
 @renews
-def write_geometry(out: Path, clutch: Clutch, result: Result) -> None:
+def write_geometry(out: Path, clutch: Clutch, result: Geometry) -> None:
     """Writes summary.json, poses.csv, figures, turning.gif and report.html. Raises InputError where it cannot."""
     folder, values = files.output_folder(out), given(clutch)
-    rotor = Rotor(VERTICES, SIDES, result["R_mm"] * 1e-3)
+    rotor = Rotor(VERTICES, SIDES, result.R_mm * 1e-3)
     _poses(folder, clutch, rotor, values["a"])
     curves: dict[str, Array] = {
         m: 1e3 * np.array([least_travel(values, math.radians(x), m) for x in ANGLES]) for m in MODELS
     }
     own = {
-        f"axial angle {at['axial_angle_deg']:g}°, printed travel": (
-            Linkage(values["l_AB"], row["rod_mm"] * 1e-3, values["l_AC"]), at["printed_mm"] * 1e-3, values["r_A"]
+        f"axial angle {at.axial_angle_deg:g}°, printed travel": (
+            Linkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]), at.printed_mm * 1e-3, values["r_A"]
         )
-        for at, row in zip(result["travel"], result["linkage"], strict=True)
-        if row["crank_rotation_deg"] is not None
+        for at, row in zip(result.travel, result.linkage, strict=True)
+        if row.crank_rotation_deg is not None
     }  # fmt: skip
     drawn = {
-        **_shape(rotor, {"printed": result["printed"]["fillet_limit_over_R"] * rotor.width}),
+        **_shape(rotor, {"printed": result.printed.fillet_limit_over_R * rotor.width}),
         "travel": figures.travels(ANGLES, curves, clutch.levels.axial_angles_deg),
         **({"linkage": figures.linkages(own)} if own else {}),
     }
@@ -71,29 +73,28 @@ def write_geometry(out: Path, clutch: Clutch, result: Result) -> None:
 
 
 @renews
-def write_design(out: Path, clutch: Clutch, result: Result) -> None:
+def write_design(out: Path, clutch: Clutch, result: Sizing) -> None:
     """Writes summary.json, way.csv, figures and report.html. Raises InputError where it cannot."""
     folder, values = files.output_folder(out), given(clutch)
-    found = result["linkage"]
-    linkage = Linkage(*(found[key] * 1e-3 for key in ("crank_mm", "rod_mm", "distance_mm")))
-    travel = result["sizes"]["travel_mm"] * 1e-3
+    found = result.linkage
+    linkage = Linkage(found.crank_mm * 1e-3, found.rod_mm * 1e-3, found.distance_mm * 1e-3)
+    travel = result.sizes.travel_mm * 1e-3
     _way(folder, clutch, linkage, travel, values["r_A"])
-    rotor = Rotor(VERTICES, SIDES, result["sizes"]["width_mm"] * 1e-3)
+    rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
     drawn = {**_shape(rotor, {}), "linkage": figures.linkages({"sized": (linkage, travel, values["r_A"])})}
     _finish(folder, f"Sizes of the clutch {clutch.name}", clutch, result, drawn)
 
 
 @renews
-def write_optimisation(out: Path, clutch: Clutch, result: Result) -> None:
+def write_optimisation(out: Path, clutch: Clutch, result: FastestSwitching) -> None:
     """Writes summary.json, way.csv, figures and report.html. Raises InputError where it cannot."""
     folder, values = files.output_folder(out), given(clutch)
     drawn: dict[str, tuple[Linkage, float, float]] = {}
-    for name, key in (("file", "start_design"), ("optimum", "design")):
-        found = result[key]
-        linkage = Linkage(*(found[part] * 1e-3 for part in ("crank_mm", "rod_mm", "distance_mm")))
-        travel = least_travel(values, math.radians(found["axial_angle_deg"]))
+    for name, found in (("file", result.start_design), ("optimum", result.design)):
+        linkage = Linkage(found.crank_mm * 1e-3, found.rod_mm * 1e-3, found.distance_mm * 1e-3)
+        travel = least_travel(values, math.radians(found.axial_angle_deg))
         span = values["r_A"] + values["r_D"]
-        gear = model().at("drive", k=found["ratio"], span=span, gamma=values["gamma"], theta_Amax=0.0)["r_A"]
+        gear = model().at("drive", k=found.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0)["r_A"]
         drawn[name] = linkage, travel, gear
     _way(folder, clutch, *drawn["optimum"])
     _finish(
@@ -102,11 +103,11 @@ def write_optimisation(out: Path, clutch: Clutch, result: Result) -> None:
 
 
 @renews
-def write_rotor(out: Path, rotor: Rotor, result: Result) -> None:
+def write_rotor(out: Path, rotor: Rotor, result: Fit) -> None:
     """Writes summary.json, figures, turning.gif and report.html. Raises InputError where it cannot."""
     folder = files.output_folder(out)
     shown = Rotor(rotor.vertices, rotor.sides, 0.03)
-    drawn = _shape(shown, {}) if result["ellipse"] else {"turning": figures.turning(shown)}
+    drawn = _shape(shown, {}) if result.ellipse else {"turning": figures.turning(shown)}
     files.write_bytes(folder / "turning.gif", figures.animation(shown))
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
     _finish(folder, title, None, result, drawn)
@@ -149,17 +150,18 @@ def _comments(clutch: Clutch) -> Iterator[str]:
     yield f"machine_sha256: {told['machine_sha256']}"
 
 
-def _finish(folder: Path, title: str, clutch: Clutch | None, result: Result, drawn: Mapping[str, Figure]) -> None:
+def _finish(folder: Path, title: str, clutch: Clutch | None, result: Record, drawn: Mapping[str, Figure]) -> None:
     """Summary, figures and page."""
+    table = result.table()
     of = model() if clutch is not None else formulas.load("clutch_rotor")
-    assumptions = [*of.sidecar["assumptions"], *result.get("assumes", ())]
-    summary: dict[str, Any] = {**result, "assumptions": assumptions}
+    assumptions = [*of.sidecar["assumptions"], *table.get("assumes", ())]
+    summary = table | {"assumptions": assumptions}
     if clutch is not None:
-        summary |= {"input": clutch.table(), "provenance": files.provenance(clutch, result.get("seed"))}
+        summary |= {"input": clutch.table(), "provenance": files.provenance(clutch, table.get("seed"))}
     files.write_summary(folder / "summary.json", summary)
     place = files.output_folder(folder / "figures")
     saved = {name: style.save(figure, place, name)[0].read_text(encoding="utf-8") for name, figure in drawn.items()}
-    parts = list(_sections(clutch, result, saved, assumptions, summary))
+    parts = list(_sections(clutch, table, saved, assumptions, summary))
     files.write_text(folder / "report.html", page(title, parts, clutch.description if clutch else ""))
 
 

@@ -29,23 +29,23 @@ def sizes(**changes: float) -> dict:
 )
 def test_least_sizes_hold_every_inequality_of_the_clutch(changes):
     found = sizes(**changes)
-    eight = found["conditions"][:8]
-    assert all(c["holds"] for c in eight)
-    assert set(found["binds"]) >= SIZED_TO
+    eight = found.conditions[:8]
+    assert all(c.holds for c in eight)
+    assert set(found.binds) >= SIZED_TO
 
 
 def test_sizes_are_those_of_the_laws():
     found = sizes()
-    s, flats = found["sizes"], 20.0
-    assert s["tip_mm"] == pytest.approx(flats / (2 * math.sin(math.radians(72))), rel=1e-13)
-    assert s["fillet_mm"] == pytest.approx(Rotor(5, 6, flats).ellipse["fillet"], rel=1e-12)
-    corner = (flats / 2 - s["fillet_mm"]) / math.cos(math.pi / 6) + s["fillet_mm"]
-    assert s["root_mm"] == pytest.approx(corner, rel=1e-13)
-    assert s["right_radius_mm"] == pytest.approx(s["root_mm"] + 1, rel=1e-13)
-    assert s["left_radius_mm"] == pytest.approx(s["outline_mm"], rel=1e-12)
-    taper = math.tan(math.radians(s["axial_angle_deg"]))
-    assert s["left_radius_mm"] - s["right_radius_mm"] == pytest.approx(10 * taper, rel=1e-12)
-    assert s["outline_mm"] - s["width_mm"] / 2 == pytest.approx(4.2 * taper, rel=1e-12)
+    s, flats = found.sizes, 20.0
+    assert s.tip_mm == pytest.approx(flats / (2 * math.sin(math.radians(72))), rel=1e-13)
+    assert s.fillet_mm == pytest.approx(Rotor(5, 6, flats).ellipse["fillet"], rel=1e-12)
+    corner = (flats / 2 - s.fillet_mm) / math.cos(math.pi / 6) + s.fillet_mm
+    assert s.root_mm == pytest.approx(corner, rel=1e-13)
+    assert s.right_radius_mm == pytest.approx(s.root_mm + 1, rel=1e-13)
+    assert s.left_radius_mm == pytest.approx(s.outline_mm, rel=1e-12)
+    taper = math.tan(math.radians(s.axial_angle_deg))
+    assert s.left_radius_mm - s.right_radius_mm == pytest.approx(10 * taper, rel=1e-12)
+    assert s.outline_mm - s.width_mm / 2 == pytest.approx(4.2 * taper, rel=1e-12)
 
 
 def test_a_smaller_hexagon_would_not_do():
@@ -56,14 +56,14 @@ def test_a_smaller_hexagon_would_not_do():
     outline, apothem = side * math.sqrt(3) / (2 * math.sin(math.radians(72))), side * math.sqrt(3) / 2
     thin_end = outline - values["d"] * (outline - apothem) / values["c"]
     assert thin_end < values["b2"] + 0.001
-    assert sizes()["sizes"]["hexagon_side_mm"] == pytest.approx(values["a"] * 1e3, rel=1e-14)
+    assert sizes().sizes.hexagon_side_mm == pytest.approx(values["a"] * 1e3, rel=1e-14)
 
 
 def test_the_linkage_makes_the_travel_in_the_lift():
-    found = sizes()["linkage"]
-    linkage = Linkage(found["crank_mm"] * 1e-3, found["rod_mm"] * 1e-3, found["distance_mm"] * 1e-3)
-    assert np.degrees(linkage.rotation(0.0042)) == pytest.approx(found["crank_rotation_deg"], abs=1e-9)
-    assert found["crank_rotation_deg"] == pytest.approx((10 - 5) * 46 / 14, rel=1e-12)
+    found = sizes().linkage
+    linkage = Linkage(found.crank_mm * 1e-3, found.rod_mm * 1e-3, found.distance_mm * 1e-3)
+    assert np.degrees(linkage.rotation(0.0042)) == pytest.approx(found.crank_rotation_deg, abs=1e-9)
+    assert found.crank_rotation_deg == pytest.approx((10 - 5) * 46 / 14, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -82,16 +82,16 @@ def test_the_linkage_makes_the_travel_in_the_lift():
 )
 def test_what_does_not_fit_is_named(changes, worst):
     found = sizes(**changes)
-    assert not found["feasible"]
-    assert worst in found["violated"]
-    assert found["violated"][0] in refusal(found).message
+    assert not found.feasible
+    assert worst in found.violated
+    assert found.violated[0] in refusal(found).message
     assert refusal(found).exit_code == 1
 
 
 def test_each_limit_binds_when_it_is_set_to_what_is_used():
-    used = next(c for c in sizes()["conditions"] if c["source"] == "limits.length_mm")
-    limit = 48 - used["margin"]
-    assert "length of the linkage" in sizes(**{"limits.length_mm": limit})["binds"]
+    used = next(c for c in sizes().conditions if c.source == "limits.length_mm")
+    limit = 48 - used.margin
+    assert "length of the linkage" in sizes(**{"limits.length_mm": limit}).binds
 
 
 def test_no_hexagon_at_all():

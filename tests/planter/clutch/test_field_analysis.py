@@ -13,6 +13,7 @@ from planter.clutch.field import evaluation as field
 from planter.clutch.field.analysis import Model, is_orthogonal
 from planter.clutch.field.arrays import array
 from planter.clutch.field.goals import Goal
+from planter.clutch.results import Effect, Predicted
 from planter.errors import InputError
 
 
@@ -76,7 +77,7 @@ def by_formula(of: Trial, response: Response, typ: int):  # type: ignore[no-unty
     fit = ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in of.factors), frame(of, response)).fit()
     table = anova_lm(fit, typ=typ)
     rows = {f.name: table.loc[f"C({f.name}, Sum)"] for f in of.factors}
-    found = {name: (row["sum_sq"], row["df"], row["F"], row["PR(>F)"]) for name, row in rows.items()}
+    found = {name: (row["sum_sq"], row.df, row.F, row["PR(>F)"]) for name, row in rows.items()}
     return found, (table.loc["Residual", "sum_sq"], table.loc["Residual", "df"]), fit
 
 
@@ -86,8 +87,10 @@ def assert_same(of: Trial, typ: int) -> None:
         mine = model.anova(response)
         other, residual, _ = by_formula(of, response, typ)
         for name, row in other.items():
-            assert [mine[name][key] for key in ("ss", "df", "F", "p")] == pytest.approx(row, rel=1e-8, abs=1e-13)
-        assert (mine["error"]["ss"], mine["error"]["df"]) == pytest.approx(residual, rel=1e-9)
+            assert [getattr(mine[name], key) for key in ("ss", "df", "F", "p")] == pytest.approx(
+                row, rel=1e-8, abs=1e-13
+            )
+        assert (mine["error"].ss, mine["error"].df) == pytest.approx(residual, rel=1e-9)
 
 
 @balanced
@@ -97,16 +100,16 @@ def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> No
     for response in of.responses:
         table = Model(of).anova(response)
         parts = [row for name, row in table.items() if name != "total"]
-        assert sum(row["ss"] for row in parts) == pytest.approx(table["total"]["ss"], rel=1e-12)
-        assert sum(row["df"] for row in parts) == table["total"]["df"] == of.runs - 1
-        assert table["total"]["ss"] == pytest.approx(of.runs * np.var(response.values), rel=1e-12)
+        assert sum(row.ss for row in parts) == pytest.approx(table["total"].ss, rel=1e-12)
+        assert sum(row.df for row in parts) == table["total"].df == of.runs - 1
+        assert table["total"].ss == pytest.approx(of.runs * np.var(response.values), rel=1e-12)
 
 
 def test_they_do_not_add_up_in_an_unbalanced_one() -> None:
     of = unbalanced()
     assert not is_orthogonal(of.factors)
     table = Model(of).anova(of.responses[1])
-    assert abs(sum(r["ss"] for n, r in table.items() if n != "total") / table["total"]["ss"] - 1) > 1e-4
+    assert abs(sum(r.ss for n, r in table.items() if n != "total") / table["total"].ss - 1) > 1e-4
 
 
 @any_design
@@ -116,7 +119,7 @@ def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no
     for one, two in zip(of.responses, other.responses, strict=True):
         mine, theirs = Model(of).anova(one), Model(other).anova(two)
         for name, row in mine.items():
-            assert theirs[name] == pytest.approx(row, rel=1e-9, abs=1e-13)
+            assert theirs[name].table() == pytest.approx(row.table(), rel=1e-9, abs=1e-13)
         assert Model(other).effects(two).predicted() == pytest.approx(Model(of).effects(one).predicted(), rel=1e-11)
 
 
@@ -129,8 +132,8 @@ def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> No
     for one, two in zip(of.responses, other.responses, strict=True):
         mine, theirs = model.anova(one), model.anova(two)
         for name in (f.name for f in of.factors):
-            assert theirs[name]["ss"] == pytest.approx(scale**2 * mine[name]["ss"], rel=1e-7, abs=0)
-            assert [theirs[name][key] for key in "Fp"] == pytest.approx([mine[name][key] for key in "Fp"], rel=1e-7)
+            assert theirs[name].ss == pytest.approx(scale**2 * mine[name].ss, rel=1e-7, abs=0)
+            assert (theirs[name].F, theirs[name].p) == pytest.approx((mine[name].F, mine[name].p), rel=1e-7)
         wanted = scale * model.effects(one).predicted() + shift * abs(scale)
         assert model.effects(two).predicted() == pytest.approx(wanted, rel=1e-9, abs=0)
 
@@ -140,12 +143,12 @@ def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore
     of = make()
     result = field.evaluated(of).result
     for response, factor in itertools.product(of.responses, of.factors):
-        found = result["range"][response.name][factor.name]
-        k = np.array(found["k"])
+        found = result.range[response.name][factor.name]
+        k = np.array(found.k)
         repeated = of.runs / len(factor.levels)
-        ss = result["anova"][response.name][factor.name]["ss"]
+        ss = result.anova[response.name][factor.name].ss
         assert repeated * np.sum((k - response.values.mean()) ** 2) == pytest.approx(ss, rel=1e-10)
-        assert found["R"] == pytest.approx(k.max() - k.min(), rel=1e-15)
+        assert pytest.approx(k.max() - k.min(), rel=1e-15) == found.R
 
 
 @any_design
@@ -163,8 +166,8 @@ def test_projections_give_the_same(make) -> None:  # type: ignore[no-untyped-def
         full = projected(of.factors, response.values)
         for factor in of.factors:
             rest = projected([f for f in of.factors if f is not factor], response.values)
-            assert table[factor.name]["ss"] == pytest.approx(np.sum((full - rest) ** 2), rel=1e-8)
-        assert table["error"]["ss"] == pytest.approx(np.sum((response.values - full) ** 2), rel=1e-8)
+            assert table[factor.name].ss == pytest.approx(np.sum((full - rest) ** 2), rel=1e-8)
+        assert table["error"].ss == pytest.approx(np.sum((response.values - full) ** 2), rel=1e-8)
 
 
 @any_design
@@ -187,11 +190,11 @@ def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: 
     of = make()
     result = field.evaluated(of).result
     combinations = list(itertools.product(*(range(len(f.levels)) for f in of.factors)))
-    assert len(result["prediction"]) == len(combinations)
+    assert len(result.prediction) == len(combinations)
     for response in of.responses:
         *_, fit = by_formula(of, response, 2)
         rows = {f.name: [c[i] for c in combinations] for i, f in enumerate(of.factors)}
-        mine = [row[response.name] for row in result["prediction"]]
+        mine = [row.means[response.name] for row in result.prediction]
         assert mine == pytest.approx(fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11)
 
 
@@ -200,20 +203,20 @@ def test_one_factor_is_the_one_way_test_of_scipy() -> None:
     y = rng().normal(codes, 1.0)
     row = Model(runs_of(codes[:, None], y)).anova(Response("Y", y))["F0"]
     other = stats.f_oneway(*(y[codes == code] for code in range(3)))
-    assert (row["F"], row["p"]) == pytest.approx((other.statistic, other.pvalue), rel=1e-10)
+    assert (row.F, row.p) == pytest.approx((other.statistic, other.pvalue), rel=1e-10)
 
 
 def test_best_levels_are_found_by_trying_all() -> None:
     of = l18()
     result = field.evaluated(of, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
-    scores = {"Y1": lambda row: abs(row["Y1"]), "Y2": lambda row: -row["Y2"]}
+    scores = {"Y1": lambda row: abs(row.means["Y1"]), "Y2": lambda row: -row.means["Y2"]}
     for name, score in scores.items():
-        assert result["best"][name] == min(result["prediction"], key=score)["levels"]
+        assert result.best[name] == min(result.prediction, key=score).levels
 
-    def mean_rank(row: dict) -> int:
-        return sum(sum(score(other) < score(row) for other in result["prediction"]) for score in scores.values())
+    def mean_rank(row: Predicted) -> int:
+        return sum(sum(score(other) < score(row) for other in result.prediction) for score in scores.values())
 
-    assert result["best"]["both"] == min(result["prediction"], key=mean_rank)["levels"]
+    assert result.best["both"] == min(result.prediction, key=mean_rank).levels
 
 
 def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
@@ -222,15 +225,15 @@ def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
     random = rng()
     for _ in range(20):
         of = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
-        assert field.evaluated(of, wanted={"Y1": Goal.of("0")}).result["best"]["Y1"] == [1, 0]
+        assert field.evaluated(of, wanted={"Y1": Goal.of("0")}).result.best["Y1"] == [1, 0]
 
 
 def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
     result = field.evaluated(unbalanced()).result
-    assert result["range"] is result["order"] is result["range_best"] is None
-    assert result["sums_of_squares"] == "type II"
-    assert "not orthogonal" in result["warnings"][0]
-    assert all(row["p"] is not None for row in result["anova"]["Y1"].values() if "p" in row)
+    assert result.range is result.order is result.range_best is None
+    assert result.sums_of_squares == "type II"
+    assert "not orthogonal" in result.warnings[0]
+    assert all(row.p is not None for row in result.anova["Y1"].values() if isinstance(row, Effect))
 
 
 def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
@@ -244,20 +247,20 @@ def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
 
 def test_without_freedom_for_the_error_there_is_no_test() -> None:
     result = field.evaluated(runs_of(array("L9").codes, rng().normal(0, 1, 9))).result
-    assert result["anova"]["Y1"]["error"]["df"] == 0
-    assert result["anova"]["Y1"]["error"]["ms"] is None
-    assert all(result["anova"]["Y1"][f"F{i}"]["F"] is None for i in range(4))
-    assert result["anova"]["Y1"]["F0"]["ss"] > 0
-    assert "degrees of freedom" in result["warnings"][0]
+    assert result.anova["Y1"]["error"].df == 0
+    assert result.anova["Y1"]["error"].ms is None
+    assert all(result.anova["Y1"][f"F{i}"].F is None for i in range(4))
+    assert result.anova["Y1"]["F0"].ss > 0
+    assert "degrees of freedom" in result.warnings[0]
 
 
 def test_responses_without_any_error_have_no_test() -> None:
     codes = array("L9").codes[:, :3]
     result = field.evaluated(runs_of(codes, 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3)).result
-    assert result["anova"]["Y1"]["F0"]["p"] is None
-    assert "to the last digit" in result["warnings"][0]
+    assert result.anova["Y1"]["F0"].p is None
+    assert "to the last digit" in result.warnings[0]
     nearly = 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3 + 1e-9 * rng().normal(0, 1, 9)
-    assert field.evaluated(runs_of(codes, nearly)).result["anova"]["Y1"]["F0"]["p"] > 0
+    assert field.evaluated(runs_of(codes, nearly)).result.anova["Y1"]["F0"].p > 0
 
 
 def test_fewer_runs_than_effects_are_counted() -> None:
@@ -287,9 +290,9 @@ def test_long_lists_of_predictions_are_left_out_loudly(
     monkeypatch.setattr(field, "SEARCHED", searched)
     of = runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))
     result = field.evaluated(of, wanted={"Y1": Goal.of("smaller")}).result
-    assert len(result["prediction"]) == (18 if listed >= 18 else 0)
-    assert (result["best"] is None) == (searched < 18)
-    assert any("of 18 combinations" in warning for warning in result["warnings"]) == (listed < 18)
+    assert len(result.prediction) == (18 if listed >= 18 else 0)
+    assert (result.best is None) == (searched < 18)
+    assert any("of 18 combinations" in warning for warning in result.warnings) == (listed < 18)
 
 
 @pytest.mark.parametrize("good", [True, False])
@@ -297,4 +300,4 @@ def test_a_blank_column_that_is_none_is_told(good: bool) -> None:
     pairs = list(itertools.product((0, 1, 2), repeat=2))
     rows = [f"{a},{b},{(a + b) % 3 if good else a},{a + 2 * b + 0.1 * a * b}" for a, b in pairs]
     result = field.evaluated(trial.read("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
-    assert any("blank column blank" in warning for warning in result["warnings"]) != good
+    assert any("blank column blank" in warning for warning in result.warnings) != good

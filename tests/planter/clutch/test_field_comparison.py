@@ -51,21 +51,21 @@ def test_holm_by_hand_and_pairs_in_their_order() -> None:
     samples = [Sample(c, 1.0, "Y1", m, 1.0, 6) for c, m in (("a", 0.0), ("b", 1.0), ("c", 3.0))]
     main, others = comparison.compare(samples)
     pairs = [*main, *others]
-    assert [(p["clutch"], p["reference"]) for p in pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
+    assert [(p.clutch, p.reference) for p in pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
     assert len(main) == 1
-    rising = sorted(pairs, key=lambda p: p["p_value"])
-    steps = np.maximum.accumulate([(3 - i) * p["p_value"] for i, p in enumerate(rising)])
-    assert [p["p_holm"] for p in rising] == pytest.approx(np.minimum(steps, 1))
+    rising = sorted(pairs, key=lambda p: p.p_value)
+    steps = np.maximum.accumulate([(3 - i) * p.p_value for i, p in enumerate(rising)])
+    assert [p.p_holm for p in rising] == pytest.approx(np.minimum(steps, 1))
 
 
 def test_what_cannot_be_said_is_none() -> None:
     still = [replace(s, sd=0.0) for s in (NEW, OLD)]
     (found,), _ = comparison.compare([still[0], replace(still[1], mean=0.0)])
-    assert found["p_value"] is found["p_holm"] is found["reduction_percent"] is None
+    assert found.p_value is found.p_holm is found.reduction_percent is None
     (found,), _ = comparison.compare([still[0], OLD])
-    assert 0 < found["p_value"] < 1
+    assert 0 < found.p_value < 1
     (found,), _ = comparison.compare([replace(NEW, mean=1e100), replace(OLD, mean=1e-300)])
-    assert found["reduction_percent"] is None
+    assert found.reduction_percent is None
     assert comparison.compare([NEW, replace(OLD, measure="Y2")]) == ([], [])
 
 

@@ -38,8 +38,8 @@ def test_options_say_otherwise() -> None:
     read = trial.read(text, "x.csv", Columns(responses=("lag",), blanks=("D",), ignored=("note",)))
     assert [f.name for f in read.factors] == ["A", "B", "C"]
     assert [b.name for b in read.blanks] == ["D"]
-    original = evaluation.evaluated(trial.read(GOOD, "x.csv")).result["anova"]["Y1"]
-    assert evaluation.evaluated(read).result["anova"]["lag"] == original
+    original = evaluation.evaluated(trial.read(GOOD, "x.csv")).result.anova["Y1"]
+    assert evaluation.evaluated(read).result.anova["lag"] == original
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
@@ -66,8 +66,8 @@ def test_results_name_the_levels_of_the_file() -> None:
     text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
     goals = {"Y1": NEAREST_ZERO, "Y2": NEAREST_ZERO}
     result = evaluation.evaluated(trial.read(text, "x.csv"), wanted=goals).result
-    assert result["best"] == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
-    assert result["anova"] == evaluation.evaluated(trial.read(GOOD, "x.csv")).result["anova"]
+    assert result.best == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
+    assert result.anova == evaluation.evaluated(trial.read(GOOD, "x.csv")).result.anova
 
 
 def test_repetitions_of_a_run_add_to_the_error() -> None:
@@ -76,8 +76,8 @@ def test_repetitions_of_a_run_add_to_the_error() -> None:
         for i, line in enumerate(RUNS.splitlines()[1:])
     )
     result = evaluation.evaluated(trial.read(twice, "x.csv")).result
-    assert result["orthogonal"]
-    assert result["anova"]["Y"]["error"]["df"] == 5
+    assert result.orthogonal
+    assert result.anova["Y"]["error"].df == 5
 
 
 def test_a_run_that_is_left_out_is_missed_and_at_the_end_the_rest_is_unbalanced() -> None:
@@ -88,9 +88,9 @@ def test_a_run_that_is_left_out_is_missed_and_at_the_end_the_rest_is_unbalanced(
         ("\n".join([*lines[:-2], lines[-1]]), Columns(ignored=("run",))),
     ):
         result = evaluation.evaluated(trial.read(text, "x.csv", columns)).result
-        assert result["range"] is None
-        assert result["sums_of_squares"] == "type II"
-        assert result["anova"]["Y1"]["error"]["df"] == 1
+        assert result.range is None
+        assert result.sums_of_squares == "type II"
+        assert result.anova["Y1"]["error"].df == 1
 
 
 BAD = {
@@ -180,7 +180,7 @@ def test_any_text_gives_a_result_or_one_sentence() -> None:
         except InputError as error:
             said.append(str(error))
         else:
-            numbers = [row[name] for row in found["prediction"] for name in found["responses"]]
+            numbers = [row.means[name] for row in found.prediction for name in found.responses]
             assert np.isfinite(numbers).all()
     assert 100 < len(said) < 400
     assert not any("\n" in message for message in said)

@@ -101,16 +101,16 @@ def test_files_hold_the_result(folder: Path) -> None:
     found = evaluate().result
     summary = json.loads((folder / "summary.json").read_text())
     assert len(summary.pop("provenance")["data_sha256"]) == 64
-    assert summary == json.loads(json.dumps(found))
+    assert summary == json.loads(json.dumps(found.table()))
     anova = {(row["response"], row["source"]): row for row in rows_of(folder / "anova.csv")}
     assert len(anova) == 10
-    assert float(anova["Y2", "B"]["F"]) == found["anova"]["Y2"]["B"]["F"]
+    assert float(anova["Y2", "B"]["F"]) == found.anova["Y2"]["B"].F
     assert anova["Y1", "total"]["F"] == anova["Y1", "error"]["p"] == ""
     predicted = [
         [float(row[name]) for name in ("A", "B", "C", "Y1", "Y2")] for row in rows_of(folder / "prediction.csv")
     ]
-    assert predicted == [[*row["levels"], row["Y1"], row["Y2"]] for row in found["prediction"]]
-    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == found["range"]["Y1"]["A"]["k"]
+    assert predicted == [[*row.levels, row.means["Y1"], row.means["Y2"]] for row in found.prediction]
+    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == found.range["Y1"]["A"].k
     assert len(rows_of(folder / "comparison.csv")) == 10
 
 

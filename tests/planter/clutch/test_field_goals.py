@@ -84,17 +84,17 @@ def test_all_together_are_judged_by_ranks_whatever_their_units() -> None:
         scaled = "A,B,Y1,Y2\n" + "".join(
             f"{a},{b},{unit * (10 * a + b)!r},{5 - a + 3 * b + 0.1 * a * b}\n" for a in (1, 2, 3) for b in (1, 2, 3)
         )
-        assert evaluation.evaluated(trial.read(scaled, "x.csv"), wanted=wanted).result["best"] == found["best"]
+        assert evaluation.evaluated(trial.read(scaled, "x.csv"), wanted=wanted).result.best == found.best
 
 
 def test_goals_at_odds_are_told() -> None:
     text = "A,B,Y1,Y2\n" + "".join(f"{a},{b},{3 * a + b},{2 * (3 * a + b)}\n" for a in (1, 2, 3) for b in (1, 2, 3))
     read = trial.read(text, "x.csv")
     at_odds = evaluation.evaluated(read, wanted={"Y1": Goal.of("larger"), "Y2": Goal.of("smaller")}).result
-    assert any("9 combinations of levels share the best mean rank" in warning for warning in at_odds["warnings"])
+    assert any("9 combinations of levels share the best mean rank" in warning for warning in at_odds.warnings)
     agreed = evaluation.evaluated(read, wanted={"Y1": Goal.of("larger"), "Y2": Goal.of("larger")}).result
-    assert not any("share the best" in warning for warning in agreed["warnings"])
-    assert agreed["best"]["both"] == [3, 3]
+    assert not any("share the best" in warning for warning in agreed.warnings)
+    assert agreed.best["both"] == [3, 3]
 
 
 def test_equal_losses_share_a_rank_rounding_apart() -> None:

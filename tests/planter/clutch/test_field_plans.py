@@ -59,7 +59,7 @@ def test_first_factors_are_free_of_two_factor_interactions(name: str, factors: i
 
 def filled(plan: plans.Plan, random: np.random.Generator) -> str:
     """A plan with numbers in its empty response."""
-    lines = plan.csv().splitlines()
+    lines = plan.text.splitlines()
     start = next(i for i, line in enumerate(lines) if not line.startswith("#"))
     return "\n".join([*lines[: start + 1], *(f"{line}{random.normal():.6f}" for line in lines[start + 1 :])])
 
@@ -73,10 +73,10 @@ def test_a_plan_that_is_filled_in_is_evaluated(name: str, seed: int | None) -> N
     planned = plans.plan(name, wanted, ["Y"], seed)
     read = trial.read(filled(planned, np.random.default_rng(0)), "plan.csv")
     result = evaluation.evaluated(read).result
-    assert result["orthogonal"]
-    assert len(result["blank"]) == len(SIZES[name][1]) - 2
-    assert [str(level) for level in result["factors"]["gear"]["levels"]] == list(levels[first])
-    assert not any("blank" in warning for warning in result["warnings"])
+    assert result.orthogonal
+    assert len(result.blank) == len(SIZES[name][1]) - 2
+    assert [str(level) for level in result.factors["gear"].levels] == list(levels[first])
+    assert not any("blank" in warning for warning in result.warnings)
 
 
 def test_words_keep_their_order_when_runs_are_shuffled() -> None:
@@ -99,8 +99,8 @@ def test_seeds_shuffle_whole_runs() -> None:
 def test_without_factors_letters_fill_the_array() -> None:
     planned = plans.plan("L9")
     assert list(planned.columns) == ["run", "A", "B", "C", "D", "Y1"]
-    assert planned.blanks == ()
-    assert plans.plan("L9", [Wanted("A")]).blanks == ("blank1", "blank2", "blank3")
+    assert planned.blank == []
+    assert plans.plan("L9", [Wanted("A")]).blank == ["blank1", "blank2", "blank3"]
     assert len(set(plans.plan("L27").columns)) == 15
 
 

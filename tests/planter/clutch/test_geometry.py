@@ -196,9 +196,9 @@ def test_harmonics_are_the_fourier_coefficients_of_the_support(vertices):
     psi = 2 * np.pi * np.arange(n) / n
     spectrum = np.fft.rfft(rotor.support(psi)).real / n
     for row in rotor.harmonics(4):
-        assert row["amplitude_over_R"] == pytest.approx(2 * spectrum[row["order"]], abs=1e-9)
+        assert row.amplitude_over_R == pytest.approx(2 * spectrum[row.order], abs=1e-9)
     even = np.abs(spectrum[2 : 8 * vertices]).copy()
-    even[[row["order"] - 2 for row in rotor.harmonics(4)]] = 0
+    even[[row.order - 2 for row in rotor.harmonics(4)]] = 0
     assert even.max() < 1e-12
 
 
@@ -206,8 +206,8 @@ def test_harmonics_and_largest_miss_agree():
     """Three strips miss by three times the sum of the harmonics of order 3 mod 6."""
     rotor = Rotor(5, 6)
     rotations = np.linspace(0, 2 * np.pi / 15, 400)
-    bad = [h for h in rotor.harmonics(3000) if not h["rotor"]]
-    series = 3 * sum(h["amplitude_over_R"] * np.cos(h["order"] * (np.pi / 2 - rotations)) for h in bad)
+    bad = [h for h in rotor.harmonics(3000) if not h.rotor]
+    series = 3 * sum(h.amplitude_over_R * np.cos(h.order * (np.pi / 2 - rotations)) for h in bad)
     assert np.abs(np.abs(rotor.misses(rotations)).max(axis=0) - np.abs(series)).max() < 1e-6
 
 
@@ -216,7 +216,7 @@ def test_harmonics_and_largest_miss_agree():
 )
 def test_any_odd_polygon_is_a_rotor_of_the_square_and_only_some_of_others(vertices, sides, free):
     rotor = Rotor(vertices, sides)
-    assert all(h["rotor"] for h in rotor.harmonics(30)) is free
+    assert all(h.rotor for h in rotor.harmonics(30)) is free
     assert (2 * rotor.smallest_apothem - 1 < 1e-9) is free
     assert (rotor.miss < 1e-12) is free
 
@@ -261,8 +261,8 @@ def test_the_path_clears_the_limit_fillet_and_no_smaller_one(vertices, sides):
 def test_the_rule_in_print_is_the_wrong_way_round():
     """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit says."""
     found = geometry(file.load("shi2021", {"fillet_mm": 2.0}))
-    assert not found["conditions"][0]["holds"]
-    assert found["printed"]["conditions"][0]["holds"]
+    assert not found.conditions[0].holds
+    assert found.printed.conditions[0].holds
 
 
 # --- the result ------------------------------------------------------------------------------------
@@ -271,53 +271,62 @@ RESULT = geometry(SHI)
 
 
 def test_keys_of_the_contract():
-    assert {"R_mm", "a_mm", "b_mm", "A1", "A2", "ellipse", "rotor", "tooth", "travel", "linkage"} <= RESULT.keys()
-    assert RESULT["ellipse"].keys() == {"centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"}
-    assert {"mismatch_over_R", "smallest_hexagon_over_R", "fillet_limit_over_R"} <= RESULT["rotor"].keys()
-    assert RESULT["tooth"].keys() == {"b1_min_mm", "b2_min_mm", "xi_deg"}
-    assert all(row.keys() == {"axial_angle_deg", "printed_mm", "exact_mm"} for row in RESULT["travel"])
-    assert all({"axial_angle_deg", "crank_rotation_deg"} <= row.keys() for row in RESULT["linkage"])
+    assert {
+        "R_mm",
+        "a_mm",
+        "b_mm",
+        "A1",
+        "A2",
+        "ellipse",
+        "rotor",
+        "tooth",
+        "travel",
+        "linkage",
+    } <= RESULT.table().keys()
+    assert set(RESULT.ellipse.table()) == {"centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"}
+    assert {"mismatch_over_R", "smallest_hexagon_over_R", "fillet_limit_over_R"} <= RESULT.rotor.table().keys()
+    assert RESULT.tooth.table().keys() == {"b1_min_mm", "b2_min_mm", "xi_deg"}
+    assert all(row.table().keys() == {"axial_angle_deg", "printed_mm", "exact_mm"} for row in RESULT.travel)
+    assert all({"axial_angle_deg", "crank_rotation_deg"} <= row.table().keys() for row in RESULT.linkage)
 
 
 def test_printed_numbers_at_printed_precision():
-    assert [round(row["printed_mm"], 1) for row in RESULT["travel"]] == [8.6, 5.7, 4.2]
-    assert round(RESULT["tooth"]["b1_min_mm"], 1) == 10.5
-    assert RESULT["tooth"]["xi_deg"] == pytest.approx(144, abs=1e-12)
-    assert RESULT["ellipse"]["centre_over_R"] == pytest.approx([-math.sqrt(3) / 6, 0.5], abs=1e-15)
-    assert RESULT["ellipse"]["axis_deg"] == pytest.approx(120, abs=1e-12)
+    assert [round(row.printed_mm, 1) for row in RESULT.travel] == [8.6, 5.7, 4.2]
+    assert round(RESULT.tooth.b1_min_mm, 1) == 10.5
+    assert RESULT.tooth.xi_deg == pytest.approx(144, abs=1e-12)
+    assert RESULT.ellipse.centre_over_R == pytest.approx([-math.sqrt(3) / 6, 0.5], abs=1e-15)
+    assert RESULT.ellipse.axis_deg == pytest.approx(120, abs=1e-12)
 
 
 def test_what_differs_from_the_print():
-    assert RESULT["A1"] == pytest.approx((2 * math.cos(math.radians(24)) - 1) / math.sqrt(3), rel=1e-14)
-    assert RESULT["printed"]["A1"] == pytest.approx((2 * math.sqrt(3) * math.cos(math.radians(24)) - 1) / 3, rel=1e-14)
-    assert RESULT["ellipse"]["semi_axes_over_R"] == pytest.approx([1.1295, 0.4158], abs=5e-5)
-    assert RESULT["ellipse"]["tangency_radius_over_R"] == pytest.approx(
-        4 / 3 * math.sin(math.radians(24)) ** 2, rel=1e-13
-    )
-    assert [row["printed_mm"] / row["exact_mm"] for row in RESULT["travel"]] == pytest.approx([2, 2, 2], rel=1e-12)
+    assert pytest.approx((2 * math.cos(math.radians(24)) - 1) / math.sqrt(3), rel=1e-14) == RESULT.A1
+    assert pytest.approx((2 * math.sqrt(3) * math.cos(math.radians(24)) - 1) / 3, rel=1e-14) == RESULT.printed.A1
+    assert RESULT.ellipse.semi_axes_over_R == pytest.approx([1.1295, 0.4158], abs=5e-5)
+    assert RESULT.ellipse.tangency_radius_over_R == pytest.approx(4 / 3 * math.sin(math.radians(24)) ** 2, rel=1e-13)
+    assert [row.printed_mm / row.exact_mm for row in RESULT.travel] == pytest.approx([2, 2, 2], rel=1e-12)
 
 
 def test_travel_frees_the_outline_circle():
     """After the least travel the hexagon's sides, moved out by the taper, touch the body's circle."""
     values = given(SHI)
-    for row in RESULT["travel"]:
-        gain = row["exact_mm"] * 1e-3 * math.tan(math.radians(row["axial_angle_deg"]))
-        assert math.sqrt(3) / 2 * values["a"] + gain == pytest.approx(RESULT["b_mm"] * 1e-3, rel=1e-13)
+    for row in RESULT.travel:
+        gain = row.exact_mm * 1e-3 * math.tan(math.radians(row.axial_angle_deg))
+        assert math.sqrt(3) / 2 * values["a"] + gain == pytest.approx(RESULT.b_mm * 1e-3, rel=1e-13)
 
 
 def test_results_scale_with_the_hexagon():
     larger = geometry(file.load("shi2021", {"hexagon_side_mm": 34}))
-    assert larger["R_mm"] == pytest.approx(2 * RESULT["R_mm"], rel=1e-14)
-    assert larger["ellipse"]["semi_axes_over_R"] == pytest.approx(RESULT["ellipse"]["semi_axes_over_R"], rel=1e-13)
-    assert larger["rotor"]["mismatch_over_R"] == pytest.approx(RESULT["rotor"]["mismatch_over_R"], rel=1e-12)
+    assert larger.R_mm == pytest.approx(2 * RESULT.R_mm, rel=1e-14)
+    assert larger.ellipse.semi_axes_over_R == pytest.approx(RESULT.ellipse.semi_axes_over_R, rel=1e-13)
+    assert larger.rotor.mismatch_over_R == pytest.approx(RESULT.rotor.mismatch_over_R, rel=1e-12)
 
 
 def test_a_rod_that_does_not_reach_is_named():
     found = geometry(file.load("shi2021", {"levels.rods_mm[1]": 70}))
-    assert [row["crank_rotation_deg"] is None for row in found["linkage"]] == [False, True, False]
-    (warning,) = found["warnings"]
+    assert [row.crank_rotation_deg is None for row in found.linkage] == [False, True, False]
+    (warning,) = found.warnings
     assert "shi2021: levels.rods_mm[1] = 70 is not allowed: it must be between" in warning
-    assert RESULT["warnings"] == []
+    assert RESULT.warnings == []
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 
 from planter.clutch import file
 from planter.clutch.optimise import optimise
+from planter.clutch.results import Choice
 from planter.clutch.switching import VARIABLES, Switching
 from planter.errors import ComputationError, InputError
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
@@ -17,10 +18,13 @@ CLUTCH = file.load("shi2021")
 FOUND = optimise(CLUTCH)
 
 
-def at(switching: Switching, design: dict[str, float]) -> np.ndarray:
+def at(switching: Switching, design: Choice) -> np.ndarray:
     """The point of the box."""
     own = np.array(
-        [design[key] * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1) for key in VARIABLES]
+        [
+            getattr(design, key) * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1)
+            for key in VARIABLES
+        ]
     )
     return (own - switching.box.origin) / switching.box.unit
 
@@ -49,20 +53,20 @@ def test_derivatives_against_differences(seed):
 
 
 def test_the_optimum_keeps_every_limit_and_is_certified():
-    proof = FOUND["certificate"]
-    assert proof["kkt_residual"] < 1e-6
-    assert proof["agreeing_starts"] == proof["starts"] == 8
-    assert min(FOUND["least_margin_along"].values()) > -1e-6
+    proof = FOUND.certificate
+    assert proof.kkt_residual < 1e-6
+    assert proof.agreeing_starts == proof.starts == 8
+    assert min(FOUND.least_margin_along.values()) > -1e-6
     switching = Switching(CLUTCH)
-    assert switching.margins.values(switching.box.at(at(switching, FOUND["design"]))).min() > -1e-6
-    assert FOUND["travel_time_s"] < FOUND["start_travel_time_s"]
-    for key, (low, high) in FOUND["bounds"].items():
-        assert low <= FOUND["design"][key] <= high
+    assert switching.margins.values(switching.box.at(at(switching, FOUND.design))).min() > -1e-6
+    assert FOUND.travel_time_s < FOUND.start_travel_time_s
+    for key, (low, high) in FOUND.bounds.items():
+        assert low <= getattr(FOUND.design, key) <= high
 
 
 def test_another_solver_does_not_beat_it():
     programme = programme_of(Switching(CLUTCH))
-    best = FOUND["travel_time_s"] / FOUND["start_travel_time_s"]
+    best = FOUND.travel_time_s / FOUND.start_travel_time_s
     random = np.random.default_rng(4)
     limits = {"type": "ineq", "fun": programme.g, "jac": programme.jacobian}
     for _ in range(3):
@@ -73,8 +77,8 @@ def test_another_solver_does_not_beat_it():
 
 
 def test_a_point_beside_the_optimum_has_no_certificate():
-    switching = Switching(CLUTCH, FOUND["stations"])
-    problem, u = switching.problem, at(switching, FOUND["design"])
+    switching = Switching(CLUTCH, FOUND.stations)
+    problem, u = switching.problem, at(switching, FOUND.design)
     assert kkt_residual(problem, u) < 1e-5
     for i in range(5):
         moved = u.copy()
@@ -83,8 +87,8 @@ def test_a_point_beside_the_optimum_has_no_certificate():
 
 
 def test_a_wrong_multiplier_is_noticed():
-    switching = Switching(CLUTCH, FOUND["stations"])
-    problem, u = switching.problem, at(switching, FOUND["design"])
+    switching = Switching(CLUTCH, FOUND.stations)
+    problem, u = switching.problem, at(switching, FOUND.design)
     m = best_multipliers(problem, u)
     assert (m.required <= 0).all()
     for wrong in (-m.required, 2 * m.required, 0 * m.required, np.roll(m.required, 1)):
@@ -100,21 +104,21 @@ def test_there_are_no_rows_to_bound():
 
 def test_what_holds_the_optimum_is_what_gives_time_when_it_gives_way():
     """A multiplier is the share of the time that a share of its limit is worth."""
-    held = {a["name"]: a["multiplier"] for a in FOUND["certificate"]["active"]}
+    held = {a.name: a.multiplier for a in FOUND.certificate.active}
     assert {"normal force", "teeth"} <= held.keys()
     assert sum(m for name, m in held.items() if name.startswith("tooth force")) == pytest.approx(0.9435, abs=1e-2)
     for name, key in (("normal force", "normal_force_N"), ("tooth force", "tooth_force_N")):
         share = 1e-4
         limit = getattr(CLUTCH.limits, key)
-        freed = optimise(file.load("shi2021", {key: limit * (1 + share)}))["travel_time_s"]
-        gained = (FOUND["travel_time_s"] - freed) / FOUND["start_travel_time_s"] / share
+        freed = optimise(file.load("shi2021", {key: limit * (1 + share)})).travel_time_s
+        gained = (FOUND.travel_time_s - freed) / FOUND.start_travel_time_s / share
         worth = sum(m for active, m in held.items() if active.startswith(name))
         assert gained == pytest.approx(worth, rel=0.02)
 
 
 def test_the_time_goes_with_the_speed_of_the_links():
     faster = optimise(file.load("shi2021", {"lift_rad_s": 1.8}))
-    assert faster["travel_time_s"] == pytest.approx(FOUND["travel_time_s"] / 2, rel=1e-6)
+    assert faster.travel_time_s == pytest.approx(FOUND.travel_time_s / 2, rel=1e-6)
 
 
 def test_same_seed_same_result():

@@ -1,0 +1,5 @@
+"""Results as records, the JSON schema of each, and how a notebook shows them."""
+
+from planter.records.record import Record
+
+__all__ = ["Record"]

@@ -1,0 +1,79 @@
+"""The schemas of results: they are those of the types, every command's output fits its own, tampered outputs do not."""
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any
+
+import jsonschema
+import pytest
+
+from planter.records import schema
+from tests.support.cli import answer
+
+CALLS = {
+    "clutch geometry": ("shi2021",),
+    "clutch design": ("shi2021",),
+    "clutch optimise": ("shi2021", "--starts", "2"),
+    "clutch rotor": (),
+    "clutch field": (),
+    "clutch plan": ("L9",),
+}
+"""A call of every command that is over soon; those of the others are held to their schemas in their own tests."""
+ELSEWHERE: set[str] = set()
+
+
+def committed(command: str) -> dict[str, Any]:
+    return json.loads((schema.FOLDER / schema.file_name(command)).read_text(encoding="utf-8"))
+
+
+@cache
+def output(command: str) -> str:
+    return json.dumps(answer(*command.split(), *CALLS[command]))
+
+
+def fits(command: str, content: object) -> bool:
+    return jsonschema.Draft202012Validator(committed(command)).is_valid(content)
+
+
+def test_the_committed_schemas_are_those_of_the_types() -> None:
+    found = {path.name: path.read_text(encoding="utf-8") for path in schema.FOLDER.glob("*.json")}
+    assert found == schema.texts(), "python -m planter.records"
+
+
+def test_every_command_is_called_here_or_elsewhere() -> None:
+    assert set(CALLS) | ELSEWHERE == set(schema.results())
+
+
+@pytest.mark.parametrize("command", CALLS)
+def test_outputs_fit(command: str) -> None:
+    jsonschema.Draft202012Validator.check_schema(committed(command))
+    jsonschema.validate(json.loads(output(command)), committed(command))
+
+
+def keys(content: dict[str, Any], kind: type) -> Iterator[str]:
+    return (key for key, value in content.items() if isinstance(value, kind))
+
+
+TAMPERINGS: dict[str, Callable[[dict[str, Any]], object]] = {
+    "a key too many": lambda found: found.update(surplus=1),
+    "a key missing": lambda found: found.pop(next(iter(found))),
+    "a text for a number": lambda found: found.update({next(keys(found, str | float | int | bool | list)): {}}),
+}
+
+
+@pytest.mark.parametrize("command", CALLS)
+@pytest.mark.parametrize("tampering", TAMPERINGS.values(), ids=TAMPERINGS.keys())
+def test_tampered_outputs_do_not(command: str, tampering: Callable[[dict[str, Any]], object]) -> None:
+    found = json.loads(output(command))
+    tampering(found)
+    assert not fits(command, found)
+
+
+def test_a_unit_that_changes_is_noticed_deep_down() -> None:
+    found = json.loads(output("clutch geometry"))
+    other = copy.deepcopy(found)
+    other["travel"][0]["printed_cm"] = other["travel"][0].pop("printed_mm")
+    assert fits("clutch geometry", found)
+    assert not fits("clutch geometry", other)
