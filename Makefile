@@ -23,7 +23,7 @@ test: $(VENV)/.complete  ## set up, run the whole test suite
 derive: $(VENV)/.complete  ## derive the equations, write generated/
 	$(BIN)/python -m derive
 
-audit: $(VENV)/.complete  ## judge the papers' equations, write generated/audit.json and AUDIT.md
+audit: $(VENV)/.complete  ## judge the papers' equations, write their verdicts to generated/
 	$(BIN)/python -m derive audit
 
 check-generated: $(VENV)/.complete  ## derive again into a temporary folder, compare with generated/ both ways

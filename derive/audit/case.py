@@ -16,6 +16,7 @@ from ..evaluate import Point
 from ..quantity import Quantity
 from .paper import Paper
 from .subject import Subject
+from .wording import Said, joined
 
 SEEDS = (1, 2, 5, 8)
 """Seeds of the random admissible points: between them they take both cases of every branch."""
@@ -103,10 +104,11 @@ class Case:
         """What the printed symbols of an equation stand for."""
         return {**self.paper.reading, **self.paper.readings.get(number, {})}
 
-    def read_as(self, number: str) -> str:
+    def read_as(self, number: str) -> Said:
         """How the symbols of an equation are read that stand for something else."""
         here = self.paper.equations[number].residual.free_symbols
-        return "; ".join(f"{s} read as {e}" for s, e in sorted(self.reading_of(number).items(), key=str) if s in here)
+        meant = sorted(self.reading_of(number).items(), key=str)
+        return joined("; ", (Said(s, " read as ", e) for s, e in meant if s in here))
 
 
 def _states_a_sum(printed: Equation, derived: Equation) -> bool:

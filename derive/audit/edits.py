@@ -12,6 +12,7 @@ from sympy import Basic, Expr, Rational, pi
 
 from ..dimensions import NONE, DimensionError, dimension, of_unit
 from ..quantity import Quantity
+from .wording import Said
 
 FACTORS = (sp.Integer(2), Rational(1, 2), pi / 180, 180 / pi)
 SWAPS = {sp.sin: sp.cos, sp.cos: sp.sin}
@@ -23,7 +24,7 @@ _DOTS = re.compile(r"_(d*)dot$")
 class Edit:
     """One replacement: at one place, or of one symbol throughout."""
 
-    what: str
+    what: Said
     result: Expr
 
 
@@ -34,7 +35,7 @@ def edits(expr: Expr, vocabulary: Iterable[Quantity], whole: bool = True) -> Ite
     """
     words = Words(tuple(sorted(set(vocabulary), key=str)), any_dimension=not _is_consistent(expr))
     for factor in (-1, *FACTORS) if whole else ():
-        yield Edit(f"factor {factor} on the whole", factor * expr)
+        yield Edit(Said("factor ", factor, " on the whole"), factor * expr)
     yield from _throughout(expr, words)
     yield from _at_places(expr, words)
 
@@ -62,10 +63,10 @@ def _throughout(expr: Expr, words: Words) -> Iterator[Edit]:
     for symbol in symbols:
         if expr.count(symbol) > 1:
             for other in words.instead_of(symbol):
-                yield Edit(f"{other} for {symbol} throughout", expr.xreplace({symbol: other}))
+                yield Edit(Said(other, " for ", symbol, " throughout"), expr.xreplace({symbol: other}))
     for one, two in combinations(symbols, 2):
         if two in words.instead_of(one):
-            yield Edit(f"{one} and {two} exchanged", expr.xreplace({one: two, two: one}))
+            yield Edit(Said(one, " and ", two, " exchanged"), expr.xreplace({one: two, two: one}))
 
 
 def _at_places(expr: Basic, words: Words) -> Iterator[Edit]:
@@ -81,20 +82,19 @@ def _at_places(expr: Basic, words: Words) -> Iterator[Edit]:
 
 def _here(expr: Basic, words: Words) -> Iterator[Edit]:
     for other in words.instead_of(expr):
-        yield Edit(f"{other} for {expr}", other)
+        yield Edit(Said(other, " for ", expr), other)
     if isinstance(expr, sp.Add):
         for index, term in enumerate(expr.args):
             rest = (*expr.args[:index], *expr.args[index + 1 :])
-            yield Edit(f"sign of {term}", sp.Add(*rest, -term))
+            yield Edit(Said("sign of ", term), sp.Add(*rest, -term))
             for factor in FACTORS:
-                yield Edit(f"factor {factor} on {term}", sp.Add(*rest, factor * term))
+                yield Edit(Said("factor ", factor, " on ", term), sp.Add(*rest, factor * term))
     if expr.func in SWAPS:
-        yield Edit(
-            f"{SWAPS[expr.func].__name__} for {expr.func.__name__} of {expr.args[0]}", SWAPS[expr.func](*expr.args)
-        )
+        other = SWAPS[expr.func]
+        yield Edit(Said(f"{other.__name__} for {expr.func.__name__} of ", expr.args[0]), other(*expr.args))
     if isinstance(expr, sp.Piecewise) and len(expr.args) == 2:
         (first, condition), (second, other) = expr.args
-        yield Edit("conditions of the two cases exchanged", sp.Piecewise((second, condition), (first, other)))
+        yield Edit(Said("conditions of the two cases exchanged"), sp.Piecewise((second, condition), (first, other)))
     if isinstance(expr, Expr) and not expr.is_number and not isinstance(expr, sp.Piecewise):
         yield from _functions(expr)
 
@@ -104,12 +104,12 @@ def _functions(expr: Expr) -> Iterator[Edit]:
     if isinstance(expr, sp.Function):
         for factor in FACTORS:
             if len(expr.args) == 1:
-                yield Edit(f"factor {factor} on the argument of {expr}", expr.func(factor * expr.args[0]))
+                yield Edit(Said("factor ", factor, " on the argument of ", expr), expr.func(factor * expr.args[0]))
     if isinstance(expr, INVERSES):
-        yield Edit(f"without {expr.func.__name__} of {expr.args[0]}", expr.args[0])
+        yield Edit(Said(f"without {expr.func.__name__} of ", expr.args[0]), expr.args[0])
     elif isinstance(expr, sp.Mul | sp.Pow) and _is_number(expr):
         for function in INVERSES[:3]:
-            yield Edit(f"{function.__name__} of {expr}", function(expr))
+            yield Edit(Said(f"{function.__name__} of ", expr), function(expr))
 
 
 def _is_number(expr: Expr) -> bool:

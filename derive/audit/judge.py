@@ -15,6 +15,7 @@ from ..evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
 from ..quantity import Quantity
 from .edits import Edit, edits
 from .terms import Match, expanded, largest_term, matched, overall_factor, remainder_vanishes, value
+from .wording import Said, joined
 
 Word = Literal["confirmed", "misprint", "incomplete", "contradicted", "reconstructed", "definition"]
 PROMISING = 12
@@ -191,8 +192,8 @@ def _incomplete(
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", corrections, found.derived)
     where = next((point for point in start.points if not start.equal_at(point)), start.points[0])
     given, meant = (_shown(side, where) for side in (start.printed, start.derived))
-    terms = ", ".join(map(str, found.printed))
-    finding = f"{remark}printed, but not derived: {terms}; it fails at a random point: {given} against {meant}"
+    fails = f"; it fails at a random point: {given} against {meant}"
+    finding = Said(f"{remark}printed, but not derived: ", joined(", ", found.printed), fails)
     return Judgement("contradicted", finding, corrections, found.derived, found.printed)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import mpmath
@@ -14,20 +14,25 @@ from sympy import Expr
 from ..dimensions import NONE, Dimension, DimensionError, dimension, of_unit
 from ..equations import Equation
 from ..evaluate import Point
+from . import mathml
 from .case import Case
 from .judge import facing, judge
 from .terms import expanded, value
 from .vanishing import Vanished, vanished
+from .wording import joined
 
 Record = dict[str, Any]
 DIGITS = 6
+MATHML = "mathml"
+"""Key of what is typeset of a record; it is written beside the records."""
 _NAMED = ("1", "N", "N m", "N/m", "W")
 _BASE = ("kg", "m", "s")
 
 
-def keyed(records: Iterable[Record]) -> dict[tuple[str, str], Record]:
-    """Records of equations by paper and number."""
-    return {(r["paper"], r["equation"]): r for r in records}
+def keyed(records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]) -> dict[tuple[str, str], Record]:
+    """Records of equations by paper and number, each with what is typeset of it; others are left out."""
+    found = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
+    return {(r["paper"], r["equation"]): {**r, MATHML: shown} for r, shown in found if shown is not None}
 
 
 def reusable(known: Record | None, key: str) -> bool:
@@ -41,39 +46,57 @@ def equation(case: Case, number: str, key: str) -> Record:
     found = judge(printed, derived, case.points, case.words)
     meant = facing(printed, derived, case.points) if derived else None
     flipped = derived and meant and meant.residual == -derived.residual
+    gone = vanished(case, number, sp.S.NegativeOne if flipped else sp.S.One)
+    corrections = [joined("; ", edits) for edits in found.corrections]
+    missing, unexplained = _ordered(found.missing), _ordered(found.unexplained)
+    lost = printed.legibility == "lost" and printed.residual == 0
     return {
         "paper": case.paper.name,
         "equation": number,
         "legibility": printed.legibility,
         "claims": str(printed.claims),
         "verdict": found.verdict,
-        "finding": found.finding,
-        "correction": ["; ".join(edits) for edits in found.corrections],
-        "reading": case.read_as(number),
-        "terms": _terms(case, found.missing, meant),
-        "unexplained": _terms(case, found.unexplained, meant),
-        "vanishing": [_vanishing(v) for v in vanished(case, number, sp.S.NegativeOne if flipped else sp.S.One)],
-        "printed": "" if printed.legibility == "lost" and printed.residual == 0 else _text(printed),
+        "finding": str(found.finding),
+        "correction": [str(text) for text in corrections],
+        "reading": str(case.read_as(number)),
+        "terms": _terms(case, missing, meant),
+        "unexplained": _terms(case, unexplained, meant),
+        "vanishing": [_vanishing(v) for v in gone],
+        "printed": "" if lost else _text(printed),
         "derived": _text(meant) if meant else "",
         "defines": str(printed.defines or ""),
         "key": key,
+        MATHML: {
+            "printed": "" if lost else mathml.equation(printed),
+            "derived": mathml.equation(meant) if meant else "",
+            "finding": mathml.sentence(found.finding),
+            "correction": [mathml.sentence(text) for text in corrections],
+            "reading": mathml.sentence(case.read_as(number)),
+            "terms": [mathml.inline(term) for term in missing],
+            "unexplained": [mathml.inline(term) for term in unexplained],
+            "vanishing": [{"term": mathml.inline(v.term), "because": mathml.sentence(v.because)} for v in gone],
+        },
     }
 
 
+def _ordered(terms: Iterable[Expr]) -> list[Expr]:
+    return sorted(terms, key=sp.default_sort_key)
+
+
 def _vanishing(found: Vanished) -> Record:
-    return {"term": str(found.term), "because": found.because, "printed": found.printed}
+    return {"term": str(found.term), "because": str(found.because), "printed": found.printed}
 
 
 def _text(equation: Equation) -> str:
     return f"{equation.residual} {equation.relation} 0"
 
 
-def _terms(case: Case, terms: Iterable[Expr], derived: Equation | None) -> list[Record]:
+def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[Record]:
     """Terms with their largest size over the cycle, beside that of the largest derived term; null without a value."""
     if not terms or derived is None:
         return []
     largest = max((_largest(t, case.cycle) or mpmath.mpf(0) for t in expanded(derived.residual)), default=None)
-    return [_term(t, _largest(t, case.cycle), largest) for t in sorted(terms, key=sp.default_sort_key)]
+    return [_term(t, _largest(t, case.cycle), largest) for t in terms]
 
 
 def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:
@@ -120,5 +143,18 @@ def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
 
 
 def as_json(records: Sequence[Record], laws: Sequence[Record] = ()) -> str:
-    content = {"equations": list(records), "laws": list(laws), "summary": summary(records)}
+    """Everything but what is typeset."""
+    plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
+    return _json({"equations": plain, "laws": list(laws), "summary": summary(records)})
+
+
+def typeset(records: Iterable[Record]) -> str:
+    """Paper -> equation -> what is typeset of its record: MathML of formulas, sentences with MathML in them."""
+    content: dict[str, dict[str, Record]] = {}
+    for record in records:
+        content.setdefault(record["paper"], {})[record["equation"]] = record[MATHML]
+    return _json(content)
+
+
+def _json(content: object) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

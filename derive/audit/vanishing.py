@@ -11,6 +11,7 @@ from sympy import Expr
 from ..evaluate import Point
 from .case import Case
 from .terms import Match, expanded, remainder_vanishes
+from .wording import Said, joined
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Vanished:
     """A term, why it is zero, and whether the print has it."""
 
     term: Expr
-    because: str
+    because: Said
     printed: bool
 
 
@@ -50,8 +51,9 @@ def _lost(terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[
     return lost
 
 
-def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> str:
-    return "; ".join(f"{s} = 0: {reasons[s]}" for s in sorted(term.free_symbols & reasons.keys(), key=str))
+def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> Said:
+    here = sorted(term.free_symbols & reasons.keys(), key=str)
+    return joined("; ", (Said(s, f" = 0: {reasons[s]}") for s in here))
 
 
 def _read(case: Case, number: str) -> list[Vanished]:

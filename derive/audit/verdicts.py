@@ -9,11 +9,14 @@ from concurrent.futures import ProcessPoolExecutor
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from . import key, page, record
 from .case import Case
 from .trial import Trial, findings
 
+FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
+"""What is written: the findings, their formulas typeset, and the findings to read."""
 Place = tuple[str, str]
 """Name and file of a module, to load it again in another process."""
 
@@ -36,11 +39,17 @@ def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> di
     What a committed audit.json says of an equation is kept if it was made from the same. Raises ClaimError where an
     equation claims what its subject does not derive.
     """
-    known = json.loads(committed.read_text(encoding="utf-8")) if committed and committed.is_file() else {}
+    known, shown = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
     own = list(modules)
-    records, laws = judged(own, record.keyed(known.get("equations", [])), known.get("laws", []))
+    records, laws = judged(own, record.keyed(known.get("equations", []), shown), known.get("laws", []))
     references = {case.paper.name: case.paper.reference for case in cases(own).values()}
-    return {"audit.json": record.as_json(records, laws), "AUDIT.md": page.as_page(records, references, laws)}
+    texts = record.as_json(records, laws), record.typeset(records), page.as_page(records, references, laws)
+    return dict(zip(FILES, texts, strict=True))
+
+
+def _read(file: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    return content
 
 
 def judged(

@@ -17,4 +17,4 @@ def verdicts(committed: Path | None = None) -> dict[str, str]:
 
 
 PARTS: dict[str, Callable[[Path | None], dict[str, str]]] = {"code": lambda _: code(), "audit": verdicts}
-VERDICTS = frozenset({"audit.json", "AUDIT.md"})
+VERDICTS = frozenset(audit.FILES)

@@ -1,4 +1,7 @@
-"""An equation's trial on the page: as printed, as derived, its smallest correction, what it lacks or has too much."""
+"""An equation's trial on the page: as printed, as derived, its smallest correction, what it lacks or has too much.
+
+Formulas come typeset, as MathML, from where the equations were judged; here they are only placed.
+"""
 
 from __future__ import annotations
 
@@ -28,46 +31,44 @@ def place(entry: Entry) -> str:
     return escape(f"{entry['paper']}-{entry['equation']}".replace(" ", "-").replace("'", "-"))
 
 
-def trial(entry: Entry) -> str:
-    """The whole trial of one equation."""
+def trial(entry: Entry, shown: Entry) -> str:
+    """The whole trial of one equation; ``shown`` is what is typeset of it."""
     head = f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} {mark(entry['verdict']).markup}</h4>"
-    return f'<article id="{place(entry)}" class="{escape(entry["verdict"])}">{head}{"".join(_parts(entry))}</article>'
+    body = "".join(_parts(entry, shown))
+    return f'<article id="{place(entry)}" class="{escape(entry["verdict"])}">{head}{body}</article>'
 
 
-def _parts(entry: Entry) -> Iterator[str]:
+def _parts(entry: Entry, shown: Entry) -> Iterator[str]:
     printed, derived = entry.get("printed", ""), entry.get("derived", "")
     lost = entry["legibility"] == "lost"
     if printed and printed == derived:
-        yield _formula("as rebuilt and as derived" if lost else "as printed and as derived", printed, entry)
+        label = "as rebuilt and as derived" if lost else "as printed and as derived"
+        yield _formula(label, printed, shown["printed"])
     else:
-        yield from (_formula(label, text, entry)
-                    for label, text in (("as rebuilt" if lost else "as printed", printed), ("as derived", derived))
-                    if text)  # fmt: skip
+        for label, side in (("as rebuilt" if lost else "as printed", "printed"), ("as derived", "derived")):
+            if entry.get(side):
+                yield _formula(label, entry[side], shown[side])
     if entry["verdict"] not in QUIET:
-        yield f"<p>{markup.prose(entry['finding'][:1].upper() + entry['finding'][1:])}.</p>"
-    corrections = entry["correction"]
-    if corrections:
-        name = "Smallest correction" if len(corrections) == 1 else "Smallest corrections, any of them"
-        yield f"<p><strong>{name}:</strong> {'; or '.join(map(markup.prose, corrections))}.</p>"
-    yield from _terms("terms that the print lacks", entry["terms"])
-    yield from _terms("printed terms that nothing explains", entry.get("unexplained", ()))
-    yield from _vanishing(entry.get("vanishing", ()))
-    if entry["reading"]:
-        yield f'<p class="note">Read so: {markup.prose(entry["reading"])}.</p>'
+        yield f"<p>{shown['finding'][:1].upper()}{shown['finding'][1:]}.</p>"
+    if shown["correction"]:
+        name = "Smallest correction" if len(shown["correction"]) == 1 else "Smallest corrections, any of them"
+        yield f"<p><strong>{name}:</strong> {'; or '.join(shown['correction'])}.</p>"
+    yield from _terms("terms that the print lacks", entry["terms"], shown["terms"])
+    yield from _terms("printed terms that nothing explains", entry.get("unexplained", ()), shown["unexplained"])
+    yield from _vanishing(entry.get("vanishing", ()), shown["vanishing"])
+    if shown["reading"]:
+        yield f'<p class="note">Read so: {shown["reading"]}.</p>'
 
 
-def _formula(label: str, text: str, entry: Entry) -> str:
+def _formula(label: str, text: str, math: str) -> str:
     kind = "formula long" if len(text) > _LONG else "formula"
-    defines = entry.get("defines", "")
-    shown = markup.equation(text, bool(defines) or not entry.get("printed"), defines)
-    return f'<p class="label">{label}</p><div class="{kind}">{shown}</div>'
+    return f'<p class="label">{label}</p><div class="{kind}">{math}</div>'
 
 
-def _terms(label: str, terms: Sequence[Entry]) -> Iterator[str]:
+def _terms(label: str, terms: Sequence[Entry], math: Sequence[str]) -> Iterator[str]:
     if terms:
-        ordered = sorted(terms, key=lambda t: -(t["share_of_largest"] or 0))
-        rows = [(markup.term(t["term"]), _size(t["max_abs"]), _unit(t["unit"]), markup.bar(t["share_of_largest"]))
-                for t in ordered]  # fmt: skip
+        ordered = sorted(zip(terms, math, strict=True), key=lambda pair: -(pair[0]["share_of_largest"] or 0))
+        rows = [(Raw(m), _size(t["max_abs"]), _unit(t["unit"]), markup.bar(t["share_of_largest"])) for t, m in ordered]
         head = (label, "largest over the cycle", "unit", "share of the largest derived term")
         yield markup.table(head, rows, "terms tight")
 
@@ -80,10 +81,8 @@ def _unit(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def _vanishing(terms: Sequence[Entry]) -> Iterator[str]:
+def _vanishing(terms: Sequence[Entry], math: Sequence[Entry]) -> Iterator[str]:
     if terms:
-        rows = [
-            (markup.term(t["term"]), Raw(markup.prose(t["because"])), "yes" if t.get("printed") else "no")
-            for t in terms
-        ]
+        rows = [(Raw(m["term"]), Raw(m["because"]), "yes" if t.get("printed") else "no")
+                for t, m in zip(terms, math, strict=True)]  # fmt: skip
         yield markup.table(("terms that do not show", "because", "printed"), rows, "terms tight")

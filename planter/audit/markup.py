@@ -1,13 +1,11 @@
-"""Parts of the audit's page that the report's blocks do not have: typeset cells, bars of shares, marks of verdicts."""
+"""Parts of the audit's page that the report's blocks do not have: cells of markup, bars of shares, verdicts."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from planter.audit import typeset
 from planter.report.html import cell_text
 
 
@@ -63,45 +61,6 @@ def bar(share: float | None) -> Raw:
         return Raw("\N{EN DASH}")
     width = min(100.0, 100 * share)
     return Raw(f'<span class="bar"><span style="width: {width:.3g}%"></span></span> {number(100 * share)} %')
-
-
-def equation(text: str, solve: bool = False, defines: str = "") -> str:
-    """An equation, typeset where that can be done; its text goes with it, for who wants to copy it."""
-    return _with_text(typeset.equation(text, solve, defines), text) or f"<p><code>{escape(text)}</code></p>"
-
-
-def term(text: str) -> Raw:
-    """A term in a line, typeset where that can be done."""
-    return Raw(_with_text(typeset.term(text), text) or f"<code>{escape(text)}</code>")
-
-
-_WORDS = re.compile(
-    r"(; | = |: |, |\b(?:sign of|factor|for|on the whole|on the argument of|on|and|exchanged|of|read as|atan of)\b)"
-)
-_SYMBOLIC = re.compile(r"[\d_*/+]|^-|^[A-Za-z]$")
-
-
-def prose(text: str) -> str:
-    """A sentence with the expressions in it typeset."""
-    return "".join(_prose_part(part) for part in _WORDS.split(text))
-
-
-def _prose_part(part: str) -> str:
-    inner = part.strip()
-    plain = re.fullmatch(r"[\d.]*", inner) or not (_SYMBOLIC.search(inner) or inner in typeset.GREEK)
-    if plain or typeset.term(inner) is None:
-        return escape(part)
-    before, after = part[: len(part) - len(part.lstrip())], part[len(part.rstrip()) :]
-    return f"{before}{term(inner).markup}{after}"
-
-
-def _with_text(math: str | None, text: str) -> str | None:
-    if math is None:
-        return None
-    start = math.index(">") + 1
-    inner = math[start : -len("</math>")]
-    note = f'<annotation encoding="text/plain">{escape(text)}</annotation>'
-    return f"{math[:start]}<semantics><mrow>{inner}</mrow>{note}</semantics></math>"
 
 
 def paragraph(text: str, kind: str = "") -> str:

@@ -10,6 +10,7 @@ from typing import Any
 from planter.audit import article, markup, tables
 from planter.audit.consequences import HEADLINE
 from planter.audit.markup import Cell, Raw, mark
+from planter.kernels import generated
 from planter.report import files
 from planter.report.folder import renews
 from planter.report.html import Keys, Section, page
@@ -93,7 +94,13 @@ def equations(found: Sequence[Entry]) -> str:
     """All equations in a table, then the trial of each that has something to it, then the rest in short."""
     loud = [e for e in found if e["verdict"] not in article.QUIET]
     quiet = [e for e in found if e["verdict"] in article.QUIET]
-    return "\n".join([article.overview(found), *map(article.trial, loud), *map(article.trial, quiet)])
+    return "\n".join([article.overview(found), *(article.trial(e, typeset(e)) for e in (*loud, *quiet))])
+
+
+def typeset(entry: Entry) -> Entry:
+    """The formulas of an equation's trial as MathML, as they were written when it was judged."""
+    found: Entry = generated.sidecar("audit_mathml")[entry["paper"]][entry["equation"]]
+    return found
 
 
 def laws(found: Sequence[Entry]) -> str:

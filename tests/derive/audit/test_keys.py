@@ -62,13 +62,18 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
     here = Here()
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
     monkeypatch.setattr(
-        verdicts.record, "equation", lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key}
+        verdicts.record,
+        "equation",
+        lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key, "mathml": {}},
     )
     return here
 
 
 def audited(known: tuple[list[record.Record], list[record.Record]]) -> tuple[list[record.Record], list[record.Record]]:
-    return verdicts.judged(modules(papers), record.keyed(known[0]), known[1])
+    shown: dict[str, dict[str, Any]] = {}
+    for found in known[0]:
+        shown.setdefault(found["paper"], {})[found["equation"]] = found["mathml"]
+    return verdicts.judged(modules(papers), record.keyed(known[0], shown), known[1])
 
 
 def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:
@@ -148,7 +153,8 @@ def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
 
 def test_the_committed_records_are_those_of_this_code() -> None:
     committed = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))
-    known = record.keyed(committed["equations"])
+    shown = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
+    known = record.keyed(committed["equations"], shown)
     stale = [
         (own.paper.name, n)
         for own in CASES.values()
@@ -163,6 +169,9 @@ def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) ->
     committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
     content = json.loads(committed)
     assert record.as_json(content["equations"], content["laws"]) == committed
+    typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
+    shown = json.loads(typeset)
+    assert record.typeset(record.keyed(content["equations"], shown).values()) == typeset
     references = {case.paper.name: case.paper.reference for case in CASES.values()}
     written = page.as_page(content["equations"], references, content["laws"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

@@ -61,7 +61,8 @@ def test_what_is_known_of_a_paper_from_outside_is_not_judged_again(
 ) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "2"))
     texts = verdicts.verdicts([module])
-    (folder / "audit.json").write_text(texts["audit.json"], encoding="utf-8")
+    for name in texts.keys() - {"AUDIT.md"}:
+        (folder / name).write_text(texts[name], encoding="utf-8")
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", None)
     assert verdicts.verdicts([module], folder / "audit.json") == texts
     module.PAPER.equations["2"] = module.PAPER.equations["1"]
@@ -125,7 +126,7 @@ def test_papers_without_a_place_come_after_those_with_one_by_name() -> None:
 
 def test_modules_that_state_no_case_are_passed_over() -> None:
     assert verdicts.cases([module("m", SimpleNamespace()), ModuleType("n")]) == {}
-    assert set(verdicts.verdicts([])) == {"audit.json", "AUDIT.md"}
+    assert set(verdicts.verdicts([])) == {"audit.json", "audit_mathml.json", "AUDIT.md"}
 
 
 def test_two_papers_of_one_name_are_refused() -> None:
