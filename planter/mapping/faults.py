@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from planter.mapping.linkage import TURN
+from planter.mapping.results import Warned
 from planter.mapping.train import GEARS, Train
 
 MOST_RATIO = 3.0
@@ -19,8 +19,8 @@ LEAST_MODULE = 1e-3
 _MM = 1e3
 
 
-def warnings(train: Train) -> list[dict[str, Any]]:
-    """Warnings with `name`, `carrier_deg` (None where it concerns the whole turn), `message`."""
+def warnings(train: Train) -> list[Warned]:
+    """Everything that must be told."""
     return [*_sense(train), *_ratios(train), *_sharp(train), *_hollow(train)]
 
 
@@ -36,17 +36,15 @@ def _rooms(train: Train, gear: int) -> tuple[float, float]:
     return 1 / (DEDENDUM * sharpest), 1 / (ADDENDUM * hollowest) if hollowest > 0 else np.inf
 
 
-def _sense(train: Train) -> Iterator[dict[str, Any]]:
+def _sense(train: Train) -> Iterator[Warned]:
     if train.curve.sense > 0:
-        yield {
-            "name": "sense",
-            "carrier_deg": None,
-            "message": "the arm gains on the carrier: two external meshes turn it the other way, so that one mesh "
-            "needs an idler",
-        }
+        yield Warned(
+            "sense", None,
+            "the arm gains on the carrier: two external meshes turn it the other way, so that one mesh needs an idler",
+        )  # fmt: skip
 
 
-def _ratios(train: Train) -> Iterator[dict[str, Any]]:
+def _ratios(train: Train) -> Iterator[Warned]:
     """Ratios that leave one gear of a stage a small pitch radius."""
     for extreme in train.curve.extremes:
         at = train.gears(np.array([extreme.angle]))
@@ -61,7 +59,7 @@ def _ratios(train: Train) -> Iterator[dict[str, Any]]:
             )  # fmt: skip
 
 
-def _sharp(train: Train) -> Iterator[dict[str, Any]]:
+def _sharp(train: Train) -> Iterator[Warned]:
     """Pitch curves so sharp that the roots of ordinary teeth meet."""
     theta, kappa = train.curvatures
     for gear, name in enumerate(GEARS):
@@ -75,7 +73,7 @@ def _sharp(train: Train) -> Iterator[dict[str, Any]]:
             )  # fmt: skip
 
 
-def _hollow(train: Train) -> Iterator[dict[str, Any]]:
+def _hollow(train: Train) -> Iterator[Warned]:
     """Pitch curves that are not convex, which a rack or hob cannot cut."""
     theta, kappa = train.curvatures
     for gear, name in enumerate(GEARS):
@@ -92,8 +90,8 @@ def _hollow(train: Train) -> Iterator[dict[str, Any]]:
             )  # fmt: skip
 
 
-def _warning(name: str, angle: float, what: str, so: str) -> dict[str, Any]:
-    return {"name": name, "carrier_deg": _deg(angle), "message": f"at carrier angle {_deg(angle):.5g} deg {what}{so}"}
+def _warning(name: str, angle: float, what: str, so: str) -> Warned:
+    return Warned(name, _deg(angle), f"at carrier angle {_deg(angle):.5g} deg {what}{so}")
 
 
 def _deg(angle: float) -> float:

@@ -1,9 +1,9 @@
-"""Results in mm and deg, under the names of the JSON output."""
+"""Results in mm and deg."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -11,28 +11,36 @@ from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
 from planter.mapping.defects import Reversal, Standing
 from planter.mapping.dyads import Dyad, Straight, misses
-from planter.mapping.linkage import TURN, FourBar
+from planter.mapping.linkage import TURN
 from planter.mapping.nearest import Miss
+from planter.mapping.results import AtPose, Back, DyadFound, Four, Missed, OneSense, Pair, StraightFound
 
 
-def mm(lengths: Array) -> list[float]:
-    return [float(x) * 1e3 for x in lengths]
+def pair(place: Array) -> Pair:
+    x, y = place
+    return float(x), float(y)
+
+
+def four(lengths: Array) -> Four:
+    """A length of each gear [m] in mm."""
+    a, b, c, d = (float(x) * 1e3 for x in lengths)
+    return a, b, c, d
 
 
 def degrees(angle: float) -> float:
     return float(np.degrees(angle))
 
 
-def dyad(found: Dyad, poses: Array) -> dict[str, Any]:
+def dyad(found: Dyad, poses: Array) -> DyadFound:
     """A dyad, how far it misses the poses, and whether its fixed hinge is outside the polyline of their tips."""
-    return {
-        "moving_point_mm": mm(found.point),
-        "centre_mm": mm(found.centre),
-        "radius_mm": found.radius * 1e3,
-        "multiplicity": found.multiplicity,
-        "largest_miss_mm": float(misses(poses, found.vector).max()) * 1e3,
-        "outside": is_outside(found.centre, poses[:, :2]),
-    }
+    return DyadFound(
+        moving_point_mm=pair(found.point * 1e3),
+        centre_mm=pair(found.centre * 1e3),
+        radius_mm=found.radius * 1e3,
+        multiplicity=found.multiplicity,
+        largest_miss_mm=float(misses(poses, found.vector).max()) * 1e3,
+        outside=is_outside(found.centre, poses[:, :2]),
+    )
 
 
 def is_outside(place: Array, corners: Array) -> bool:
@@ -44,51 +52,46 @@ def is_outside(place: Array, corners: Array) -> bool:
     return bool(np.sum(spans & (x < x1 + (y - y1) * (x2 - x1) / rise)) % 2 == 0)
 
 
-def straight(found: Straight) -> dict[str, Any]:
+def straight(found: Straight) -> StraightFound:
     """A dyad with a hinge at infinity: its point and its line normal . place = offset."""
-    return {
-        "kind": found.kind,
-        "point_mm": mm(found.point),
-        "normal": [float(c) for c in found.normal],
-        "offset_mm": found.offset * 1e3,
-        "multiplicity": found.multiplicity,
-    }
+    return StraightFound(
+        kind=found.kind,
+        point_mm=pair(found.point * 1e3),
+        normal=pair(found.normal),
+        offset_mm=found.offset * 1e3,
+        multiplicity=found.multiplicity,
+    )
 
 
-def four_bar(bar: FourBar) -> dict[str, Any]:
-    frame, crank, coupler, rocker = (length * 1e3 for length in bar.lengths)
-    return {
-        "frame_mm": frame,
-        "crank_mm": crank,
-        "coupler_mm": coupler,
-        "rocker_mm": rocker,
-        "type": bar.type,
-        "grashof": bar.grashof,
-        "circuits": len(bar.reaches),
-        "transmission_min_deg": degrees(bar.least_transmission),
-        "arm_length_mm": float(np.hypot(*bar.crank.point)) * 1e3,
-    }
+def standing(number: int, found: Standing) -> AtPose:
+    return AtPose(
+        pose=number,
+        crank_angle_deg=degrees(found.crank_angle),
+        assembly=found.assembly,
+        circuit=found.circuit,
+        hinges_mm=(pair(found.hinges[0] * 1e3), pair(found.hinges[1] * 1e3)),
+        position_error_mm=found.position_error * 1e3,
+        angle_error_deg=degrees(found.angle_error),
+        transmission_deg=degrees(found.transmission),
+    )
 
 
-def standing(number: int, found: Standing) -> dict[str, Any]:
-    return {
-        "pose": number,
-        "crank_angle_deg": degrees(found.crank_angle),
-        "assembly": found.assembly,
-        "circuit": found.circuit,
-        "hinges_mm": [mm(hinge) for hinge in found.hinges],
-        "position_error_mm": found.position_error * 1e3,
-        "angle_error_deg": degrees(found.angle_error),
-        "transmission_deg": degrees(found.transmission),
-    }
+def monotone(found: Sequence[Reversal]) -> OneSense:
+    turned = [Back(r.start + 1, r.end + 1, degrees(r.angle)) for r in found]
+    return OneSense(not turned, turned)
 
 
-def monotone(found: Sequence[Reversal]) -> dict[str, Any]:
-    turned = [{"from_pose": r.start + 1, "to_pose": r.end + 1, "deg": degrees(r.angle)} for r in found]
-    return {"possible": not turned, "reversals": turned}
+class Slopes(TypedDict):
+    """What is told of any angle curve."""
+
+    monotone: bool
+    slope_min: float
+    slope_min_at_deg: float
+    slope_max: float
+    slope_max_at_deg: float
 
 
-def curve(found: AngleCurve) -> dict[str, Any]:
+def slopes(found: AngleCurve) -> Slopes:
     least, largest = found.extremes
     return {
         "monotone": found.monotone,
@@ -99,12 +102,12 @@ def curve(found: AngleCurve) -> dict[str, Any]:
     }
 
 
-def miss(number: int, found: Miss) -> dict[str, Any]:
+def miss(number: int, found: Miss) -> Missed:
     """How a pose is missed where the curve meets it."""
-    return {
-        "pose": number,
-        "carrier_deg": degrees(found.carrier % TURN),
-        "position_error_mm": found.tip * 1e3,
-        "hinge_error_mm": found.hinge * 1e3,
-        "angle_error_deg": degrees(found.angle),
-    }
+    return Missed(
+        pose=number,
+        carrier_deg=degrees(found.carrier % TURN),
+        position_error_mm=found.tip * 1e3,
+        hinge_error_mm=found.hinge * 1e3,
+        angle_error_deg=degrees(found.angle),
+    )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from planter.mapping.fit import fit
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import SLOPES, Miss, Nearest, met_by, nearest, through_poses
 from planter.mapping.paths import of_paths
+from planter.mapping.results import CurveOfPaths, DefectsFound, Family, LinkageFound, NearestCurve, SynthesisFound
 
 _POINT = 1e-9
 """Radius, in sizes of the poses, below which a moving hinge stands still: that is no crank."""
@@ -38,7 +38,7 @@ class Linkage:
 
 @dataclass(frozen=True)
 class Synthesis:
-    """Everything that `synthesise` finds; `result` is its JSON object."""
+    """Everything that `synthesise` finds; `result` is what the command returns."""
 
     file: PoseFile
     poses: Array
@@ -49,7 +49,7 @@ class Synthesis:
     exact: AngleCurve | None
     nearest: Nearest | None
     of_paths: AngleCurve | None
-    result: dict[str, Any] = field(repr=False)
+    result: SynthesisFound = field(repr=False)
 
 
 def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = SLOPES) -> Synthesis:
@@ -66,24 +66,21 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
     dyad = _carrier(poses, solution.dyads, carrier)
     of_points = _of_points(file, linkages)
     closest, why_not = _nearest(dyad, poses, slopes)
-    curves: dict[str, Any] = {
-        "carrier_dyad": None if dyad is None else carrier,
-        "monotone": None if dyad is None else shown.monotone(_reversals(dyad, poses)),
-        "nearest": None if closest is None else _nearest_shown(closest, slopes),
-        "curve": None if of_points is None or dyad is None else _curve_shown(dyad, poses, of_points),
-    }
-    result = {
-        "poses": len(poses),
-        "dyads": [shown.dyad(d, poses) for d in solution.dyads],
-        "complex_pairs": solution.complex_roots // 2,
-        "singular_values": _singular_values(poses * [1e3, 1e3, 1]),
-        "scaled_singular_values": [float(v) for v in solution.singular_values[:CONDITIONS]],
-        "straight": [shown.straight(s) for s in solution.straights],
-        "family": _family_shown(solution, family_of, poses),
-        "linkages": [_linkage_shown(linkage, poses) for linkage in linkages],
-        **curves,
-        "warnings": [*_remarks(poses, count, solution), *([why_not] if why_not else [])],
-    }
+    result = SynthesisFound(
+        poses=len(poses),
+        dyads=[shown.dyad(d, poses) for d in solution.dyads],
+        complex_pairs=solution.complex_roots // 2,
+        singular_values=_singular_values(poses * [1e3, 1e3, 1]),
+        scaled_singular_values=[float(v) for v in solution.singular_values[:CONDITIONS]],
+        straight=[shown.straight(s) for s in solution.straights],
+        family=_family_shown(solution, family_of, poses),
+        linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
+        carrier_dyad=None if dyad is None else carrier,
+        monotone=None if dyad is None else shown.monotone(_reversals(dyad, poses)),
+        nearest=None if closest is None else _nearest_shown(closest, slopes),
+        curve=None if of_points is None or dyad is None else _curve_shown(dyad, poses, of_points),
+        warnings=[*_remarks(poses, count, solution), *([why_not] if why_not else [])],
+    )
     exact = None if dyad is None else through_poses(dyad, poses)
     return Synthesis(file, poses, solution, family_of[0], linkages, dyad, exact, closest, of_points, result)
 
@@ -149,36 +146,46 @@ def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) ->
     return linkage.found[number - 1].assembly
 
 
-def _linkage_shown(linkage: Linkage, poses: Array) -> dict[str, Any]:
-    return {
-        "dyads": list(linkage.numbers),
-        **shown.four_bar(linkage.bar),
-        "poses": [shown.standing(k, s) for k, s in enumerate(linkage.found, 1)],
-        "defects": {name: getattr(linkage.defects, name) for name in ("order", "branch", "circuit")},
-        "crank_sense": linkage.defects.sense,
-        "monotone": shown.monotone(_reversals(linkage.bar.crank, poses)),
-    }
+def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
+    bar, wrong = linkage.bar, linkage.defects
+    frame, crank, coupler, rocker = (length * 1e3 for length in bar.lengths)
+    return LinkageFound(
+        dyads=linkage.numbers,
+        frame_mm=frame,
+        crank_mm=crank,
+        coupler_mm=coupler,
+        rocker_mm=rocker,
+        type=bar.type,
+        grashof=bar.grashof,
+        circuits=len(bar.reaches),
+        transmission_min_deg=shown.degrees(bar.least_transmission),
+        arm_length_mm=float(np.hypot(*bar.crank.point)) * 1e3,
+        poses=[shown.standing(k, s) for k, s in enumerate(linkage.found, 1)],
+        defects=DefectsFound(order=wrong.order, branch=wrong.branch, circuit=wrong.circuit),
+        crank_sense=wrong.sense,
+        monotone=shown.monotone(_reversals(bar.crank, poses)),
+    )
 
 
-def _nearest_shown(found: Nearest, slopes: tuple[float, float]) -> dict[str, Any]:
-    return {
-        "least_slope": slopes[0],
-        "largest_slope": slopes[1],
-        "order": [k + 1 for k in found.order],
-        **shown.curve(found.curve),
-        "poses": [shown.miss(k, miss) for k, miss in enumerate(found.misses, 1)],
-        "rms_mm": _rms(found.misses),
-    }
+def _nearest_shown(found: Nearest, slopes: tuple[float, float]) -> NearestCurve:
+    return NearestCurve(
+        least_slope=slopes[0],
+        largest_slope=slopes[1],
+        order=[k + 1 for k in found.order],
+        **shown.slopes(found.curve),
+        poses=[shown.miss(k, miss) for k, miss in enumerate(found.misses, 1)],
+        rms_mm=_rms(found.misses),
+    )
 
 
-def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> dict[str, Any]:
+def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> CurveOfPaths:
     misses = met_by(dyad, poses, curve)
-    return {
-        "points": len(curve.carrier),
-        **shown.curve(curve),
-        "poses": [shown.miss(k, miss) for k, miss in enumerate(misses, 1)],
-        "rms_mm": _rms(misses),
-    }
+    return CurveOfPaths(
+        points=len(curve.carrier),
+        **shown.slopes(curve),
+        poses=[shown.miss(k, miss) for k, miss in enumerate(misses, 1)],
+        rms_mm=_rms(misses),
+    )
 
 
 def _rms(misses: Sequence[Miss]) -> float:
@@ -186,15 +193,15 @@ def _rms(misses: Sequence[Miss]) -> float:
     return float(np.sqrt(np.mean([(m.tip**2 + m.hinge**2) / 2 for m in misses])) * 1e3)
 
 
-def _family_shown(solution: Solution, found: tuple[list[Dyad], list[Straight]], poses: Array) -> dict[str, Any] | None:
+def _family_shown(solution: Solution, found: tuple[list[Dyad], list[Straight]], poses: Array) -> Family | None:
     if not solution.free:
         return None
     dyads, straights = found
-    return {
-        "parameters": solution.free,
-        "dyads": [shown.dyad(d, poses) for d in dyads],
-        "straight": [shown.straight(s) for s in straights],
-    }
+    return Family(
+        parameters=solution.free,
+        dyads=[shown.dyad(d, poses) for d in dyads],
+        straight=[shown.straight(s) for s in straights],
+    )
 
 
 def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,18 +14,19 @@ from planter.mapping.dyads import Dyad, distinct, solve
 from planter.mapping.file import PoseFile
 from planter.mapping.linkage import TURN
 from planter.mapping.nearest import met_by
+from planter.mapping.results import Missed, TrainFound
 from planter.mapping.train import Train
 
 
 @dataclass(frozen=True)
 class Training:
-    """A train with its carrier dyad and poses, where they are known; `result` is its JSON object."""
+    """A train with its carrier dyad and poses, where they are known; `result` is what the command returns."""
 
     train: Train
     crank: float | None
     dyad: Dyad | None
     poses: Array | None
-    result: dict[str, Any]
+    result: TrainFound
 
 
 def train_of(
@@ -42,10 +42,8 @@ def train_of(
     train = Train(curve, distance)
     bend = None if crank is None else train.bend(crank)
     poses = None if file is None else file.poses
-    result = _result(train, bend)
-    result["poses"] = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
-    result["warnings"] = faults.warnings(train)
-    return Training(train, crank, dyad, poses, result)
+    missed = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
+    return Training(train, crank, dyad, poses, _result(train, bend, missed))
 
 
 def _carrier(file: PoseFile, number: int) -> Dyad:
@@ -60,31 +58,33 @@ def _carrier(file: PoseFile, number: int) -> Dyad:
     return found[number - 1]
 
 
-def _result(train: Train, bend: float | None) -> dict[str, Any]:
+def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFound:
     least, largest = train.curve.extremes
     smallest, biggest = train.radius_range
-    return {
-        "x_s": train.x_s,
-        "x_s_under_root": train.x_s**2,
-        "slope_min": least.value,
-        "slope_max": largest.value,
-        "slope_min_at_deg": shown.degrees(least.angle % TURN),
-        "slope_max_at_deg": shown.degrees(largest.angle % TURN),
-        "monotone": train.curve.monotone,
-        "ratio_min": 1 / largest.value,
-        "ratio_max": 1 / least.value,
-        "closure_error_rad": list(train.closure_errors),
-        "carrier_bend_deg": None if bend is None else shown.degrees(bend),
-        "convex": train.convex,
-        "concave_deg": [[[shown.degrees(a), shown.degrees(b)] for a, b in train.concave(k)] for k in range(4)],
-        "radius_min_mm": shown.mm(smallest),
-        "radius_max_mm": shown.mm(biggest),
-        "curvature_radius_min_mm": shown.mm(train.least_curvature_radius),
-        "module_max_mm": faults.largest_module(train) * 1e3,
-    }
+    return TrainFound(
+        x_s=train.x_s,
+        x_s_under_root=train.x_s**2,
+        slope_min=least.value,
+        slope_max=largest.value,
+        slope_min_at_deg=shown.degrees(least.angle % TURN),
+        slope_max_at_deg=shown.degrees(largest.angle % TURN),
+        monotone=train.curve.monotone,
+        ratio_min=1 / largest.value,
+        ratio_max=1 / least.value,
+        closure_error_rad=train.closure_errors,
+        carrier_bend_deg=None if bend is None else shown.degrees(bend),
+        convex=train.convex,
+        concave_deg=[[(shown.degrees(a), shown.degrees(b)) for a, b in train.concave(k)] for k in range(4)],
+        radius_min_mm=shown.four(smallest),
+        radius_max_mm=shown.four(biggest),
+        curvature_radius_min_mm=shown.four(train.least_curvature_radius),
+        module_max_mm=faults.largest_module(train) * 1e3,
+        poses=missed,
+        warnings=faults.warnings(train),
+    )
 
 
-def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[dict[str, Any]]:
+def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[Missed]:
     return [shown.miss(k, miss) for k, miss in enumerate(met_by(dyad, poses, curve), 1)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planter.mapping import model
@@ -10,6 +10,7 @@ from planter.mapping.train import GEARS
 from planter.report.html import Block, Cell, FigureSvg, Items, Keys, Section, Table, Text, page
 
 if TYPE_CHECKING:
+    from planter.mapping.results import LinkageFound, Missed, SynthesisFound
     from planter.mapping.synthesis import Synthesis
     from planter.mapping.training import Training
 
@@ -31,8 +32,8 @@ def synthesis_page(found: Synthesis, figures: Mapping[str, str], provenance: Sum
     """The page of a synthesis; `figures` are SVG texts by name."""
     result = found.result
     sections = [Section("Dyads", list(_dyads(result)))]
-    sections += [Section(f"Linkage of dyads {x['dyads'][0]} and {x['dyads'][1]}", list(_linkage(x)))
-                 for x in result["linkages"]]  # fmt: skip
+    sections += [Section(f"Linkage of dyads {x.dyads[0]} and {x.dyads[1]}", list(_linkage(x)))
+                 for x in result.linkages]  # fmt: skip
     sections.append(Section("Angle curve", list(_curves(result))))
     sections.append(Section("Figures", list(_figures(figures))))
     origins = [(path, value, found.file.origin(path)) for path, value in found.file.numbers().items()]
@@ -44,78 +45,79 @@ def train_page(found: Training, figures: Mapping[str, str], provenance: Summary)
     """The page of a gear train; `figures` are SVG texts by name."""
     result = found.result
     named = ("x_s", "slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
-    split: dict[str, Cell] = {name: result[name] for name in named}
-    split |= {f"closure error of stage {k} / rad": e for k, e in enumerate(result["closure_error_rad"], 1)}
+    split: dict[str, Cell] = {name: getattr(result, name) for name in named}
+    split |= {f"closure error of stage {k} / rad": e for k, e in enumerate(result.closure_error_rad, 1)}
     keys = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm")
-    rows = [(g, *(result[key][k] for key in keys), result["convex"][k], _ranges(result["concave_deg"][k]))
+    rows = [(g, *(getattr(result, key)[k] for key in keys), result.convex[k], _ranges(result.concave_deg[k]))
             for k, g in enumerate(GEARS)]  # fmt: skip
     head = ("gear", "least radius / mm", "largest radius / mm", "sharpest / mm", "convex", "concave at θ / deg")
     blocks: list[Block] = [Keys(split), Table(head, rows, "Pitch curves")]
-    if result["warnings"]:
-        blocks.append(Items([warning["message"] for warning in result["warnings"]], "warning"))
+    if result.warnings:
+        blocks.append(Items([warning.message for warning in result.warnings], "warning"))
     sections = [Section("Gear train", blocks)]
-    if result["poses"]:
-        sections.append(Section("Poses", [_missed(result["poses"], "Where the path comes closest to each pose")]))
+    if result.poses:
+        sections.append(Section("Poses", [_missed(result.poses, "Where the path comes closest to each pose")]))
     sections.append(Section("Figures", list(_figures(figures))))
     return page("Non-circular gear train", [*sections, *_last(provenance)])
 
 
-def _ranges(ranges: list[list[float]]) -> str | None:
+def _ranges(ranges: Sequence[tuple[float, float]]) -> str | None:
     return ", ".join(f"{a:.4g} to {b:.4g}" for a, b in ranges) or None
 
 
-def _dyads(result: Summary) -> Iterator[Block]:
+def _dyads(result: SynthesisFound) -> Iterator[Block]:
     yield Keys({
-        "poses": result["poses"], "real dyads": len(result["dyads"]), "complex pairs": result["complex_pairs"],
-        "singular values": ", ".join(f"{v:.4g}" for v in result["singular_values"]),
+        "poses": result.poses, "real dyads": len(result.dyads), "complex pairs": result.complex_pairs,
+        "singular values": ", ".join(f"{v:.4g}" for v in result.singular_values),
     })  # fmt: skip
-    if result["warnings"]:
-        yield Items(result["warnings"], "warning")
+    if result.warnings:
+        yield Items(result.warnings, "warning")
     head = ("dyad", "x / mm", "y / mm", "X / mm", "Y / mm", "radius / mm", "largest miss / mm", "outside")
-    rows = [(k, *d["moving_point_mm"], *d["centre_mm"], d["radius_mm"], d["largest_miss_mm"], d["outside"])
-            for k, d in enumerate(result["dyads"], 1)]  # fmt: skip
+    rows = [(k, *d.moving_point_mm, *d.centre_mm, d.radius_mm, d.largest_miss_mm, d.outside)
+            for k, d in enumerate(result.dyads, 1)]  # fmt: skip
     if rows:
         yield Table(head, rows, "Moving point, centre and radius; is the centre outside the polyline of the poses?")
-    straight = [(s["kind"], *s["point_mm"], *s["normal"], s["offset_mm"]) for s in result["straight"]]
+    straight = [(s.kind, *s.point_mm, *s.normal, s.offset_mm) for s in result.straight]
     if straight:
         yield Table(("kind", "x", "y", "normal x", "normal y", "offset / mm"), straight, "With a hinge at infinity")
-    if result["family"]:
-        yield Text(f"The poses leave a family with {result['family']['parameters']} free parameters, of which "
-                   f"{len(result['family']['dyads'])} members are listed in summary.json.")  # fmt: skip
+    if result.family:
+        yield Text(f"The poses leave a family with {result.family.parameters} free parameters, of which "
+                   f"{len(result.family.dyads)} members are listed in summary.json.")  # fmt: skip
 
 
-def _linkage(found: Summary) -> Iterator[Block]:
+def _linkage(found: LinkageFound) -> Iterator[Block]:
     keys = ("frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "type", "grashof", "arm_length_mm")
-    single: dict[str, Cell] = {key: found[key] for key in (*keys, "transmission_min_deg")}
-    wrong = [name for name, is_there in found["defects"].items() if is_there]
+    single: dict[str, Cell] = {key: getattr(found, key) for key in (*keys, "transmission_min_deg")}
+    wrong = [name for name, is_there in found.defects.table().items() if is_there]
     yield Keys(single | {"defects": ", ".join(wrong) or "none"})
     head = ("pose", "crank / deg", "assembly", "circuit", "transmission / deg", "error / mm")
     columns = ("pose", "crank_angle_deg", "assembly", "circuit", "transmission_deg", "position_error_mm")
-    yield Table(head, [tuple(row[key] for key in columns) for row in found["poses"]], "Poses")
+    yield Table(head, [tuple(getattr(row, key) for key in columns) for row in found.poses], "Poses")
 
 
-def _curves(result: Summary) -> Iterator[Block]:
-    found = result["monotone"]
+def _curves(result: SynthesisFound) -> Iterator[Block]:
+    found = result.monotone
     if found is None:
         yield Text("There is no dyad, and so no carrier.")
         return
-    carrier = f"Carrier on dyad {result['carrier_dyad']}"
-    if found["possible"]:
+    carrier = f"Carrier on dyad {result.carrier_dyad}"
+    if found.possible:
         yield Text(f"{carrier}: one turn can pass all poses with the arm turning in one sense against the carrier.")
     else:
         yield Text(
             f"{carrier}: no turn can pass all poses without the arm turning back against the carrier.", "warning"
         )
-        yield Items([f"by {r['deg']:.6g} deg from pose {r['from_pose']} to pose {r['to_pose']}"
-                     for r in found["reversals"]])  # fmt: skip
-    for key, title in (("nearest", "Closest monotone curve"), ("curve", "Curve through points of both paths")):
-        if result[key]:
-            yield _missed(result[key]["poses"], title)
-            yield Keys({name: result[key][name] for name in ("slope_min", "slope_max", "monotone", "rms_mm")})
+        yield Items([f"by {r.deg:.6g} deg from pose {r.from_pose} to pose {r.to_pose}"
+                     for r in found.reversals])  # fmt: skip
+    curves = (result.nearest, "Closest monotone curve"), (result.curve, "Curve through points of both paths")
+    for curve, title in curves:
+        if curve:
+            yield _missed(curve.poses, title)
+            yield Keys({name: getattr(curve, name) for name in ("slope_min", "slope_max", "monotone", "rms_mm")})
 
 
-def _missed(rows: list[Summary], title: str) -> Block:
-    return Table(_MISSED, [tuple(row[key] for key in _MISSED_KEYS) for row in rows], title)
+def _missed(rows: Sequence[Missed], title: str) -> Block:
+    return Table(_MISSED, [tuple(getattr(row, key) for key in _MISSED_KEYS) for row in rows], title)
 
 
 def _figures(figures: Mapping[str, str]) -> Iterator[Block]:

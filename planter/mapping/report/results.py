@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planter.mapping.linkage import Path as CouplerPath
     from planter.mapping.synthesis import Synthesis
     from planter.mapping.training import Training
+    from planter.records import Record
 
 _TABLE = 721
 """Rows of a table over a turn."""
@@ -87,8 +88,8 @@ def write_train(out: Path, found: Training, source: str, progress: bundle.Progre
     bundle.write(out, texts, rendered)
 
 
-def _summary(result: Mapping[str, Any], more: Mapping[str, Any]) -> str:
-    return files.summary_text({**result, "assumptions": model.assumptions(), **more})
+def _summary(result: Record, more: Mapping[str, Any]) -> str:
+    return files.summary_text({**result.table(), "assumptions": model.assumptions(), **more})
 
 
 def _csv(heads: list[str], tables: Mapping[str, Mapping[str, Array]]) -> dict[str, str]:

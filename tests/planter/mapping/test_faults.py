@@ -24,7 +24,7 @@ def harmonic(swing: float, points: int = 73) -> Train:
 
 
 def named(train: Train) -> set[str]:
-    return {one["name"] for one in faults.warnings(train)}
+    return {one.name for one in faults.warnings(train)}
 
 
 def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
@@ -90,5 +90,5 @@ def test_a_rising_curve_is_told_its_idler() -> None:
     theta = np.linspace(0, TURN, 73)
     rising = Train(AngleCurve(theta, theta + 0.1 * np.sin(theta), 1), A)
     (told,) = faults.warnings(rising)
-    assert (told["name"], told["carrier_deg"]) == ("sense", None)
-    assert "idler" in told["message"]
+    assert (told.name, told.carrier_deg) == ("sense", None)
+    assert "idler" in told.message

@@ -19,6 +19,8 @@ CALLS = {
     "clutch rotor": (),
     "clutch field": (),
     "clutch plan": ("L9",),
+    "synthesise": ("sun2019-corrected",),
+    "train": ("sun2019-curve",),
 }
 """A call of every command that is over soon; those of the others are held to their schemas in their own tests."""
 ELSEWHERE: set[str] = set()
