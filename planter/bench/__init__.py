@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from planter.bench.settings import Settings, settings
+from planter.progress import Listener, Phase
 
 __all__ = ["Settings", "run", "settings", "write"]
 
 
-def run(wanted: Settings, told: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
+def run(wanted: Settings, progress: Listener | None = None) -> dict[str, Any]:
     """All works that are wanted and can be done here, as the interface gives them.
 
     Raises planter.bench.clock.Disagreement where a way finds something else than the others.
@@ -27,12 +27,13 @@ def run(wanted: Settings, told: Callable[[str], None] = lambda text: None) -> di
     case = Case()
     found, reason = [], "--quick" if wanted.quick else "not asked for (--work)"
     skipped = [{"work": name, "reason": reason} for name in WORKS if name not in wanted.works]
+    phase = Phase("bench", "work", len(wanted.works), progress)
     for name in wanted.works:
-        told(f"bench: {name}")
         try:
             found.append(works.run(name, case, wanted))
         except Absent as missing:
             skipped.append({"work": name, "reason": str(missing)})
+        phase.next(name)
     try:
         peak = rate.Peak()
         medians = {work["name"]: {way["way"]: way["median_us"] for way in work["ways"]} for work in found}

@@ -34,7 +34,7 @@ def bench(
         from planter import bench
         from planter.bench import page
 
-        result = bench.run(bench.settings(quick, work, way, rounds), console.say)
+        result = bench.run(bench.settings(quick, work, way, rounds), console.progress)
         if out is not None:
             bench.write(out, result)
         console.result(result, lambda: page.show(console, result))

@@ -15,7 +15,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Phase, Told
+from planter.progress import Listener, Phase
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -47,7 +47,7 @@ class Individual:
     objective: float
 
 
-def search(problem: Problem, settings: Settings, seed: int, progress: Told | None = None) -> list[Individual]:
+def search(problem: Problem, settings: Settings, seed: int, progress: Listener | None = None) -> list[Individual]:
     """The last population, best first. The same seed gives the same population, bit by bit.
 
     The best individual so far is in `problem.best` at any time, also after KeyboardInterrupt.
@@ -60,7 +60,7 @@ def search(problem: Problem, settings: Settings, seed: int, progress: Told | Non
         points = decode(problem, infills.get("X"), settings.bits_per_variable)
         infills.set("F", np.array([[problem.merit(u)] for u in points]))
         algorithm.tell(infills=infills)
-        phase.reached(generation, problem.least)
+        phase.reached(generation, best=problem.least)
     return _individuals(problem, algorithm.pop, settings.bits_per_variable)
 
 

@@ -14,10 +14,10 @@ from planter.optimise.constraints import KEPT
 from planter.optimise.descent import Minimum, descend
 from planter.optimise.genetic import Individual, Settings
 from planter.optimise.problem import Best, Problem
-from planter.optimise.progress import Phase, Told
 from planter.optimise.result import Candidates, Result, result
 from planter.optimise.second_process import Report, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, descents
+from planter.progress import Listener, Phase
 
 Method = Literal["hybrid", "ipopt", "ga"]
 METHODS: tuple[Method, ...] = ("hybrid", "ipopt", "ga")
@@ -35,7 +35,7 @@ class Search:
         settings: Settings,
         seed: int = 0,
         starts: int = DEFAULT_STARTS,
-        progress: Told | None = None,
+        progress: Listener | None = None,
     ) -> None:
         self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
         self.ga, self.ipopt, self.polish = (problem.anew() for _ in range(3))
@@ -82,7 +82,7 @@ class Search:
         self.polish.heard = phase.under_way
         for one in individuals:
             found.append(descend(self.polish, one.u).u)
-            phase.reached(len(found), self.polish.least)
+            phase.reached(len(found), best=self.polish.least)
         return found
 
     def best(self, beside: SecondProcess | None = None) -> Best | None:

@@ -17,12 +17,12 @@ from planter.optimise.descent import MOST_ITERATIONS, ROUNDS, VIOLATED
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Phase, Told
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.response import Response
 from planter.optimise.spread import Weights
 from planter.optimise.starts import descents
+from planter.progress import Listener, Phase
 
 LEAST_RANGE, LEAST_VARIANCE = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")
 STARTS = 4
@@ -56,7 +56,9 @@ class Capped(Epigraph):
         return super().hessian(z, weight, multipliers[:-1])
 
 
-def sweep(response: Response, sampling: Sampling, points: int = 15, progress: Told | None = None) -> list[Compromise]:
+def sweep(
+    response: Response, sampling: Sampling, points: int = 15, progress: Listener | None = None
+) -> list[Compromise]:
     """A front of at most `points` compromises, evenly spaced in range, from least range to least variance.
 
     The ends are the best of a few starts; in between each compromise starts from the one before. Caps for which IPOPT
@@ -72,11 +74,11 @@ def sweep(response: Response, sampling: Sampling, points: int = 15, progress: To
         if reached is not None:
             u = reached
             found.append(Compromise(problem.design(u), problem.evaluate(u)))
-        phase.reached(count, found[-1].evaluation.objective if found else None)
+        phase.reached(count, best=found[-1].evaluation.objective if found else None)
     return [one for one in found if not any(_beats(other.evaluation, one.evaluation) for other in found)]
 
 
-def _best(problem: Problem, progress: Told | None) -> Array:
+def _best(problem: Problem, progress: Listener | None) -> Array:
     return min(descents(problem, STARTS, seed=0, progress=progress), key=lambda minimum: minimum.objective).u
 
 

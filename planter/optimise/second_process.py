@@ -24,8 +24,8 @@ from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Counts, Problem
-from planter.optimise.progress import Phase
 from planter.optimise.starts import descents
+from planter.progress import Phase
 
 POLL = 0.2
 """Seconds between looks at what the second process has found."""
@@ -82,7 +82,7 @@ class SecondProcess:
             found = self.so_far()
             best = found.history[-1][1] if found.history else None
             if len(found.minima) > phase.done:
-                phase.reached(len(found.minima), best)
+                phase.reached(len(found.minima), best=best)
             phase.under_way(best)
         return found if self._process.returncode == 0 and len(found.minima) == self.starts else None
 

@@ -10,7 +10,7 @@ from planter.kernels import Array
 from planter.optimise.descent import MOST_ITERATIONS, Minimum, descend
 from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Phase, Told
+from planter.progress import Listener, Phase
 
 DEFAULT_STARTS = 8
 AGREEING = 1e-6
@@ -34,7 +34,7 @@ def nearer(problem: Problem, start: Array) -> Array:
     return least_violation(problem, problem.constraints, start).u
 
 
-def descents(problem: Problem, count: int, seed: int, progress: Told | None = None) -> Iterator[Minimum]:
+def descents(problem: Problem, count: int, seed: int, progress: Listener | None = None) -> Iterator[Minimum]:
     """The local minima from so many points of the box, one after another as they are found.
 
     A start that breaks constraints is first taken to where they are violated least.
@@ -43,7 +43,7 @@ def descents(problem: Problem, count: int, seed: int, progress: Told | None = No
     problem.heard = phase.under_way
     for i, start in enumerate(points(problem, count, seed), 1):
         yield descend(problem, nearer(problem, start))
-        phase.reached(i, problem.least)
+        phase.reached(i, best=problem.least)
 
 
 def descents_from(problem: Problem, starts: Sequence[Array], most_iterations: int = MOST_ITERATIONS) -> list[Minimum]:

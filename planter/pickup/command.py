@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +13,7 @@ from planter.pickup.file import Pickup, load
 from planter.pickup.model import Train, build
 from planter.pickup.redesign import Redesign, redesign
 from planter.pickup.result import result
-
-Progress = Callable[[str, int, int], None]
+from planter.progress import Listener
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ def run(
     at: Sequence[float] = (),
     optimise: bool = False,
     changes: Mapping[str, float] | None = None,
-    progress: Progress | None = None,
+    progress: Listener | None = None,
 ) -> Outcome:
     """The outcome for a file, built-in name or CSV of points; `at` in deg.
 

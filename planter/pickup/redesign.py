@@ -6,7 +6,6 @@ design can hold is broken as little as possible, and the result says so.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -28,6 +27,7 @@ from planter.pickup.law import TURN
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, pick_angle_deg, push, requirements
 from planter.pickup.tray import Cell, Entry
+from planter.progress import Listener, Phase
 
 SAMPLES = 241
 """Carrier angles on the teeth at which requirements are imposed."""
@@ -91,13 +91,14 @@ class Redesign:
         return float(np.hypot(*(self.points - self.points_before).T).max())
 
 
-def redesign(machine: Pickup, train: Train, progress: Callable[[str, int, int], None] | None = None) -> Redesign:
+def redesign(machine: Pickup, train: Train, progress: Listener | None = None) -> Redesign:
     """Moves the value points of a train until its requirements hold, or as far towards it as they go."""
     before = requirements(machine, train)
     at = nodes(train, machine.spline.value_points)
     reserve = dict.fromkeys(NAMES, 0.0)
     v, iterations, current, after, turns = at.values, 0, train, before, 0
     proof: Certificate | None = None
+    phase = Phase("pickup", "round", ROUNDS, progress)
     for turns in range(1, ROUNDS + 1):
         if all(requirement.holds for requirement in after):
             turns -= 1
@@ -109,12 +110,12 @@ def redesign(machine: Pickup, train: Train, progress: Callable[[str, int, int], 
         rested = push(current)[0]
         current = replace(train, law=at.law_of(v), found=None)
         after = requirements(machine, current)
-        if progress is not None:
-            progress(f"round {turns}: least margin {min(r.margin for r in after):.4g}", turns, ROUNDS)
+        phase.next(f"least margin {min(r.margin for r in after):.4g}")
         if abs(rested - change.rests) < SETTLED:
             if broken > BROKEN:
                 break
             reserve = _tightened(reserve, after)
+    phase.end()
     steps = np.arange(machine.spline.value_points) * TURN / machine.spline.value_points
     return Redesign(train, current, train.tip(steps), current.tip(steps), before, after, iterations, turns, proof)
 

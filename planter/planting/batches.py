@@ -19,6 +19,7 @@ from planter.errors import ComputationError
 from planter.kernels import Array, CallError
 from planter.planting.model import Device
 from planter.planting.turns import FIELDS, Turns
+from planter.progress import Listener, Phase
 
 CHUNK = 2_000
 """Designs that a thread takes at a time."""
@@ -40,10 +41,10 @@ def evaluate_many(
     device: Device,
     designs: Array,
     samples: int | None = None,
-    told: Callable[[int, int], None] | None = None,
+    progress: Listener | None = None,
     threads: int | None = None,
 ) -> Batch:
-    """The objective over a turn of many designs (m, p) in SI; `told` hears (done, all) as it goes.
+    """The objective over a turn of many designs (m, p) in SI; `progress` is told how many are done.
 
     Beyond the result only some chunks are in memory, whatever m is. Raises CallError for designs of another shape,
     ComputationError, with the row, for one that is not finite or has no finite force. Ctrl-C ends it after the chunks
@@ -60,12 +61,10 @@ def evaluate_many(
         found[:, start : start + len(chunk)] = _evaluated(turns, chunk, start).T
         return start + len(chunk)
 
-    done = 0
+    phase = Phase("evaluate", "design", len(designs), progress)
     with ThreadPoolExecutor(count) as pool:
         for future in _streamed(pool, run, range(0, len(designs), CHUNK), count * AHEAD):
-            done = max(done, future.result())
-            if told is not None:
-                told(done, len(designs))
+            phase.reached(max(phase.done, future.result()))
     return Batch(*found)
 
 

@@ -11,7 +11,6 @@ from planter.kernels import Array
 from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
-from planter.optimise.progress import Told
 from planter.optimise.range_and_spread import Sampling
 from planter.planting import cycle, search
 from planter.planting.functions import MODELS
@@ -19,6 +18,7 @@ from planter.planting.model import Device
 from planter.planting.objective import problem
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
+from planter.progress import Listener
 
 FRONT_POINTS = 5
 """Compromises on the way along a front of range and variance."""
@@ -40,7 +40,7 @@ def optimise(
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,
-    told: Told | None = None,
+    progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
 ) -> Optimisation:
     """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
@@ -51,22 +51,22 @@ def optimise(
     sampling = sampling_of(device, samples)
     device = Device(device.machine, device.model)
     device.compile()
-    found = search.run(device, method, sampling, seed, starts, told, keep)
+    found = search.run(device, method, sampling, seed, starts, progress, keep)
     try:
         return _scored(device, found)
     except KeyboardInterrupt:
         raise Interrupted(found, device.scale) from None
 
 
-def with_front(found: Optimisation, told: Told | None = None) -> Optimisation:
+def with_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
     """The same with the front of range and variance: its designs, from least range to least variance."""
     device = found.devices[found.result["model"]]
-    front = search.front(device, found.found.sampling, FRONT_POINTS, told)
-    told_of = [
+    front = search.front(device, found.found.sampling, FRONT_POINTS, progress)
+    designs = [
         {"range_N": one.evaluation.look.range, "variance_N2": one.evaluation.look.variance,
          "design": cycle.shown_design(device, one.design)} for one in front
     ]  # fmt: skip
-    return replace(found, front=front, result={**found.result, "front": told_of})
+    return replace(found, front=front, result={**found.result, "front": designs})
 
 
 def _scored(device: Device, found: Optimum) -> Optimisation:

@@ -17,7 +17,6 @@ from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.hybrid import METHODS, Method, Search
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Best, Problem
-from planter.optimise.progress import Progress, Told
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.second_process import Recipe, SecondProcess
@@ -29,6 +28,7 @@ from planter.planting.model import Device
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 from planter.planting.response import Planting, sensitivity
+from planter.progress import Listener, Progress
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def run(
     samples: Sampling | None = None,
     seed: int = 0,
     starts: int | None = None,
-    progress: Told | None = None,
+    progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
@@ -117,8 +117,8 @@ def run(
             return _optimum(device, required, sampling, search.run(method, beside, known))
         except KeyboardInterrupt:
             best = search.so_far(method, beside)
-            told = None if best is None else _optimum(device, required, sampling, best)
-            raise Interrupted(told, device.scale) from None
+            optimum = None if best is None else _optimum(device, required, sampling, best)
+            raise Interrupted(optimum, device.scale) from None
 
 
 class _Keeper:
@@ -133,7 +133,9 @@ class _Keeper:
 
     def __call__(self, step: Progress) -> None:
         now = time.perf_counter()
-        if self.keep is None or step.best >= self.least or (now - self.last < APART and step.done < step.total):
+        if self.keep is None or step.best is None or step.best >= self.least:
+            return
+        if now - self.last < APART and step.done < step.total:
             return
         best = self.best()
         if best is not None and best.objective < self.least:
@@ -150,13 +152,13 @@ class _Keeper:
         }  # fmt: skip
 
 
-def _both(first: Told | None, second: Told) -> Told:
-    def told(step: Progress) -> None:
+def _both(first: Listener | None, second: Listener) -> Listener:
+    def both(step: Progress) -> None:
         second(step)
         if first is not None:
             first(step)
 
-    return told
+    return both
 
 
 def kept(task: Problem, required: Required, seed: int) -> Array:
@@ -199,7 +201,7 @@ def made(machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bo
 
 
 def front(
-    device: Device, samples: Sampling | None = None, points: int = 15, progress: Told | None = None
+    device: Device, samples: Sampling | None = None, points: int = 15, progress: Listener | None = None
 ) -> list[Compromise]:
     """The Pareto front of range against variance of a device's force, from least range to least variance."""
     sampling = device.machine.objective.samples if samples is None else samples

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from planter.progress import Listener, Phase
 from planter.report import files, style
 from planter.report.folder import renews
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -24,13 +23,12 @@ class Drawn:
     png: bytes
 
 
-def drawn(figures: Mapping[str, Figure], progress: Progress | None = None) -> dict[str, Drawn]:
+def drawn(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, Drawn]:
     """Figures by their names, rendered; `progress` is told how many are."""
-    found = {}
-    for count, (name, figure) in enumerate(figures.items(), 1):
+    found, phase = {}, Phase("drawing", "figure", len(figures), progress)
+    for name, figure in figures.items():
         found[name] = Drawn(style.svg(figure), style.png(figure))
-        if progress is not None:
-            progress(f"figure {count} of {len(figures)}: {name}", count, len(figures))
+        phase.next(name)
     return found
 
 

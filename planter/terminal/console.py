@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -11,6 +12,7 @@ from typing import Any, NoReturn
 
 from planter import legible
 from planter.errors import ComputationError, InputError, Interrupted, PlanterError
+from planter.progress import Progress
 from planter.records import Record
 from planter.terminal import signals, streams
 
@@ -59,12 +61,13 @@ class Console:
         """Tell something beside the result, on standard error."""
         streams.tell(legible.line(text))
 
-    def progress(self, text: str, done: int, total: int) -> None:
-        """Tell how far a search is: one line that is written over on a terminal, else ten lines in all."""
+    def progress(self, at: Progress) -> None:
+        """Tell how far a work is: one line that is written over on a terminal, else ten lines in all."""
         if sys.stderr.isatty():
-            print(f"\r\x1b[2K{legible.line(text)}", end="\n" if done == total else "", file=sys.stderr, flush=True)
-        elif done * 10 // total > (done - 1) * 10 // total:
-            self.say(text)
+            line = legible.line(str(at))[: shutil.get_terminal_size().columns - 1]
+            print(f"\r\x1b[2K{line}", end="\n" if at.done == at.total else "", file=sys.stderr, flush=True)
+        elif at.done * 10 // at.total > (at.done - 1) * 10 // at.total:
+            self.say(str(at))
 
     @contextmanager
     def outcome(self) -> Iterator[None]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from planter.clutch.engage.inputs import Inputs, inputs
 from planter.clutch.engage.modal import FACTORS
 from planter.clutch.engage.switching import Switching, engage, switch, total
 from planter.clutch.file import Clutch as File
+from planter.progress import Listener, Phase
 
 VARIED: dict[str, tuple[str, ...]] = {
     "stiffness": ("stiffness",),
@@ -35,8 +36,6 @@ PHASES_DEG = (18.0, 36.0, 54.0)
 BRIEF_TOLERANCE = 1e-6
 """Relative tolerance of the integrator for sensitivity and phases."""
 
-Progress = Callable[[str, int, int], None]
-
 
 @dataclass(frozen=True)
 class Comparison:
@@ -47,7 +46,7 @@ class Comparison:
 
 
 def compare(
-    file: File, shape: str = beam.PAPERS, factors: Sequence[float] | None = None, progress: Progress | None = None
+    file: File, shape: str = beam.PAPERS, factors: Sequence[float] | None = None, progress: Listener | None = None
 ) -> Comparison:
     """Both clutches under the inputs of a clutch file, the shaft bending in a shape.
 
@@ -57,25 +56,20 @@ def compare(
     clutches = {"reuleaux": dynamics.reuleaux(), "dog": dynamics.dog(file.dog.jaws)}
     wanted = FACTORS if factors is None else factors
     todo = len(clutches) + len(VARIED) * len(wanted) + len(PHASES_DEG)
-    done = itertools.count(1)
-
-    def tell(text: str) -> None:
-        if progress:
-            progress(text, next(done), todo)
-
+    steps = Phase("engage", "motion", todo, progress)
     runs: dict[str, Switching] = {}
     for name, clutch in clutches.items():
         runs[name] = switch(clutch, given, phase)
-        tell(f"{name} clutch: engagement and cut-off")
+        steps.next(f"{name} clutch: engagement and cut-off")
     varied: list[dict[str, Any]] = []
     for (name, fields), factor in itertools.product(VARIED.items(), wanted):
         varied.append({"input": name, "factor": factor, **_loads(clutches, given.times(factor, *fields), phase)})
-        tell(f"{name} times {factor:.3g}")
+        steps.next(f"{name} times {factor:.3g}")
     phases: list[dict[str, float]] = []
     for later in PHASES_DEG:
         at = file.contact.phase_deg + later
         phases.append({"phase_deg": at, **_loads(clutches, given, math.radians(at))})
-        tell(f"input at {at:g} deg")
+        steps.next(f"input at {at:g} deg")
     shown = {name: run.shown() for name, run in runs.items()}
     result = {
         "mode": "contact",

@@ -16,6 +16,7 @@ from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
 from planter.clutch.results import FieldTest
+from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.version import __version__
@@ -28,7 +29,7 @@ MOST_ROWS = 500
 """Combinations of levels that the page shows; prediction.csv holds all."""
 
 
-def write(out: str | Path, found: Evaluation, progress: bundle.Progress | None = None) -> None:
+def write(out: str | Path, found: Evaluation, progress: Listener | None = None) -> None:
     """Writes everything into a folder, whole or not at all. Raises InputError for one that cannot be written."""
     files.output_folder(out)
     summary = files.summary_text({**found.result.table(), "provenance": provenance(found)})

@@ -15,6 +15,7 @@ from planter.mapping import model
 from planter.mapping.report import figures, page, train_figures
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
+from planter.progress import Listener
 from planter.report import bundle, files
 from planter.version import __version__
 
@@ -32,7 +33,7 @@ _TABLE = 721
 """Rows of a table over a turn."""
 
 
-def write_synthesis(out: Path, found: Synthesis, progress: bundle.Progress | None = None) -> None:
+def write_synthesis(out: Path, found: Synthesis, progress: Listener | None = None) -> None:
     """Writes summary.json, curves and coupler paths as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
@@ -68,7 +69,7 @@ def _synthesis_figures(found: Synthesis) -> dict[str, Figure]:
     return drawn
 
 
-def write_train(out: Path, found: Training, source: str, progress: bundle.Progress | None = None) -> None:
+def write_train(out: Path, found: Training, source: str, progress: Listener | None = None) -> None:
     """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.

@@ -11,6 +11,7 @@ from planter.kernels.formulas import load
 from planter.pickup import result as results
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
+from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.labels import label
@@ -34,7 +35,7 @@ CAPTIONS = {
 }
 
 
-def write(out: Path, found: Outcome, progress: bundle.Progress | None = None) -> None:
+def write(out: Path, found: Outcome, progress: Listener | None = None) -> None:
     """Writes summary.json, CSV files, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.

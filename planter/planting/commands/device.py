@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -19,9 +19,6 @@ from planter.planting.commands.options import (
 )
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
-
-if TYPE_CHECKING:
-    from planter.optimise.progress import Progress
 
 
 class Method(enum.StrEnum):
@@ -119,15 +116,12 @@ def optimise(
 
         device = device_of(machine, model, set_, speed_rpm)
 
-        def told(step: Progress) -> None:
-            console.progress(str(step), step.done, step.total)
-
         def keep(so_far: dict[str, Any], interrupted: bool = False) -> None:
             if out is not None:
                 report.write_partial(out, device, so_far, interrupted)
 
         try:
-            found = optimisation.optimise(device, method.value, samples, seed, starts, told, keep)
+            found = optimisation.optimise(device, method.value, samples, seed, starts, console.progress, keep)
         except Interrupted as stop:
             if stop.partial is not None:
                 keep(stop.partial, interrupted=True)
@@ -136,7 +130,7 @@ def optimise(
             if out is not None:
                 report.write_optimum(out, device, found)
             if front:
-                found = optimisation.with_front(found, told)
+                found = optimisation.with_front(found, console.progress)
                 if out is not None:
                     report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))

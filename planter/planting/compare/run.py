@@ -19,6 +19,7 @@ from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
+from planter.progress import Listener, Phase
 from planter.report import files
 from planter.report.folder import keep
 from planter.version import __version__
@@ -27,7 +28,6 @@ WORKER = "planter.planting.compare.worker"
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 LAYOUT = 2
 """Of the files of finished devices: those of another are not gone on from."""
-Told = Callable[[str, int, int], None]
 Task = tuple[str, str] | None
 """A pair of families; None for the machine's own box."""
 
@@ -39,7 +39,7 @@ def compare(
     out: Path | None = None,
     resume: bool = False,
     pairs: Sequence[box.Pair] | None = None,
-    told: Told | None = None,
+    progress: Listener | None = None,
     cores: int | None = None,
 ) -> dict[str, Any]:
     """Devices of all pairs, feasible ones first, best first; and the machine's own narrow box beside them.
@@ -59,17 +59,16 @@ def compare(
     done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
     todo = [task for task in tasks if done[task] is None]
     kept = len(tasks) - len(todo)
-    if told is not None and kept:
-        told(f"compare: {kept} of {len(tasks)} were done before", kept, len(tasks))
+    phase = Phase("compare", "device", len(tasks), progress, kept)
+    if kept:
+        phase.reached(kept, "done before")
 
     def finished(task: Task, found: dict[str, Any]) -> None:
         if "error" in found:
             raise ComputationError(f"{_name(task)}: {found['error']['message']}")
         store.save(task, found)
         done[task] = found
-        if told is not None:
-            count = sum(entry is not None for entry in done.values())
-            told(f"compare: {count} of {len(tasks)}, {_name(task)} {_said(found)}", count, len(tasks))
+        phase.next(f"{_name(task)} {_said(found)}")
 
     source = {"machine": machine.table(), "source": machine.source, "starts": starts, "seed": seed}
     narrow = {**source, "machine": own.table(), "source": own.source}

@@ -12,11 +12,11 @@ import pytest
 
 from planter.errors import InputError
 from planter.optimise import hybrid
-from planter.optimise.progress import Phase
 from planter.optimise.second_process import SecondProcess
 from planter.optimise.starts import descents
 from planter.planting import search
 from planter.planting.search import Interrupted
+from planter.progress import Phase
 from tests.planter.optimise import toys
 
 N, STARTS = 60, 3
