@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 from planter.errors import InputError
 from planter.optimise.result import Certificate
 from planter.pickup.file import Pickup, load
+from planter.pickup.findings import found
 from planter.pickup.model import Train, build
 from planter.pickup.redesign import Redesign, redesign
-from planter.pickup.result import result
+from planter.pickup.results import Held, Optimised, PickupFound, Proof
 from planter.progress import Listener
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A pick-up, its train, the redesign if there was one, and the JSON object."""
+    """A pick-up, its train, the redesign if there was one, and what the command returns."""
 
     machine: Pickup
     train: Train
     redesigned: Redesign | None
-    result: dict[str, Any]
+    result: PickupFound
 
 
 def run(
@@ -43,27 +43,27 @@ def run(
     machine = load(source, changes)
     train = build(machine)
     if not optimise:
-        return Outcome(machine, train, None, result(machine, train, at))
+        return Outcome(machine, train, None, found(machine, train, at))
     moved = redesign(machine, train, progress)
-    return Outcome(machine, moved.train, moved, result(machine, moved.train, at) | {"optimised": _told(moved)})
+    return Outcome(machine, moved.train, moved, replace(found(machine, moved.train, at), optimised=_told(moved)))
 
 
-def _told(moved: Redesign) -> dict[str, Any]:
-    return {
-        "holds": moved.holds,
-        "moved_mm": moved.moved * 1000,
-        "iterations": moved.iterations,
-        "rounds": moved.rounds,
-        "certificate": None if moved.certificate is None else _certificate(moved.certificate),
-        "requirements_before": [requirement.as_json() for requirement in moved.before],
-        "value_points_before_mm": (moved.points_before * 1000).tolist(),
-        "value_points_mm": (moved.points * 1000).tolist(),
-    }
+def _told(moved: Redesign) -> Optimised:
+    return Optimised(
+        holds=moved.holds,
+        moved_mm=moved.moved * 1000,
+        iterations=moved.iterations,
+        rounds=moved.rounds,
+        certificate=None if moved.certificate is None else _certificate(moved.certificate),
+        requirements_before=[requirement.shown() for requirement in moved.before],
+        value_points_before_mm=[(x, y) for x, y in (moved.points_before * 1000).tolist()],
+        value_points_mm=[(x, y) for x, y in (moved.points * 1000).tolist()],
+    )
 
 
-def _certificate(proof: Certificate) -> dict[str, Any]:
+def _certificate(proof: Certificate) -> Proof:
     """Residual of the last round's optimum, and the requirements that hold it.
 
     A multiplier is what the change gains per unit of its requirement.
     """
-    return {"kkt_residual": proof.kkt_residual, "active": [vars(one).copy() for one in proof.active_constraints]}
+    return Proof(proof.kkt_residual, [Held(**vars(one)) for one in proof.active_constraints])

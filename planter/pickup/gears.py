@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from planter.pickup import limits
 from planter.pickup.file import Pickup
 from planter.pickup.law import MODEL, TURN
 from planter.pickup.model import Train
+from planter.pickup.results import Warned
 
 SAMPLES = 2881
 STEEP = 3.0
@@ -118,7 +118,7 @@ def _doing(train: Train, t: float) -> str:
     )
 
 
-def warnings(train: Train) -> Iterator[dict[str, Any]]:
+def warnings(train: Train) -> Iterator[Warned]:
     """What is to be known of gears that can be made: places of infinite acceleration, of no teeth, of no ratio."""
     yield from _jumps(train)
     yield from _transitions(train)
@@ -133,7 +133,7 @@ def warnings(train: Train) -> Iterator[dict[str, Any]]:
         )  # fmt: skip
 
 
-def _jumps(train: Train) -> Iterator[dict[str, Any]]:
+def _jumps(train: Train) -> Iterator[Warned]:
     """Where the tip's velocity jumps: at the ends of a dwell at which the slope does."""
     if train.law.dwell is None:
         return
@@ -167,7 +167,7 @@ def _velocities(train: Train, t: float) -> tuple[Array, Array]:
     return moving, held
 
 
-def _transitions(train: Train) -> Iterator[dict[str, Any]]:
+def _transitions(train: Train) -> Iterator[Warned]:
     """Where the arm moves and no teeth can drive it."""
     for driven, toothed, name in zip(train.driven, train.toothed, ("end", "start"), strict=True):
         if driven != toothed:
@@ -179,8 +179,8 @@ def _transitions(train: Train) -> Iterator[dict[str, Any]]:
             )  # fmt: skip
 
 
-def _warning(name: str, t: float, message: str) -> dict[str, Any]:
-    return {"name": name, "t_deg": _deg(t), "message": message}
+def _warning(name: str, t: float, message: str) -> Warned:
+    return Warned(name, _deg(t), message)
 
 
 def _deg(t: float) -> float:

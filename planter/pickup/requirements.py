@@ -6,7 +6,6 @@ The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from planter.kernels import Array
 from planter.pickup.file import Pickup
 from planter.pickup.law import TURN
 from planter.pickup.model import Train
+from planter.pickup.results import Demand
 from planter.pickup.tray import Cell, Entry
 
 SAMPLES = 1441
@@ -34,10 +34,16 @@ class Requirement:
     def holds(self) -> bool:
         return self.margin >= 0
 
-    def as_json(self) -> dict[str, Any]:
-        at = None if self.t is None else float(np.degrees(self.t) % 360)
-        return {"name": self.name, "value": self.value, "unit": self.unit, "wanted": self.wanted,
-                "margin": self.margin, "t_deg": at, "holds": self.holds}  # fmt: skip
+    @property
+    def t_deg(self) -> float | None:
+        """Its place as it is shown [deg]; None where it has none."""
+        return None if self.t is None else float(np.degrees(self.t) % 360)
+
+    def shown(self) -> Demand:
+        return Demand(
+            name=self.name, value=self.value, unit=self.unit, wanted=self.wanted, margin=self.margin,
+            t_deg=self.t_deg, holds=self.holds,
+        )  # fmt: skip
 
 
 def push(train: Train) -> tuple[float, float]:

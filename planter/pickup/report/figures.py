@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.pickup.findings import Locking, locking
 from planter.pickup.law import TURN
 from planter.pickup.requirements import push
-from planter.pickup.result import Locking, locking
 from planter.pickup.spline import PathSpline
 from planter.pickup.tray import Cell, Entry
 from planter.report import style

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from planter.files import units
 from planter.kernels.formulas import load
-from planter.pickup import result as results
+from planter.pickup import findings
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
+from planter.pickup.tables import GROUPS
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from planter.pickup.command import Outcome
     from planter.pickup.file import Pickup
+    from planter.pickup.results import At, Demand, PickupFound
 
 STEPS = 720
 """Rows of cycle.csv, path.csv and pitch.csv."""
@@ -54,8 +56,8 @@ def write(out: Path, found: Outcome, progress: Listener | None = None) -> None:
 
 def _tables(found: Outcome) -> Iterator[tuple[str, str]]:
     """CSV files by their names."""
-    comments = [f"pick-up: {found.machine.name}", f"driven by its {found.result['driven_by']}"]
-    turn, teeth = results.cycle(found.train, STEPS), results.pitch(found.train, STEPS)
+    comments = [f"pick-up: {found.machine.name}", f"driven by its {found.result.driven_by}"]
+    turn, teeth = findings.cycle(found.train, STEPS), findings.pitch(found.train, STEPS)
     path = {"x_mm": turn["tip_x_mm"], "y_mm": turn["tip_y_mm"]}
     for name, columns in (("cycle.csv", turn), ("pitch.csv", teeth), ("path.csv", path)):
         yield name, files.cycle_csv(name, comments, columns)
@@ -66,7 +68,7 @@ def _tables(found: Outcome) -> Iterator[tuple[str, str]]:
 
 def _summary(found: Outcome) -> dict[str, Any]:
     return {
-        **found.result,
+        **found.result.table(),
         "assumptions": load(MODEL).sidecar["assumptions"],
         "input": found.machine.table(),
         "provenance": files.provenance(found.machine),
@@ -87,13 +89,13 @@ def _figures(found: Outcome) -> dict[str, Figure]:
 
 def _sections(found: Outcome, drawn: Mapping[str, str]) -> Iterator[Section]:
     result = found.result
-    if result["warnings"]:
-        yield Section("Warnings", [Items([one["message"] for one in result["warnings"]], "warning")])
+    if result.warnings:
+        yield Section("Warnings", [Items([one.message for one in result.warnings], "warning")])
     yield Section("Mechanism", list(_mechanism(result)))
     yield Section("Requirements", list(_requirements(result)))
     yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in drawn.items()])
-    if result["at"]:
-        yield Section("At single angles", [_at(result["at"])])
+    if result.at:
+        yield Section("At single angles", [_at(result.at)])
     sidecar = load(MODEL).sidecar
     yield Section("Model", [Text(f"{sidecar['title']}. It assumes:"), Items(sidecar["assumptions"])])
     yield Section("Inputs", list(_inputs(found.machine)))
@@ -101,11 +103,12 @@ def _sections(found: Outcome, drawn: Mapping[str, str]) -> Iterator[Section]:
     yield Section("Provenance", [Keys(kept)])
 
 
-def _mechanism(result: Mapping[str, Any]) -> Iterator[Block]:
-    yield Keys({label(key): value for key, value in result.items() if not isinstance(value, dict | list)})
-    for key in ("dwell", "slope", "sun_radius_mm", "teeth", "locking_arcs", "push"):
-        if result[key]:
-            values = {label(name): value for name, value in result[key].items() if not isinstance(value, list)}
+def _mechanism(result: PickupFound) -> Iterator[Block]:
+    table = result.table()
+    yield Keys({label(key): value for key, value in table.items() if not isinstance(value, dict | list)})
+    for key in GROUPS:
+        if table[key]:
+            values = {label(name): value for name, value in table[key].items() if not isinstance(value, list)}
             yield Table((label(key), "value"), list(values.items()))
     yield Text(
         "The paper's (14) lacks the factor 1/2: with the printed 44.6 mm the helix angle is the one above, inside the "
@@ -114,18 +117,19 @@ def _mechanism(result: Mapping[str, Any]) -> Iterator[Block]:
     )
 
 
-def _requirements(result: Mapping[str, Any]) -> Iterator[Block]:
-    yield _demands(result["requirements"], "")
-    if "optimised" in result:
-        yield _demands(result["optimised"]["requirements_before"], "before the value points were moved")
+def _requirements(result: PickupFound) -> Iterator[Block]:
+    yield _demands(result.requirements, "")
+    if result.optimised:
+        yield _demands(result.optimised.requirements_before, "before the value points were moved")
 
 
-def _demands(rows: Sequence[Mapping[str, Any]], caption: str) -> Block:
-    cells = [(r["name"], r["value"], r["wanted"], r["unit"], r["margin"], r["holds"]) for r in rows]
+def _demands(rows: Sequence[Demand], caption: str) -> Block:
+    cells = [(r.name, r.value, r.wanted, r.unit, r.margin, r.holds) for r in rows]
     return Table(("requirement", "value", "wanted", "unit", "margin", "holds"), cells, caption)
 
 
-def _at(rows: Sequence[Mapping[str, Any]]) -> Block:
+def _at(found: Sequence[At]) -> Block:
+    rows = [row.table() for row in found]
     head = ("quantity", *(f"{row['t_deg']:.6g} deg" for row in rows))
     keys = [key for key in rows[0] if key not in ("t_deg", "tip_mm")]
     return Table(head, [(label(key), *(row[key] for row in rows)) for key in keys])

@@ -33,7 +33,7 @@ def test_the_chain_cannot_see_a_law() -> None:
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
         taken = {(n.module, alias.name) for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names}
         assert ("planter.pickup.law", "CosineLaw") not in taken
-        assert not {m for m, _ in taken} & {"planter.pickup.file", "planter.pickup.model", "planter.pickup.result"}
+        assert not {m for m, _ in taken} & {"planter.pickup.file", "planter.pickup.model", "planter.pickup.findings"}
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.37, 0.5])

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planter.pickup.findings import locking
 from planter.pickup.model import Train
 from planter.pickup.report.figures import locking_arcs
-from planter.pickup.result import locking
 from tests.planter.pickup.pickups import arm, built_in, tips
 
 TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}

@@ -1,10 +1,9 @@
-"""What a pick-up is found to be, as the one JSON object that its command prints."""
+"""What a pick-up is found to be."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from planter.kernels import Array
 from planter.pickup import gears
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import invert
-from planter.pickup.law import TURN
+from planter.pickup.law import TURN, Dwell
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, push, requirements
+from planter.pickup.results import At, Extremes, LockingArcs, PickupFound, Push, Slope, Still, Warned, WholeTeeth
 
 ROUND_TRIP_POINTS = 4096
 """Points of the tip's path from which the inverse chain must find the law again."""
@@ -80,72 +80,65 @@ def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float | None:
     return float(np.abs(found.law.arm(t - turned) - train.law.arm(t)).max())
 
 
-def result(machine: Pickup, train: Train, at: Sequence[float] = ()) -> dict[str, Any]:
-    """The object of `planter pickup`; `at` are carrier angles in deg from the farthest tip.
+def found(machine: Pickup, train: Train, at: Sequence[float] = ()) -> PickupFound:
+    """Everything that `planter pickup` tells; `at` are carrier angles in deg from the farthest tip.
 
     Raises GeometryError, naming angle and cause, for what cannot be gears.
     """
     gears.check(machine, train)
     geometry, slopes = train.geometry, train.slope_extremes
     dwell = train.law.dwell
-    radii = [geometry.a1 * slope / (1 + slope) * _MM for slope in slopes]
     counted, arcs, wanted = teeth(train), locking(train), requirements(machine, train)
     where, swing = push(train)
-    return {
-        "machine": machine.name,
-        "driven_by": "law" if machine.law is not None else "path",
-        "L1_mm": geometry.L1 * _MM,
-        "L2_mm": geometry.L2 * _MM,
-        "L3_max_mm": (geometry.L1 + geometry.L2) * _MM,
-        "L3_min_mm": (geometry.L2 - geometry.L1) * _MM,
-        "phi5_far_deg": _deg(train.phi5_far % TURN),
-        "phi5_near_deg": _deg(train.near),
-        "beta1_deg": _deg(geometry.beta1),
-        "a1_mm": geometry.a1 * _MM,
-        "a2_mm": geometry.a2 * _MM,
-        "helix_deg": _deg(geometry.helix),
-        "helical_contact_ratio": geometry.helical_contact_ratio,
-        "dwell": None
-        if dwell is None
-        else {
-            "start_deg": _deg(dwell.start),
-            "end_deg": _deg(dwell.end),
-            "tip_radius_mm": float(train.motion(np.array([dwell.start]))["L3"][0]) * _MM,
-        },
-        "slope": {"min": 0.0 if dwell else slopes[0], "max": slopes[1], "mean": _mean_slope(train)},
-        "sun_radius_mm": {"min": radii[0], "max": radii[1]},
-        "sun_toothed_arc_mm": train.arc * _MM,
-        "phi1_monotone": train.monotone,
-        "round_trip_error_rad": round_trip(train),
-        "teeth": {"exact": counted.exact, "whole": counted.whole, "module_mm": counted.module * _MM},
-        "locking_arcs": None
-        if arcs is None
-        else {
-            "radius_mm": arcs.radius * _MM,
-            "end_radii_mm": [radius * _MM for radius in arcs.ends],
-            "sweep_deg": _deg(arcs.sweep),
-        },
-        "push": {"t_deg": _deg(where), "swing_deg": _deg(swing)},
-        "requirements": [requirement.as_json() for requirement in wanted],
-        "warnings": [*warnings(wanted), *gears.warnings(train)],
-        "at": [_row(train, angle) for angle in at],
-    }
+    return PickupFound(
+        machine=machine.name,
+        driven_by="law" if machine.law is not None else "path",
+        L1_mm=geometry.L1 * _MM,
+        L2_mm=geometry.L2 * _MM,
+        L3_max_mm=(geometry.L1 + geometry.L2) * _MM,
+        L3_min_mm=(geometry.L2 - geometry.L1) * _MM,
+        phi5_far_deg=_deg(train.phi5_far % TURN),
+        phi5_near_deg=_deg(train.near),
+        beta1_deg=_deg(geometry.beta1),
+        a1_mm=geometry.a1 * _MM,
+        a2_mm=geometry.a2 * _MM,
+        helix_deg=_deg(geometry.helix),
+        helical_contact_ratio=geometry.helical_contact_ratio,
+        dwell=None if dwell is None else _dwell(train, dwell),
+        slope=Slope(0.0 if dwell else slopes[0], slopes[1], _mean_slope(train)),
+        sun_radius_mm=Extremes(*(geometry.a1 * slope / (1 + slope) * _MM for slope in slopes)),
+        sun_toothed_arc_mm=train.arc * _MM,
+        phi1_monotone=train.monotone,
+        round_trip_error_rad=round_trip(train),
+        teeth=WholeTeeth(counted.exact, counted.whole, counted.module * _MM),
+        locking_arcs=None if arcs is None else _arcs(arcs),
+        push=Push(_deg(where), _deg(swing)),
+        requirements=[requirement.shown() for requirement in wanted],
+        warnings=[*warnings(wanted), *gears.warnings(train)],
+        at=[_row(train, angle) for angle in at],
+    )
 
 
-def warnings(wanted: Sequence[Requirement]) -> list[dict[str, Any]]:
+def _dwell(train: Train, dwell: Dwell) -> Still:
+    radius = float(train.motion(np.array([dwell.start]))["L3"][0])
+    return Still(start_deg=_deg(dwell.start), end_deg=_deg(dwell.end), tip_radius_mm=radius * _MM)
+
+
+def _arcs(arcs: Locking) -> LockingArcs:
+    start, end = arcs.ends
+    return LockingArcs(radius_mm=arcs.radius * _MM, end_radii_mm=(start * _MM, end * _MM), sweep_deg=_deg(arcs.sweep))
+
+
+def warnings(wanted: Sequence[Requirement]) -> list[Warned]:
     """A warning for each requirement that does not hold."""
     return [
-        {
-            "name": one.name,
-            "t_deg": one.as_json()["t_deg"],
-            "message": f"{one.name} is {one.value:.4g} {one.unit}".rstrip() + f", wanted {one.wanted}",
-        }
+        Warned(one.name, one.t_deg, f"{one.name} is {one.value:.4g} {one.unit}".rstrip() + f", wanted {one.wanted}")
         for one in wanted
         if not one.holds
     ]
 
 
-def _row(train: Train, angle: float) -> dict[str, Any]:
+def _row(train: Train, angle: float) -> At:
     t = np.array([np.radians(angle)])
     found = {name: float(value[0]) for name, value in train.motion(t).items()}
     curvature: list[float | None] = [None, None]
@@ -156,15 +149,15 @@ def _row(train: Train, angle: float) -> dict[str, Any]:
         curvature = [None if bend == 0 else _MM / bend for bend in bends]
         found_ratio = float(train.contact_ratio(t, *PRINTED_TEETH)[0])
         ratio = None if np.isnan(found_ratio) else found_ratio
-    return {
-        "t_deg": float(angle),
-        "tip_mm": [found["x_S"] * _MM, found["y_S"] * _MM],
-        "L3_mm": found["L3"] * _MM,
-        "tip_speed_mm_s": float(np.hypot(found["vx_S"], found["vy_S"])) * _MM,
-        "rho1_mm": curvature[0],
-        "rho2_mm": curvature[1],
-        "contact_ratio": ratio,
-    }
+    return At(
+        t_deg=float(angle),
+        tip_mm=(found["x_S"] * _MM, found["y_S"] * _MM),
+        L3_mm=found["L3"] * _MM,
+        tip_speed_mm_s=float(np.hypot(found["vx_S"], found["vy_S"])) * _MM,
+        rho1_mm=curvature[0],
+        rho2_mm=curvature[1],
+        contact_ratio=ratio,
+    )
 
 
 PRINTED_TEETH = (0.002, 1.2)

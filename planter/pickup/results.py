@@ -1,0 +1,163 @@
+"""What the pick-up's command returns, key by key; t is the carrier angle from the farthest tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planter.records import Record
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Still(Record):
+    """Where the arm stands still, and the tip's distance from the sun's centre there."""
+
+    start_deg: float
+    end_deg: float
+    tip_radius_mm: float
+
+
+@dataclass(frozen=True)
+class Slope(Record):
+    """Slope of the arm's angle over the carrier's, over the whole turn."""
+
+    min: float
+    max: float
+    mean: float
+
+
+@dataclass(frozen=True)
+class Extremes(Record):
+    """Least and largest value."""
+
+    min: float
+    max: float
+
+
+@dataclass(frozen=True)
+class WholeTeeth(Record):
+    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole."""
+
+    exact: float
+    whole: int
+    module_mm: float
+
+
+@dataclass(frozen=True)
+class LockingArcs(Record):
+    """Radius of the locking arcs, pitch radii where the teeth end, sweep on the sun."""
+
+    radius_mm: float
+    end_radii_mm: Pair
+    sweep_deg: float
+
+
+@dataclass(frozen=True)
+class Push(Record):
+    """Where the needle pushes, and how far it has turned back from the pick."""
+
+    t_deg: float
+    swing_deg: float
+
+
+@dataclass(frozen=True)
+class Demand(Record):
+    """A requirement: value in `unit`, what is wanted, by how much that holds; t is null where it has no place."""
+
+    name: str
+    value: float
+    unit: str
+    wanted: str
+    margin: float
+    t_deg: float | None
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Warned(Record):
+    """Something that must be told, and where it begins or is worst."""
+
+    name: str
+    t_deg: float | None
+    message: str
+
+
+@dataclass(frozen=True)
+class At(Record):
+    """Motion and gears at a carrier angle; null in the dwell."""
+
+    t_deg: float
+    tip_mm: Pair
+    L3_mm: float
+    tip_speed_mm_s: float
+    rho1_mm: float | None
+    rho2_mm: float | None
+    contact_ratio: float | None
+
+
+@dataclass(frozen=True)
+class Held(Record):
+    """A requirement that holds the optimum, and what the change gains per unit of it."""
+
+    name: str
+    side: str
+    multiplier: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Proof(Record):
+    """How sure the optimum of the last round is."""
+
+    kkt_residual: float
+    active: list[Held]
+
+
+@dataclass(frozen=True)
+class Optimised(Record):
+    """How the value points were moved until the requirements held, or as nearly as they can be."""
+
+    holds: bool
+    moved_mm: float
+    iterations: int
+    rounds: int
+    certificate: Proof | None
+    requirements_before: list[Demand]
+    value_points_before_mm: list[Pair]
+    value_points_mm: list[Pair]
+
+
+@dataclass(frozen=True)
+class PickupFound(Record):
+    """`planter pickup`; null where there is no dwell, or no path back to the law."""
+
+    machine: str
+    driven_by: str
+    L1_mm: float
+    L2_mm: float
+    L3_max_mm: float
+    L3_min_mm: float
+    phi5_far_deg: float
+    phi5_near_deg: float
+    beta1_deg: float
+    a1_mm: float
+    a2_mm: float
+    helix_deg: float
+    helical_contact_ratio: float
+    dwell: Still | None
+    slope: Slope
+    sun_radius_mm: Extremes
+    sun_toothed_arc_mm: float
+    phi1_monotone: bool
+    round_trip_error_rad: float | None
+    teeth: WholeTeeth
+    locking_arcs: LockingArcs | None
+    push: Push
+    requirements: list[Demand]
+    warnings: list[Warned]
+    at: list[At]
+    optimised: Optimised | None = None
+
+
+COMMANDS = {"pickup": PickupFound}
