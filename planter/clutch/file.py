@@ -182,10 +182,10 @@ class Clutch(Document):
         return self
 
 
-def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Clutch:
-    """The clutch in a file, or the built-in one of that name, with some numbers set by `overrides`.
+def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Clutch:
+    """The clutch in a file, or the built-in one of that name, with some numbers set by `changes`.
 
     Names and units as for planting devices. Raises InputError, one sentence that names file, key, value and what is
     allowed.
     """
-    return Clutch.load(source, "clutch", overrides)
+    return Clutch.load(source, "clutch", changes)

@@ -51,36 +51,34 @@ def lacking(key: str, allowed: str) -> PydanticCustomError:
     return PydanticCustomError("refused", "{allowed}", {"key": key, "allowed": allowed})
 
 
-def not_allowed(source: str, path: str, value: object, allowed: str, *, overridden: bool = False) -> str:
+def not_allowed(source: str, path: str, value: object, allowed: str, *, changed: bool = False) -> str:
     """The sentence for a value that cannot be used.
 
     >>> not_allowed("my.toml", "mass.sun_kg", -0.4, "it must be greater than 0")
     'my.toml: mass.sun_kg = -0.4 is not allowed: it must be greater than 0'
     """
-    return f"{source}: {_not_allowed(path, value, allowed, overridden)}"
+    return f"{source}: {_not_allowed(path, value, allowed, changed)}"
 
 
-def explain(
-    error: ValidationError, source: str, model: type[BaseModel], overridden: Collection[str] = ()
-) -> InputError:
+def explain(error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()) -> InputError:
     """All that pydantic found wrong in `source`, one after another; of very many the first, and how many more.
 
     Unknown keys come first: a misspelt one is usually also the reason why another is missing. A value whose path is in
-    `overridden` is said to come from the command line.
+    `changed` is said to come from the command line.
     """
     errors = sorted(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
-    told = "; ".join(_problem(found, model, overridden) for found in errors[:_LISTED])
+    told = "; ".join(_problem(found, model, changed) for found in errors[:_LISTED])
     more = len(errors) - _LISTED
     tail = f" (and {more} more problem{'s' if more > 1 else ''})" if more > 0 else ""
     return InputError(f"{source}: {told}{tail}")
 
 
-def _not_allowed(path: str, value: object, allowed: str, overridden: bool) -> str:
-    note = f" ({SET})" if overridden else ""
+def _not_allowed(path: str, value: object, allowed: str, changed: bool) -> str:
+    note = f" ({SET})" if changed else ""
     return f"{legible.name(path)} = {legible.value(value)}{note} is not allowed: {allowed}"
 
 
-def _problem(found: ErrorDetails, model: type[BaseModel], overridden: Collection[str]) -> str:
+def _problem(found: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
     context: dict[str, Any] = found.get("ctx", {})
     location = (*found["loc"], context["key"]) if context.get("key") else found["loc"]
     path = paths.join(location)
@@ -96,7 +94,7 @@ def _problem(found: ErrorDetails, model: type[BaseModel], overridden: Collection
     if found["type"] in ("float_type", "int_type") and isinstance(given, str):
         pointed = legible.with_point(given)
         allowed += f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
-    set_here = any(name == path or name.startswith(f"{path}[") for name in overridden)
+    set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
     return _not_allowed(path, given, allowed, set_here)
 
 

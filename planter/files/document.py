@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from planter.errors import InputError
-from planter.files import examples, paths, settings, units
+from planter.files import examples, paths, units
+from planter.files.changes import applied
 from planter.files.complaints import SET, explain, lacking, not_allowed, refused
 from planter.files.fields import Line, Section, Words
 from planter.files.text import parse_toml
@@ -38,7 +39,7 @@ class Document(Section):
         origins: Origins
 
     _source: str = PrivateAttr(default="machine")
-    _overridden: tuple[str, ...] = PrivateAttr(default=())
+    _changed: tuple[str, ...] = PrivateAttr(default=())
 
     @classmethod
     def load(cls, source: str | Path, kind: str, changes: Mapping[str, float] | None = None) -> Self:
@@ -60,9 +61,9 @@ class Document(Section):
         table: Mapping[str, Any],
         source: str,
         changes: Mapping[str, float] | None = None,
-        overridden: tuple[str, ...] = (),
+        changed: tuple[str, ...] = (),
     ) -> Self:
-        """The validated content of a file; `source` names it in the error, `overridden` what was set in `table` before.
+        """The validated content of a file; `source` names it in the error, `changed` what was set in `table` before.
 
         `changes` are numbers set on the command line, before anything is checked: what the file itself has in their
         place need not be allowed. A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that
@@ -71,14 +72,14 @@ class Document(Section):
         Raises InputError, one sentence that names file, key, value and what is allowed.
         """
         if changes:
-            table, changed = settings.applied(cls, table, source, changes)
-            overridden = tuple(dict.fromkeys((*overridden, *changed)))
+            table, paths_set = applied(cls, table, source, changes)
+            changed = tuple(dict.fromkeys((*changed, *paths_set)))
         try:
             found = cls.model_validate(table)
         except ValidationError as error:
-            raise explain(error, source, cls, overridden) from None
+            raise explain(error, source, cls, changed) from None
         found._source = source
-        found._overridden = overridden
+        found._changed = changed
         return found
 
     @property
@@ -87,9 +88,9 @@ class Document(Section):
         return self._source
 
     @property
-    def overridden(self) -> tuple[str, ...]:
+    def changed(self) -> tuple[str, ...]:
         """Full paths of the values that were set on the command line."""
-        return self._overridden
+        return self._changed
 
     def si(self, name: str) -> float:
         """The number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in SI units and radians.
@@ -104,7 +105,7 @@ class Document(Section):
         """Where a value comes from: its own entry in [origin], else its section's, else the default."""
         values = self._values()
         path = self._path(name, values)
-        if any(item == path or item.startswith(f"{path}[") for item in self.overridden):
+        if any(item == path or item.startswith(f"{path}[") for item in self.changed):
             return SET
         names = paths.Names(values)
         entries = {(names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()}
@@ -116,7 +117,7 @@ class Document(Section):
         return {path: value for path, value in self._values().items() if isinstance(value, int | float)}
 
     def table(self) -> dict[str, Any]:
-        """The nested table of the file, overrides included."""
+        """The nested table of the file, changes included."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
     def input_error(self, name: str, allowed: str, kind: type[InputError] = InputError) -> InputError:
@@ -126,11 +127,11 @@ class Document(Section):
         """
         values = self._values()
         path = self._path(name, values)
-        return kind(not_allowed(self.source, path, values[path], allowed, overridden=path in self.overridden))
+        return kind(not_allowed(self.source, path, values[path], allowed, changed=path in self.changed))
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
         """A copy with some numbers set on the command line, as in `read`."""
-        return self.read(self.table(), self.source, changes, self.overridden)
+        return self.read(self.table(), self.source, changes, self.changed)
 
     def _values(self) -> dict[str, Any]:
         return _values_of(self.table())

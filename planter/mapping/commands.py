@@ -9,7 +9,7 @@ import typer
 
 from planter.errors import InputError
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
 PosesArgument = Annotated[
     str,
@@ -51,7 +51,7 @@ def synthesise(
             raise InputError(f"--least-slope {least_slope:g} is not allowed: it must be between 0 and 1")
         if not 1 < largest_slope <= 1e3:
             raise InputError(f"--largest-slope {largest_slope:g} is not allowed: it must be above 1 and at most 1000")
-        found = synthesis(load_poses(poses, overrides(set_)), carrier, (least_slope, largest_slope))
+        found = synthesis(load_poses(poses, changes(set_)), carrier, (least_slope, largest_slope))
         if out is not None:
             from planter.mapping.report import results
 

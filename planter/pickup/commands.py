@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
 app = typer.Typer()
 
@@ -41,7 +41,7 @@ def pickup(
     with console.outcome():
         from planter.pickup import command, tables
 
-        found = command.run(config, at or (), optimise, overrides(set_), console.progress)
+        found = command.run(config, at or (), optimise, changes(set_), console.progress)
         if out is not None:
             from planter.pickup.report import results
 

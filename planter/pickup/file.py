@@ -249,7 +249,7 @@ class Pickup(Document):
         return self
 
 
-def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pickup:
+def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Pickup:
     """The pick-up in a file, or the built-in one of that name; a CSV of points takes the rest from `yu2023`.
 
     Raises InputError, one sentence that names file, key, value and what is allowed.
@@ -258,15 +258,15 @@ def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Pi
     if _is_points(label):
         points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
         found = load(DEFAULT).with_points(points, label)
-        changed = found.with_numbers(overrides) if overrides else found
+        found = found.with_numbers(changes) if changes else found
     else:
-        changed = Pickup.load(source, "pickup", overrides)
-    if changed.path is not None:
-        csv = label if _is_points(label) else _beside(label, changed.path.csv)
-        changed._points_source = str(csv)
+        found = Pickup.load(source, "pickup", changes)
+    if found.path is not None:
+        csv = label if _is_points(label) else _beside(label, found.path.csv)
+        found._points_source = str(csv)
         text = examples.text(csv, "pickup", ".csv")
-        changed._points, changed._resolution = parse_points(text, str(csv))
-    return changed
+        found._points, found._resolution = parse_points(text, str(csv))
+    return found
 
 
 def _is_points(label: str) -> bool:

@@ -109,12 +109,12 @@ class Machine(Document):
         return self
 
 
-def load(source: str | Path, overrides: Mapping[str, float] | None = None) -> Machine:
-    """The machine in a file, or the built-in one of that name, with some numbers set by `overrides`.
+def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Machine:
+    """The machine in a file, or the built-in one of that name, with some numbers set by `changes`.
 
-    A name in `overrides` is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one
+    A name in `changes` is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one
     path only; `R3_mm` means the design value, not its bounds. Values are in the unit that the name ends in.
 
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
-    return Machine.load(source, "planting", overrides)
+    return Machine.load(source, "planting", changes)

@@ -50,7 +50,7 @@ def _shown(machine: Machine, name: str, value: float) -> float:
 
 def _origins(machine: Machine, was: Mapping[str, float], how: str) -> dict[str, str]:
     """Origins of the file, with words of their own for the numbers that moved or were set on the command line."""
-    changed = dict.fromkeys((*machine.overridden, *was), SET)
+    changed = dict.fromkeys((*machine.changed, *was), SET)
     changed |= dict.fromkeys((path for path in was if path.startswith("design.")), f"optimised ({how})")
     named = set(changed) | {paths.last_part(path) for path in changed}
     return {name: words for name, words in machine.origins.items() if name not in named} | changed

@@ -127,7 +127,7 @@ def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
         "python": platform.python_version(),
         "machine": machine.name,
         "machine_sha256": hashlib.sha256(content).hexdigest(),
-        "overridden": list(machine.overridden),
+        "changed": list(machine.changed),
     }
     return found if seed is None else found | {"seed": seed}
 
@@ -140,7 +140,7 @@ def comments(machine: Document, model: str, design: Mapping[str, float], seed: i
     told = provenance(machine, seed)
     yield "versions: " + ", ".join(f"{name} {told[name]}" for name in ("planter", "casadi", "numpy", "python"))
     yield f"machine_sha256: {told['machine_sha256']}"
-    if machine.overridden:
-        yield "set on the command line: " + ", ".join(machine.overridden)
+    if machine.changed:
+        yield "set on the command line: " + ", ".join(machine.changed)
     if seed is not None:
         yield f"seed: {seed}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -26,19 +26,22 @@ SetOption = Annotated[
 SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
 
 
-def overrides(settings: Sequence[str] | None) -> dict[str, float]:
-    """Values to change, from `--set name=value`."""
+def changes(texts: Sequence[str] | None, own: Mapping[str, float | None] | None = None) -> dict[str, float]:
+    """Numbers to change for a call, by their names in the file: from `--set NAME=VALUE`, and options of their `own`.
+
+    Raises InputError for what is not NAME=VALUE with a number.
+    """
     found: dict[str, float] = {}
-    for setting in settings or ():
-        name, equals, text = setting.partition("=")
+    for given in texts or ():
+        name, equals, text = given.partition("=")
         try:
             found[name.strip()] = float(text)
         except ValueError:
             pointed = legible.with_point(text)
             hint = f" (with a decimal point: {pointed})" if pointed else ""
             allowed = f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
-            raise InputError(f"--set {legible.line(setting, 200)} is not allowed: {allowed}") from None
-    return found
+            raise InputError(f"--set {legible.line(given, 200)} is not allowed: {allowed}") from None
+    return found | {name: value for name, value in (own or {}).items() if value is not None}
 
 
 def joined(*parts: typer.Typer) -> typer.Typer:

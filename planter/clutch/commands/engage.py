@@ -9,7 +9,7 @@ import typer
 
 from planter.clutch.commands.group import ClutchArgument, clutch
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
 
 class Mode(enum.StrEnum):
@@ -41,10 +41,7 @@ def engage(
         from planter.clutch.engage import contact, modal, tables
         from planter.clutch.file import load
 
-        changes = overrides(set_)
-        if speed_rpm is not None:
-            changes["engagement.input_speed_rpm"] = speed_rpm
-        file = load(source, changes)
+        file = load(source, changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is Mode.modal:
             result: dict[str, Any] = {"clutch": file.name, **modal.result(file.si, shape)}
             curves = None

@@ -9,16 +9,16 @@ import typer
 
 from planter.clutch.commands.group import ClutchArgument, clutch
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, overrides
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
 
 if TYPE_CHECKING:
     from planter.clutch.file import Clutch
 
 
-def clutch_of(source: str, settings: Sequence[str] | None) -> Clutch:
+def clutch_of(source: str, set_: Sequence[str] | None) -> Clutch:
     from planter.clutch import file
 
-    return file.load(source, overrides(settings))
+    return file.load(source, changes(set_))
 
 
 @clutch.command()
@@ -66,8 +66,7 @@ def design(
             "wanted.space_radius_mm": radius_mm,
             "wanted.space_length_mm": length_mm,
         }
-        given = {path: value for path, value in wanted.items() if value is not None}
-        found = file.load(source, overrides(set_) | given)
+        found = file.load(source, changes(set_, wanted))
         result = sizing.design(found)
         if out is not None:
             from planter.clutch.report import shape as report

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, SpeedOption, changes, kept
+from planter.planting.commands.options import MachineArgument, SpeedOption, kept, machine_of
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption
 
@@ -31,12 +31,11 @@ def compare(
     """Optimise every pair of gear families in the same wide box under the machine's requirements, and rank them."""
     console = Console(as_json)
     with console.outcome():
-        from planter.planting import file
         from planter.planting.compare import run, tables
         from planter.planting.compare.box import chosen
         from planter.report.folder import renewing
 
-        own = file.load(machine, changes(set_, speed_rpm))
+        own = machine_of(machine, set_, speed_rpm)
         with renewing(out):
             result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress)
             if out is not None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from planter.errors import Interrupted
-from planter.terminal.options import overrides
+from planter.terminal.options import changes
 
 if TYPE_CHECKING:
+    from planter.planting.file import Machine
     from planter.planting.model import Device
 
 
@@ -31,17 +32,17 @@ SamplesOption = Annotated[
 SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
 
 
-def changes(settings: Sequence[str] | None, speed_rpm: float | None) -> Mapping[str, float]:
-    """Values to change, from `--set name=value` and `--speed-rpm`."""
-    speed = {} if speed_rpm is None else {"operation.speed_rpm": speed_rpm}
-    return overrides(settings) | speed
-
-
-def device_of(source: str, model: str, settings: Sequence[str] | None, speed_rpm: float | None) -> Device:
+def machine_of(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+    """A machine with the numbers that `--set` and `--speed-rpm` change."""
     from planter.planting import file
+
+    return file.load(source, changes(set_, {"operation.speed_rpm": speed_rpm}))
+
+
+def device_of(source: str, model: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Device:
     from planter.planting.model import Device
 
-    return Device(file.load(source, changes(settings, speed_rpm)), "exact" if model == "exact" else "printed")
+    return Device(machine_of(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
 
 
 @contextmanager

@@ -30,10 +30,10 @@ def tampered(folder: Path, section: str, key: str, line: str | None) -> Path:
     return path
 
 
-def refusal(source: str | Path, overrides: dict[str, float] | None = None) -> str:
+def refusal(source: str | Path, changes: dict[str, float] | None = None) -> str:
     """The sentence with which a machine is refused."""
     with pytest.raises(InputError) as caught:
-        load(source, overrides)
+        load(source, changes)
     assert caught.value.exit_code == 2
     assert "\n" not in caught.value.message
     return caught.value.message
@@ -197,7 +197,7 @@ def test_origin_entries_may_be_paths_with_and_without_quotes(tmp_path: Path) -> 
     assert Machine.model_validate(machine.table()).origins == machine.origins
 
 
-# --- overrides -------------------------------------------------------------------------------------
+# --- changes -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -213,29 +213,29 @@ def test_origin_entries_may_be_paths_with_and_without_quotes(tmp_path: Path) -> 
         ("speed_rpm", "operation.speed_rpm"),
     ],
 )
-def test_an_override_changes_that_number_alone(name: str, path: str) -> None:
+def test_a_change_changes_that_number_alone(name: str, path: str) -> None:
     before, after = load("wang2017"), load("wang2017", {name: 33.25})
     changed = {key for key, value in after.numbers().items() if value != before.numbers()[key]}
     assert changed == {path}
     assert after.numbers()[path] == 33.25
-    assert after.overridden == (path,)
+    assert after.changed == (path,)
     origins = {key for key in after.numbers() if after.origin(key) != before.origin(key)}
     assert origins == {path}
     assert after.origin(path) == "set on the command line"
 
 
-def test_a_list_with_an_overridden_item_is_set_on_the_command_line() -> None:
+def test_a_list_with_an_changed_item_is_set_on_the_command_line() -> None:
     machine = load("wang2017", {"hinge_A_mm[0]": 31.0})
     assert machine.origin("nozzle.hinge_A_mm") == "set on the command line"
     assert machine.origin("nozzle.hinge_A_mm[1]") == "assumed"
 
 
-def test_overrides_add_up() -> None:
+def test_changes_add_up() -> None:
     machine = load("wang2017", {"sun_kg": 0.5}).with_numbers({"samples": 90.0})
     assert machine.mass.sun_kg == 0.5
     assert machine.objective.samples == 90
     assert isinstance(machine.objective.samples, int)
-    assert machine.overridden == ("mass.sun_kg", "objective.samples")
+    assert machine.changed == ("mass.sun_kg", "objective.samples")
 
 
 @pytest.mark.parametrize(
@@ -260,14 +260,14 @@ def test_overrides_add_up() -> None:
         ("rise_delta_deg[1]", 120.0, ["cam.rise_delta_deg = [130.0, 120.0] (set", "start < end"]),
     ],
 )
-def test_overrides_that_are_refused(name: str, value: float, words: list[str]) -> None:
+def test_changes_that_are_refused(name: str, value: float, words: list[str]) -> None:
     message = refusal("wang2017", {name: value})
     assert message.startswith("wang2017: ")
     for word in words:
         assert word in message
 
 
-def test_an_ambiguous_override_lists_what_it_may_mean(tmp_path: Path) -> None:
+def test_an_ambiguous_name_lists_what_it_may_mean(tmp_path: Path) -> None:
     path = tampered(tmp_path, "design", "m31", "m31 = 1.5\nsun_kg = 2.0")
     path.write_text(path.read_text().replace("[bounds]", "[bounds]\nsun_kg = [1, 3]\n#"), encoding="utf-8")
     message = refusal(path, {"sun_kg": 1.0})

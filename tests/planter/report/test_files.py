@@ -116,7 +116,7 @@ def test_provenance_tells_every_change_of_a_value() -> None:
     own = files.provenance(file.load("wang2017"))
     changed = files.provenance(file.load("wang2017", {"sun_kg": 0.40000000000000008}))
     assert changed["machine_sha256"] != own["machine_sha256"]
-    assert changed["overridden"] == ["mass.sun_kg"]
+    assert changed["changed"] == ["mass.sun_kg"]
 
 
 def test_comments_hold_what_a_run_can_be_repeated_from() -> None:

@@ -29,7 +29,7 @@ def applied(
     for name, value in changes.items():
         found = names.candidates(name)
         if len(found) != 1:
-            raise InputError(not_allowed(source, name, value, names.complaint(name), overridden=True))
+            raise InputError(not_allowed(source, name, value, names.complaint(name), changed=True))
         location = places[found[0]]
         kind = schema.annotation(model, location)
         counted = int in (kind, *get_args(kind)) and float(value).is_integer()
