@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 from sympy import Expr
 
+from .blocks import closed_set, solved
 from .equations import Claimed, Equation, among
-from .model import Let
+from .model import Let, Step
 from .quantity import Quantity
 
 
@@ -27,11 +28,19 @@ class Solve:
 
 
 @dataclass(frozen=True)
+class Together:
+    """Solve simultaneous equations for as many unknowns."""
+
+    equations: tuple[str, ...]
+    unknowns: tuple[Quantity, ...]
+
+
+@dataclass(frozen=True)
 class Chain:
     """Equations, their order of solution, and how printed symbols bind to named quantities."""
 
     equations: Mapping[str, Equation]
-    order: Sequence[Solve]
+    order: Sequence[Solve | Together]
     bind: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
 
     @classmethod
@@ -51,9 +60,29 @@ class Chain:
             raise ChainError(f"the chain has no equation {number}")
         return replace(self, equations={**self.equations, number: equation})
 
+    @property
+    def singles(self) -> tuple[Solve, ...]:
+        """The order of a chain that solves one equation at a time; raises ChainError for any other."""
+        together = [s for s in self.order if isinstance(s, Together)]
+        if together:
+            raise ChainError(f"equations {', '.join(together[0].equations)} have to be solved together")
+        return tuple(s for s in self.order if isinstance(s, Solve))
+
     def lets(self) -> tuple[Let, ...]:
-        """The executable steps; each is linear in its one unknown."""
-        return tuple(self._let(solve) for solve in self.order)
+        """The steps of a chain that solves one equation at a time; each is linear in its one unknown."""
+        return tuple(self._let(solve) for solve in self.singles)
+
+    def steps(self) -> tuple[Step, ...]:
+        """The executable steps; each is linear in its one unknown, or in its unknowns together."""
+        return tuple(step for solve in self.order for step in self._steps(solve))
+
+    def _steps(self, solve: Solve | Together) -> tuple[Step, ...]:
+        if isinstance(solve, Solve):
+            return (self._let(solve),)
+        return solved([self._bound(self.equations[number]) for number in solve.equations], solve.unknowns)
+
+    def _bound(self, equation: Equation) -> Equation:
+        return replace(equation, residual=close_cases(equation.residual.xreplace(dict(self.bind))))
 
     def _let(self, solve: Solve) -> Let:
         equation = self.equations[solve.equation]
@@ -86,26 +115,51 @@ def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], wanted:
     """A chain whose order is found by matching.
 
     Again and again the first equation with a single open unknown gives it. Where there is none, the first balance
-    whose open unknowns are all defined in terms of a single one gives that one.
+    whose open unknowns are all defined in terms of a single one gives that one. Where there is none either, the
+    smallest closed set of equations is solved together. Raises ChainError that names what is left undetermined.
     """
     still_open = set(unknowns)
     left = list(equations)
-    order: list[Solve] = []
+    order: list[Solve | Together] = []
     while still_open & set(wanted):
-        solve = _single(left, still_open) or _common(left, still_open)
-        if solve is None:
-            names = ", ".join(sorted(map(str, still_open)))
-            raise ChainError(f"no equation is left that gives one more unknown; still open: {names}")
-        left = [e for e in left if e.number != solve.equation]
-        still_open.discard(solve.unknown)
+        solve = _single(left, still_open) or _common(left, still_open) or _together(left, unknowns, still_open)
+        taken, found = _taken(solve)
+        left = [e for e in left if e.number not in taken]
+        still_open -= found
         order.append(solve)
     return Chain({e.number: e for e in equations}, order)
+
+
+def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
+    """Numbers of the equations that are spent, and the unknowns that they give."""
+    if isinstance(solve, Solve):
+        return {solve.equation}, {solve.unknown}
+    return set(solve.equations), set(solve.unknowns)
+
+
+def _together(equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]) -> Together:
+    asked = [u for u in unknowns if u in still_open]
+    together, given = closed_set(equations, asked)
+    if not given:
+        raise ChainError(undetermined(equations, asked))
+    return Together(tuple(e.number for e in together), tuple(given))
+
+
+def undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> str:
+    """Which unknowns stand in too few equations, and in which."""
+    held = {u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns}
+    lines = "; ".join(f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in held.items())
+    left = f"{len(equations)} equation{' is' if len(equations) == 1 else 's are'} left"
+    names = ", ".join(map(str, unknowns))
+    return f"{left} for {len(unknowns)} unknowns ({names}), and no set of them is closed: {lines}"
 
 
 def _single(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve | None:
     for equation in equations:
         here = equation.residual.free_symbols & still_open
-        if len(here) == 1 and (equation.defines is None or equation.defines in here):
+        if len(here) != 1 or equation.residual.has(*(sp.Abs(u) for u in here)):
+            continue
+        if equation.defines is None or equation.defines in here:
             return Solve(equation.number, here.pop())
     return None
 

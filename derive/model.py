@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import sympy as sp
 from sympy import Expr
 
+from .datum import Datum
 from .quantity import OpenVector, Quantity, Vector, refuse_name
 
 Input = Vector | OpenVector | Quantity
@@ -81,7 +82,40 @@ class SineSeries:
         return frozenset({self.argument})
 
 
-Step = Let | Call | SineSeries
+@dataclass(frozen=True)
+class LinearSolve:
+    """``matrix symbols = right``: simultaneous equations, solved where the function runs.
+
+    ``pivot`` is the least pivot over the largest entry of its column: zero where the equations determine nothing.
+    """
+
+    symbols: tuple[Quantity, ...]
+    pivot: Quantity
+    matrix: tuple[tuple[Expr, ...], ...]
+    right: tuple[Expr, ...]
+    source: str
+
+    @property
+    def defines(self) -> tuple[Quantity, ...]:
+        return (*self.symbols, self.pivot)
+
+    @property
+    def entries(self) -> tuple[Expr, ...]:
+        """Rows of the matrix one after the other, then the right-hand side."""
+        return (*(entry for row in self.matrix for entry in row), *self.right)
+
+    @property
+    def needs(self) -> frozenset[sp.Symbol]:
+        return frozenset().union(*(entry.free_symbols for entry in self.entries))
+
+    def filled(self, entries: Sequence[Expr]) -> LinearSolve:
+        """The same with other entries."""
+        n = len(self.symbols)
+        rows = tuple(tuple(entries[n * i : n * (i + 1)]) for i in range(n))
+        return replace(self, matrix=rows, right=tuple(entries[n * n :]))
+
+
+Step = Let | Call | SineSeries | LinearSolve
 
 
 @dataclass(frozen=True)
@@ -114,7 +148,7 @@ class Shared:
 class Lane:
     """``outputs`` along ``angle`` from packed inputs by named steps; those of one side, if the machine has equal ones.
 
-    Raises ValueError where a step needs what nothing gives.
+    ``along`` are packed inputs that change with the angle. Raises ValueError where a step needs what nothing gives.
     """
 
     angle: Quantity
@@ -123,9 +157,10 @@ class Lane:
     outputs: Vector
     events: tuple[Event, ...] = ()
     shared: Shared | None = None
+    along: tuple[Vector, ...] = ()
 
     def __post_init__(self) -> None:
-        given = _entries((self.angle, *self.inputs))
+        given = _entries((self.angle, *self.inputs, *self.along))
         known = _followed("lane", self.steps, given)
         _refuse_missing("lane: its outputs need", frozenset(self.outputs) - known)
         for event in self.events:
@@ -143,7 +178,7 @@ class Lane:
     @property
     def vectors(self) -> tuple[Vector | OpenVector, ...]:
         """What it takes and gives."""
-        return (*self.inputs, self.outputs, *((self.shared.totals,) if self.shared else ()))
+        return (*self.inputs, *self.along, self.outputs, *((self.shared.totals,) if self.shared else ()))
 
 
 @dataclass(frozen=True)
@@ -166,7 +201,10 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class System:
-    """A model of a machine: a lane along its angle, functions in closed form, or both."""
+    """A model of a machine: a lane along its angle, functions in closed form, or both.
+
+    ``data`` are the values that its statement gives of quantities, by name.
+    """
 
     name: str
     title: str
@@ -174,6 +212,7 @@ class System:
     assumptions: tuple[str, ...]
     lane: Lane | None = None
     closed_forms: tuple[ClosedForm, ...] = ()
+    data: Mapping[str, Datum] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)
@@ -181,7 +220,7 @@ class System:
     @property
     def inputs(self) -> tuple[Input, ...]:
         """What its functions take, each once, in the order in which it is first taken."""
-        lane: tuple[Input, ...] = (self.lane.angle, *self.lane.inputs) if self.lane else ()
+        lane: tuple[Input, ...] = (self.lane.angle, *self.lane.inputs, *self.lane.along) if self.lane else ()
         return tuple(dict.fromkeys((*lane, *(given for form in self.closed_forms for given in form.inputs))))
 
     @property
@@ -201,6 +240,23 @@ class System:
         lane = self.lane.steps if self.lane else ()
         shared = self.lane.shared.steps if self.lane and self.lane.shared else ()
         return (*lane, *shared, *(step for form in self.closed_forms for step in form.steps))
+
+
+def sorted_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
+    """Steps in an order in which each needs only what stands before it; they keep theirs where they can.
+
+    Raises ValueError where steps need each other in a circle.
+    """
+    left = list(steps)
+    found: list[Step] = []
+    while left:
+        ahead = frozenset(symbol for step in left for symbol in step.defines)
+        ready = [step for step in left if not step.needs & ahead]
+        if not ready:
+            raise ValueError(f"{', '.join(sorted(map(str, ahead)))} need each other")
+        found += ready
+        left = [step for step in left if step not in ready]
+    return tuple(found)
 
 
 S = TypeVar("S", bound=Step)

@@ -12,16 +12,19 @@ from .emit.target import Target, built_in
 from .emit.text import Emitted
 from .equations import Balance, Equation
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
-from .mechanics.bodies import Body, Mechanism, Part, Pin, about_pin
+from .mechanics.bodies import Assembly, Body, Part, Pin, about_pin
 from .mechanics.contacts import GearContact, follower, mesh, tangent_angle
 from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
 from .mechanics.kinematics import GearStage, Kinematics
+from .mechanics.mechanism import Mechanism
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantity, Vector
+from .table import Quantities, quantities
 
 built_in()
 
 __all__ = [
+    "Assembly",
     "Axis",
     "Balance",
     "Body",
@@ -49,6 +52,7 @@ __all__ = [
     "PitchCurve",
     "Point",
     "Printer",
+    "Quantities",
     "Quantity",
     "RuntimeFunction",
     "Shape",
@@ -68,6 +72,7 @@ __all__ = [
     "mesh",
     "needed",
     "ordered",
+    "quantities",
     "register",
     "switch",
     "tangent_angle",

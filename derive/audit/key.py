@@ -95,7 +95,7 @@ def of_laws(case: Case) -> str:
     parts += [path.read_text(encoding="utf-8") for path in case.subject.files()]
     for chain in case.chains or ():
         parts += [equation(e) for e in chain.equations.values()]
-        parts += [str((s.equation, str(s.unknown), [(n, str(u)) for n, u in s.eliminate])) for s in chain.order]
+        parts += [str((s.equation, str(s.unknown), [(n, str(u)) for n, u in s.eliminate])) for s in chain.singles]
         parts += [f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)]
     return _hashed(parts)
 

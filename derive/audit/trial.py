@@ -115,7 +115,7 @@ class Trial:
         return both
 
     def _execute(self, chain: Chain, sets: Sequence[Repairs], values: Values) -> None:
-        for solve in chain.order:
+        for solve in chain.singles:
             chosen = [_involved(solve) & repairs for repairs in sets]
             variants = sorted(set(chosen), key=sorted)
             found = [self._evaluated(self.formula(chain, solve, variant), values) for variant in variants]
@@ -149,7 +149,7 @@ class Trial:
 
     @property
     def _steps(self) -> list[tuple[Chain, Solve]]:
-        return [(chain, solve) for chain in (self.side, self.frame) for solve in chain.order]
+        return [(chain, solve) for chain in (self.side, self.frame) for solve in chain.singles]
 
     @cached_property
     def _supplements(self) -> dict[sp.Symbol, Formula]:

@@ -28,13 +28,15 @@ class Dialect:
     """Names of the functions in the target, by the names used here.
 
     ``ratio`` and ``length`` are templates of a quotient of two whole numbers and of the length of a vector; ``first``
-    is what every function takes before its own arguments.
+    is what every function takes before its own arguments. ``solver`` is the text of a function ``solved`` of a matrix
+    and a right-hand side, both lists, that gives the unknowns of simultaneous equations and their pivot.
     """
 
     functions: dict[str, str]
     ratio: str
     length: str
     first: tuple[str, ...] = ()
+    solver: str = ""
 
     def call(self, function: str, *arguments: str) -> str:
         return f"{self.functions[function]}({', '.join(arguments)})"

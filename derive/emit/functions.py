@@ -20,7 +20,7 @@ def of_lane(plan: Schedule) -> Iterator[Emitted]:
     """Prologue (what the angle does not change), lane, events and frame (what equal sides share), those there are."""
     lane = plan.lane
     hoisted = (plan.hoisted,) if len(plan.hoisted) else ()
-    inputs = (lane.angle, *lane.inputs, *hoisted)
+    inputs = (lane.angle, *lane.inputs, *lane.along, *hoisted)
     if hoisted:
         yield _composed(lane, Emitted("prologue", lane.inputs, plan.prologue, plan.hoisted))
     yield _composed(lane, Emitted("lane", inputs, needed(plan.moving, frozenset(lane.outputs)), lane.outputs))

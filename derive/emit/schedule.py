@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import count
+from itertools import count, islice
 
 import sympy as sp
 
-from ..model import Event, Lane, Let, Step
+from ..model import Event, Lane, Let, LinearSolve, Step
 from ..quantity import Quantity, Vector
 from .expression import operations
 
@@ -31,7 +31,7 @@ def schedule(lane: Lane) -> Schedule:
     """Share common subexpressions, then move to the prologue what the angle does not change."""
     joints = tuple(_joint(i, event) for i, event in enumerate(lane.events))
     steps = share((*lane.steps, *joints), prefix="c")
-    still, moving = split(steps, frozenset({lane.angle}))
+    still, moving = split(steps, frozenset({lane.angle}.union(*lane.along)))
     at_joints = frozenset(joint.symbol for joint in joints)
     events = tuple(s for s in moving if isinstance(s, Let) and s.symbol in at_joints)
     if len(events) < len(joints):
@@ -67,8 +67,9 @@ def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
     """The same steps with common subexpressions computed once, each in a step of its own before its first use."""
     taken = {symbol.name for step in steps for symbol in (*step.needs, *step.defines)}
     names = (sp.Symbol(name, real=True) for i in count(1) if (name := f"{prefix}{i}") not in taken)
-    common, reduced = sp.cse([expression(step) for step in steps], symbols=names, order="canonical")
-    pending = dict(common)
+    parts = [expressions(step) for step in steps]
+    common, reduced = sp.cse([part for some in parts for part in some], symbols=names, order="canonical")
+    pending, left = dict(common), iter(reduced)
     ordered: list[Step] = []
 
     def define(expr: sp.Expr) -> None:
@@ -78,21 +79,27 @@ def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
                 define(inner)
                 ordered.append(Let(symbol, inner, COMMON))
 
-    for step, expr in zip(steps, reduced, strict=True):
-        define(expr)
-        ordered.append(with_expression(step, expr))
+    for step, some in zip(steps, parts, strict=True):
+        own = tuple(islice(left, len(some)))
+        for expr in own:
+            define(expr)
+        ordered.append(with_expressions(step, own))
     return tuple(ordered)
 
 
-def expression(step: Step) -> sp.Expr:
+def expressions(step: Step) -> tuple[sp.Expr, ...]:
     """What a step evaluates itself."""
-    return step.expr if isinstance(step, Let) else step.argument
+    if isinstance(step, LinearSolve):
+        return step.entries
+    return (step.expr if isinstance(step, Let) else step.argument,)
 
 
-def with_expression(step: Step, expr: sp.Expr) -> Step:
-    return replace(step, expr=expr) if isinstance(step, Let) else replace(step, argument=expr)
+def with_expressions(step: Step, own: tuple[sp.Expr, ...]) -> Step:
+    if isinstance(step, LinearSolve):
+        return step.filled(own)
+    return replace(step, expr=own[0]) if isinstance(step, Let) else replace(step, argument=own[0])
 
 
 def operations_of(steps: Sequence[Step]) -> int:
-    """Operations in the steps themselves; what a called function does is not counted."""
-    return sum(operations(expression(step)) for step in steps)
+    """Operations in the steps themselves; what a called function or an elimination does is not counted."""
+    return sum(operations(expr) for step in steps for expr in expressions(step))

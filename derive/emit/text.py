@@ -9,7 +9,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from ..model import Call, Input, RuntimeFunction, SineSeries, Step, entries
+from ..model import Call, Input, LinearSolve, RuntimeFunction, SineSeries, Step, entries
 from ..quantity import OpenVector, Quantity, Vector
 from .expression import Dialect, Printer
 from .schedule import COMMON, operations_of
@@ -72,6 +72,11 @@ class Emitted:
         lines += [line for step in self.steps for line in _step(step, dialect)]
         return textwrap.indent("\n".join(lines), "    ")
 
+    @property
+    def solves(self) -> bool:
+        """Whether it solves simultaneous equations."""
+        return any(isinstance(step, LinearSolve) for step in self.steps)
+
     def names(self) -> str:
         return ", ".join(v.name for v in self.inputs)
 
@@ -110,8 +115,35 @@ def _step(step: Step, dialect: Dialect) -> list[str]:
         return [f"# {step.source}", *_wrapped(f"{names} = {step.function.name}({arguments})")]
     if isinstance(step, SineSeries):
         return _series(step, dialect)
+    if isinstance(step, LinearSolve):
+        return _solve(step, dialect)
     note = [] if step.source == COMMON else [f"# {step.source}"]
     return [*note, *_wrapped(f"{step.symbol.name} = {write(step.expr)}")]
+
+
+def _solve(step: LinearSolve, dialect: Dialect) -> list[str]:
+    """A row of the matrix a line."""
+    if not dialect.solver:
+        raise ValueError(f"{', '.join(map(str, step.symbols))}: the target has no way to solve simultaneous equations")
+    write = Printer(dialect)
+    rows = [f"[{', '.join(map(write, row))}]" for row in step.matrix]
+    names = ", ".join(symbol.name for symbol in step.defines)
+    return [
+        *textwrap.wrap(step.source, WIDTH, initial_indent="# ", subsequent_indent="# "),
+        f"{names} = solved(",
+        *(f"    {given}," for given in dialect.first),
+        "    [",
+        *(f"        {line}" for row in rows for line in _filled(f"{row},")),
+        "    ],",
+        *(f"    {line}" for line in _filled(f"[{', '.join(map(write, step.right))}],")),
+        ")",
+    ]
+
+
+def _filled(text: str) -> list[str]:
+    """A list that is broken where it is too long for a line."""
+    first, *rest = textwrap.wrap(text, WIDTH - 12, break_long_words=False, break_on_hyphens=False)
+    return [first, *(f" {line}" for line in rest)]
 
 
 def _series(step: SineSeries, dialect: Dialect) -> list[str]:

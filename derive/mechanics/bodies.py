@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import sympy as sp
 from sympy import Expr, S
 
-from ..equations import Balance, Definition, Equation, Kind
+from ..equations import Balance, Definition, Equation, Kind, derived
 from ..model import Let
 from ..quantity import Quantity
 from .frames import Axis, Frame, Motion, Point, Vec, zero
@@ -18,11 +19,21 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Part:
-    """A rigid piece of a body: mass, centroid, centroidal inertia tensor diagonal in the body's frame."""
+    """A rigid piece of a body: mass, centroid, centroidal inertia tensor in the body's frame.
+
+    ``inertia`` is the tensor's diagonal, or its six entries xx, yy, zz, xy, xz, yz (products as they stand in it).
+    """
 
     mass: Quantity
     centroid: Point
-    inertia: tuple[Expr, Expr, Expr]
+    inertia: tuple[Expr, ...]
+
+    def momentum(self, spin: Vec) -> Vec:
+        """Angular momentum about the centroid at an angular velocity in the body's frame."""
+        xx, yy, zz, xy, xz, yz = (*self.inertia, *[S.Zero] * (6 - len(self.inertia)))
+        tensor = sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        x, y, z = tensor * sp.Matrix(spin.components)
+        return Vec(spin.frame, (x, y, z))
 
 
 def about_pin(moment: Expr, mass: Expr, offset: Vec) -> tuple[Expr, Expr, Expr]:
@@ -74,7 +85,7 @@ class Action:
 
 
 @dataclass
-class Mechanism:
+class Assembly:
     """Bodies in a given motion with unknown actions between them."""
 
     motion: Motion
@@ -90,18 +101,30 @@ class Mechanism:
 
     def equations(self) -> list[Equation]:
         """Laws of the contacts as definitions, then the balances of every body that has a pin."""
-        laws = [
+        return [*self.definitions(), *(e for body in self.bodies if body.pin for e in self.balanced(body, body.pin))]
+
+    def definitions(self) -> list[Equation]:
+        """What contacts say of unknowns."""
+        return [
             Equation(
                 str(law.symbol), law.symbol - law.expr, law.source, Definition(str(law.symbol)), defines=law.symbol
             )
             for law in self.laws
         ]
-        balances = [balance for body in self.bodies if body.pin for balance in self.balances(body, body.pin)]
-        return laws + [Equation(str(claim), residual, f"derived: {claim}", claim) for claim, residual in balances]
 
-    def balances(self, body: Body, pin: Pin) -> list[tuple[Balance, Expr]]:
-        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion."""
-        wanted = [(kind, i) for kind in KINDS for i in range(3) if not (pin.planar and kind == "moment" and i < 2)]
+    def balanced(self, body: Body, pin: Pin, wanted: Iterable[tuple[Kind, int]] | None = None) -> list[Equation]:
+        """The balances of a body as equations, each under its claim."""
+        return [derived(claim, residual) for claim, residual in self.balances(body, pin, wanted)]
+
+    def balances(
+        self, body: Body, pin: Pin, wanted: Iterable[tuple[Kind, int]] | None = None
+    ) -> list[tuple[Balance, Expr]]:
+        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion.
+
+        Those wanted, by kind and number of the axis; else all, but the tilting moments of a planar body.
+        """
+        if wanted is None:
+            wanted = [(kind, i) for kind in KINDS for i in range(3) if not (pin.planar and kind == "moment" and i < 2)]
         return [self._balance(body, kind, axis, pin) for kind, axis in wanted]
 
     def unknown(self, name: str, unit: str, meaning: str) -> Quantity:
@@ -181,7 +204,6 @@ class Mechanism:
         force = part.mass * fall
         if kind == "force":
             return force
-        spin = self.motion.spin(body.frame)
-        angular = Vec(body.frame, (part.inertia[0] * spin[0], part.inertia[1] * spin[1], part.inertia[2] * spin[2]))
+        angular = part.momentum(self.motion.spin(body.frame))
         rate = self.motion.derivative(angular).resolved(pin.axes)
         return self.motion.arm(pin.at, part.centroid, pin.axes).cross(force) - rate

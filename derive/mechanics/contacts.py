@@ -9,7 +9,7 @@ from sympy import Expr, S
 
 from ..branches import switch
 from ..model import Let
-from .bodies import Body, Mechanism
+from .bodies import Assembly, Body
 from .frames import Frame, Motion, Point, Vec, Z, displacement, unit
 
 
@@ -47,7 +47,7 @@ class GearContact:
         return sp.cos(normal) + drag * sp.cos(across), sp.sin(normal) + drag * sp.sin(across), S.Zero
 
 
-def mesh(mechanism: Mechanism, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
+def mesh(mechanism: Assembly, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
     """Tooth contact at the pitch point: the flank that gives the required moment bears, and pushes."""
     moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
     plus, minus = contact.flank(1), contact.flank(-1)
@@ -70,7 +70,7 @@ def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, rad
 
 
 def follower(
-    mechanism: Mechanism, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, across: Vec, friction: Expr
+    mechanism: Assembly, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, across: Vec, friction: Expr
 ) -> None:
     """One-sided contact of a follower with a cam.
 

@@ -6,9 +6,10 @@ import pytest
 import sympy as sp
 from sympy import Piecewise
 
-from derive.chain import Chain, ChainError, close_cases, ordered, solve_linear
+from derive.blocks import BlockError, solved
+from derive.chain import Chain, ChainError, Solve, Together, close_cases, ordered, solve_linear
 from derive.equations import ClaimError, Definition, Equation, by_claim, defined
-from derive.model import System
+from derive.model import Let, LinearSolve, System
 from derive.papers import wang2017
 from derive.quantity import Quantity
 from derive.systems.planting import derivation
@@ -32,7 +33,7 @@ def test_order_is_found_by_matching() -> None:
 
 def test_a_definition_is_never_solved_backwards() -> None:
     law = equation("law", b - sp.sin(a), defines=b)
-    with pytest.raises(ChainError, match="still open: a, b"):
+    with pytest.raises(ChainError, match="1 equation is left for 2 unknowns .a, b., and no set"):
         ordered([law], [a, b], [a])
 
 
@@ -103,3 +104,40 @@ def test_the_systems_know_no_paper() -> None:
     for module in ("derivation", "quantities"):
         text = (Path(derivation.__file__).parent / f"{module}.py").read_text(encoding="utf-8")
         assert "papers" not in text
+
+
+def test_the_smallest_closed_set_is_solved_together() -> None:
+    d = Quantity("d", "1", "test", "test")
+    equations = [equation("far", d + a - 1), equation("one", a + b - 3), equation("two", a - b - k)]
+    chain = ordered(equations, [a, b, d], [d])
+    assert chain.order == [Together(("one", "two"), (a, b)), Solve("far", d)]
+    pair, last = chain.steps()
+    assert isinstance(pair, LinearSolve)
+    found = sp.Matrix(pair.matrix).LUsolve(sp.Matrix(pair.right))
+    assert [sp.simplify(v) for v in found] == [(3 + k) / 2, (3 - k) / 2]
+    assert last == Let(d, 1 - a, "test")
+
+
+def test_what_nothing_determines_is_named_with_its_equations() -> None:
+    with pytest.raises(ChainError, match=r"1 equation is left for 2 unknowns \(a, b\).*a stands in sum; b stands in sum"):
+        ordered([equation("sum", a + b - 3)], [a, b], [a])
+
+
+def test_the_size_of_an_unknown_is_told_by_cases() -> None:
+    """Friction on a normal force among the unknowns: a + b = k, b = |a|/2 has two cases."""
+    steps = solved([equation("along", a + b - k), equation("law", b - sp.Abs(a) / 2)], (a, b))
+    for value, wanted in ((3.0, 2.0), (-1.0, -2.0)):
+        known: dict[sp.Basic, sp.Expr] = {k: sp.Float(value)}
+        for step in steps:
+            if isinstance(step, Let):
+                known[step.symbol] = step.expr.xreplace(known)
+            elif isinstance(step, LinearSolve):
+                matrix, right = sp.Matrix(step.matrix).xreplace(known), sp.Matrix(step.right).xreplace(known)
+                known |= dict(zip(step.symbols, matrix.LUsolve(right), strict=True))
+        assert float(known[a]) == pytest.approx(wanted)
+        assert float(known[b]) == pytest.approx(abs(wanted) / 2)
+
+
+def test_a_set_that_is_not_linear_is_refused() -> None:
+    with pytest.raises(BlockError, match="not linear in a, b"):
+        solved([equation("one", a * b - 1), equation("two", a + b - 3)], (a, b))

@@ -11,11 +11,41 @@ from ..expression import PLAIN, Dialect, Printer
 from ..target import Target
 from ..text import NOTICE, Emitted, composed, filled, unpacked
 
+SOLVER = '''def solved(xp, matrix, right):
+    """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.
+
+    Elimination; the row with the largest entry of a column is brought up by selection.
+    """
+    rows, least = [[*row, value] for row, value in zip(matrix, right)], 1.0
+    n = len(rows)
+    sizes = [xp.absolute(rows[0][k]) for k in range(n)]
+    for k in range(n):
+        for row in rows[1:]:
+            sizes[k] = xp.maximum(sizes[k], xp.absolute(row[k]))
+    for k in range(n):
+        for i in range(k + 1, n):
+            if isinstance(rows[i][k], int) and rows[i][k] == 0:
+                continue
+            larger = xp.absolute(rows[i][k]) > xp.absolute(rows[k][k])
+            pairs = list(zip(rows[i], rows[k]))
+            rows[k] = [xp.where(larger, below, above) for below, above in pairs]
+            rows[i] = [xp.where(larger, above, below) for below, above in pairs]
+        least = xp.minimum(least, xp.absolute(rows[k][k]) / sizes[k])
+        for i in range(k + 1, n):
+            if isinstance(rows[i][k], int) and rows[i][k] == 0:
+                continue
+            share = rows[i][k] / rows[k][k]
+            rows[i] = [below - share * above for below, above in zip(rows[i], rows[k])]
+    found = [0] * n
+    for k in reversed(range(n)):
+        known = sum(rows[k][i] * found[i] for i in range(k + 1, n))
+        found[k] = (rows[k][n] - known) / rows[k][k]
+    return *found, least'''
 ARRAY = Dialect({f: f"xp.{f}" for f in PLAIN} | {
     "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.absolute",
     "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
     "not": "xp.logical_not", "pi": "xp.pi",
-}, ratio="xp.divide({0}, {1})", length="len({0})", first=("xp",))  # fmt: skip
+}, ratio="xp.divide({0}, {1})", length="len({0})", solver=SOLVER, first=("xp",))  # fmt: skip
 MEANT = """`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath.
 Packed inputs are indexed along their first axis, so an entry may itself be an array."""
 WIDTH = 118
@@ -23,7 +53,8 @@ WIDTH = 118
 
 def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a module with the functions of a model."""
-    texts = "\n\n\n".join(map(_function, functions))
+    solver = [SOLVER] if any(f.solves for f in functions) else []
+    texts = "\n\n\n".join((*solver, *map(_function, functions)))
     meant = "\n".join(filled(f"{MEANT} {composed(system.functions, ARRAY.first)}", WIDTH))
     return f'''"""{system.title}: array code.
 
@@ -91,4 +122,4 @@ def _prologue(curve: PitchCurve) -> str:
     return [a, *series]'''
 
 
-TARGET = Target("array", "array/{name}.py", frozenset({"xp", "len"}), model, curve)
+TARGET = Target("array", "array/{name}.py", frozenset({"xp", "len", "solved"}), model, curve)

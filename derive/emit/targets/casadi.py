@@ -14,12 +14,38 @@ from ..expression import PLAIN, Dialect, Printer
 from ..target import Target
 from ..text import NOTICE, Emitted, composed, described, filled, unpacked
 
+SOLVER = '''def solved(matrix: list[list[SX]], right: list[SX]) -> tuple[SX, ...]:
+    """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.
+
+    Elimination; the row with the largest entry of a column is brought up by selection.
+    """
+    rows, least = [[SX(entry) for entry in (*row, value)] for row, value in zip(matrix, right)], SX(1)
+    n = len(rows)
+    sizes = [mmax(fabs(vertcat(*(row[k] for row in rows)))) for k in range(n)]
+    for k in range(n):
+        for i in (i for i in range(k + 1, n) if not rows[i][k].is_zero()):
+            larger = fabs(rows[i][k]) > fabs(rows[k][k])
+            pairs = list(zip(rows[i], rows[k]))
+            rows[k] = [if_else(larger, below, above) for below, above in pairs]
+            rows[i] = [if_else(larger, above, below) for below, above in pairs]
+        least = fmin(least, fabs(rows[k][k]) / sizes[k])
+        for i in (i for i in range(k + 1, n) if not rows[i][k].is_zero()):
+            share = rows[i][k] / rows[k][k]
+            rows[i] = [below - share * above for below, above in zip(rows[i], rows[k])]
+    found = [SX(0)] * n
+    for k in reversed(range(n)):
+        known = sum(rows[k][i] * found[i] for i in range(k + 1, n))
+        found[k] = (rows[k][n] - known) / rows[k][k]
+    return *found, least'''
+"""Elimination, for modules with simultaneous equations."""
 CASADI = Dialect({f: f for f in PLAIN} | {
     "abs": "fabs", "min": "fmin", "max": "fmax", "select": "if_else", "and": "logic_and", "or": "logic_or",
     "not": "logic_not", "pi": "pi",
-}, ratio="{0} / {1}", length="{0}.numel()")  # fmt: skip
+}, ratio="{0} / {1}", length="{0}.numel()", solver=SOLVER)  # fmt: skip
 ALWAYS = ("Function", "SX", "vertcat")
 """What every module imports, whatever its expressions hold."""
+SOLVING = ("mmax",)
+"""What elimination needs besides."""
 CLOSED = ("jacobian",)
 CLOSURE = ("DM", "MX", "fmax", "jacobian", "mmax", "rootfinder", "sum1")
 """What the module of a pitch curve imports besides: with a centre distance in closed form, and by closure."""
@@ -28,7 +54,8 @@ WIDTH = 112
 
 def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a module with one builder per function."""
-    builders = "\n\n\n".join(map(_builder, functions))
+    solver = [SOLVER] if any(f.solves for f in functions) else []
+    builders = "\n\n\n".join((*solver, *map(_builder, functions)))
     docstring = "\n".join((
         f"{system.title}: CasADi functions.", "", NOTICE, f"Source: {system.source}.",
         *textwrap.wrap(f"Assumes: {'; '.join(system.assumptions)}.", WIDTH),
@@ -40,7 +67,7 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
 
 def _imports(text: str, besides: Sequence[str] = ()) -> str:
     """An import of the CasADi names that a text uses."""
-    used = {name for name in CASADI.functions.values() if re.search(rf"\b{name}\b", text)}
+    used = {name for name in (*CASADI.functions.values(), *SOLVING) if re.search(rf"\b{name}\b", text)}
     names = sorted(used.union(ALWAYS, besides), key=lambda n: (n.upper() != n, not n[0].isupper(), n))
     return "from casadi import (\n" + "".join(f"    {n},\n" for n in names) + ")"
 
@@ -180,5 +207,5 @@ def tangent(terms: int) -> Function:
 
 
 TARGET = Target(
-    "casadi", "{name}.py", frozenset({*CASADI.functions.values(), *ALWAYS, *CLOSED, *CLOSURE}), model, curve
+    "casadi", "{name}.py", frozenset({*CASADI.functions.values(), *ALWAYS, "solved", *CLOSED, *CLOSURE}), model, curve
 )

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ...equations import Claimed, among
-from ...mechanics.bodies import Body, Mechanism, Part, about_pin
+from ...mechanics.bodies import Assembly, Body, Part, about_pin
 from ...mechanics.frames import Point, Vec
 from ...quantity import Quantity
 from . import claims, derivation
@@ -71,7 +71,7 @@ def _side() -> derivation.Side:
 def _balances() -> dict[Claimed, Expr]:
     side = _side()
     found = {e.claims: e.residual for e in claims.balances(side)}
-    mech = Mechanism(side.kinematics.motion, Vec(derivation.WORLD, (S.Zero, -q.g, S.Zero)))
+    mech = Assembly(side.kinematics.motion, Vec(derivation.WORLD, (S.Zero, -q.g, S.Zero)))
     offset = Vec(derivation.CARRIER, (x_C4, y_C4, S.Zero))
     real = Part(q.m4, Point("C4", derivation.O, offset), about_pin(J_4, q.m4, offset))
     ideal = Part(q.m4, derivation.O, derivation.NO_SPIN)

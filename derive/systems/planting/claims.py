@@ -14,7 +14,7 @@ from ...branches import switch
 from ...chain import ordered, solve_linear
 from ...equations import Balance, Claimed, Equation, among, by_claim, defined
 from ...evaluate import Point
-from ...mechanics.bodies import Mechanism
+from ...mechanics.bodies import Assembly
 from ...mechanics.contacts import GearContact
 from ...mechanics.frames import displacement
 from ...model import Let
@@ -66,7 +66,7 @@ def balances(side: derivation.Side) -> list[Equation]:
     return [e for e in (*side.mechanism.equations(), *shared) if e.defines is None]
 
 
-def _law(mechanism: Mechanism, symbol: Quantity) -> Expr:
+def _law(mechanism: Assembly, symbol: Quantity) -> Expr:
     return mechanism.law(symbol).expr
 
 
@@ -142,7 +142,7 @@ def _relations() -> dict[Quantity, Expr]:
     return relations(derivation.build_side().mechanism)
 
 
-def relations(mech: Mechanism) -> dict[Quantity, Expr]:
+def relations(mech: Assembly) -> dict[Quantity, Expr]:
     """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces.
 
     Raises ClaimError where the mechanism has no such balance.

@@ -15,7 +15,7 @@ from sympy import Expr, S, pi
 from ...branches import clip, wrap
 from ...chain import Chain, ordered
 from ...equations import Equation
-from ...mechanics.bodies import Body, Mechanism, Part, Pin, about_pin
+from ...mechanics.bodies import Assembly, Body, Part, Pin, about_pin
 from ...mechanics.contacts import GearContact, follower, mesh, tangent_angle
 from ...mechanics.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, unit
 from ...mechanics.kinematics import GearStage, Kinematics
@@ -148,7 +148,7 @@ class Side:
     """One side as a mechanism: its bodies, and the two that it shares with the other side."""
 
     kinematics: Kinematics
-    mechanism: Mechanism
+    mechanism: Assembly
     sun: Body
     carrier: Body
     middle: Body
@@ -170,7 +170,7 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     middle_part = Part(q.m2, CA, about_pin(q.J_56, q.m2, FROM_A1))
     planet_part = Part(q.m3, CB, about_pin(q.J_7, q.m3, FROM_B1))
 
-    mech = Mechanism(k.motion, gravity=Vec(WORLD, (S.Zero, -q.g, S.Zero)))
+    mech = Assembly(k.motion, gravity=Vec(WORLD, (S.Zero, -q.g, S.Zero)))
     sun = mech.add(Body("sun", WORLD))
     carrier = mech.add(Body("carrier", CARRIER))
     middle = mech.add(Body("middle body", MIDDLE, (middle_part,), Pin(A1, WORLD, planar=True)))
@@ -195,13 +195,13 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
 class Support:
     """Sun and carrier in the frame, with what both sides do to them."""
 
-    mechanism: Mechanism
+    mechanism: Assembly
     sun: Body
     carrier: Body
 
 
 def build_support(motion: Motion) -> Support:
-    mech = Mechanism(motion, gravity=Vec(WORLD, (S.Zero, -q.g, S.Zero)))
+    mech = Assembly(motion, gravity=Vec(WORLD, (S.Zero, -q.g, S.Zero)))
     frame = mech.add(Body("frame", WORLD))
     sun = mech.add(Body("sun", WORLD, (Part(q.m1, CO, NO_SPIN),), PIN))
     carrier = mech.add(Body("carrier", CARRIER, (Part(q.m4, O, NO_SPIN),), PIN))

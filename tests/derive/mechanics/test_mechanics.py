@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import S, cos, sin
 
 from derive.chain import ordered
-from derive.mechanics.bodies import Body, Mechanism, Part, Pin
+from derive.mechanics.bodies import Body, Assembly, Part, Pin
 from derive.mechanics.contacts import follower
 from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit, zero
 from derive.model import Let
@@ -75,7 +75,7 @@ def test_pendulum() -> None:
     """(I + m l^2) a = -m g l sin(angle) (any mechanics text)."""
     frame = Frame("rod", WORLD, Z, angle)
     centroid = Point("C", O, Vec(frame, (S.Zero, -length, S.Zero)))
-    mech = Mechanism(moving(), DOWN)
+    mech = Assembly(moving(), DOWN)
     wall = mech.add(Body("wall", WORLD))
     rod = mech.add(Body("rod", frame, (Part(mass, centroid, (Ix, Iy, Iz)),), Pin(O, WORLD)))
     mech.joint("F_O", rod, wall, O, WORLD, free=Z)
@@ -86,7 +86,7 @@ def test_pendulum() -> None:
 def gyroscopic_residuals(inertia: tuple) -> list:
     """Moments about its own axes of a body that swings about its y while the whole turns about z."""
     frame = Frame("rotor", Frame("table", WORLD, Z, turn), Y, angle)
-    mech = Mechanism(moving(), zero(WORLD))
+    mech = Assembly(moving(), zero(WORLD))
     mech.add(Body("rotor", frame, (Part(mass, O, inertia),), Pin(O, frame)))
     return [e.residual for e in mech.equations()][3:]
 
