@@ -61,6 +61,13 @@ class Chain:
         return replace(self, equations={**self.equations, number: equation})
 
     @property
+    def spent(self) -> frozenset[str]:
+        """Numbers of the equations that give an unknown, or help to."""
+        singles = [(s.equation, *(number for number, _ in s.eliminate)) for s in self.order if isinstance(s, Solve)]
+        together = [s.equations for s in self.order if isinstance(s, Together)]
+        return frozenset(number for some in (*singles, *together) for number in some)
+
+    @property
     def singles(self) -> tuple[Solve, ...]:
         """The order of a chain that solves one equation at a time; raises ChainError for any other."""
         together = [s for s in self.order if isinstance(s, Together)]

@@ -148,7 +148,8 @@ class Shared:
 class Lane:
     """``outputs`` along ``angle`` from packed inputs by named steps; those of one side, if the machine has equal ones.
 
-    ``along`` are packed inputs that change with the angle. Raises ValueError where a step needs what nothing gives.
+    ``along`` are packed inputs that change with the angle, ``speed`` is that of the angle if it is constant. Raises
+    ValueError where a step needs what nothing gives.
     """
 
     angle: Quantity
@@ -158,6 +159,7 @@ class Lane:
     events: tuple[Event, ...] = ()
     shared: Shared | None = None
     along: tuple[Vector, ...] = ()
+    speed: Quantity | None = None
 
     def __post_init__(self) -> None:
         given = _entries((self.angle, *self.inputs, *self.along))

@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 from ..gearing.pitch_curve import PitchCurve
 from ..model import System
 from ..quantity import refuse_name
-from . import curve, functions, sidecar
+from . import curve, functions, machine, sidecar
 from .target import Target
 from .text import Emitted
 
@@ -40,7 +40,8 @@ def of_system(system: System, targets: Sequence[Target]) -> dict[str, str]:
     emitted = functions.of_system(system)
     _refuse_names(system.name, emitted)
     return {t.path(system.name): t.model(system, emitted) for t in targets} | {
-        f"{system.name}.json": sidecar.of_system(system, emitted)
+        f"{system.name}.json": sidecar.of_system(system, emitted),
+        **machine.of_system(system),
     }
 
 

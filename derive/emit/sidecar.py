@@ -25,6 +25,7 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         "source": system.source,
         "assumptions": system.assumptions,
         **({"callables": [f.name for f in system.functions]} if system.functions else {}),
+        **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
         "vectors": {v.name: _vector(v) for v in system.vectors},
         **({"events": [_event(e) for e in events]} if events else {}),
         "functions": {f.name: _function(f) for f in functions},

@@ -16,6 +16,7 @@ from ..equations import Balance, Equation, Kind
 from ..model import Event, Lane, Let, LinearSolve, Step, System, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from ..table import Quantities
+from . import laws
 from .bodies import AXES, Assembly, Body, Part, Pin
 from .frames import Axis, Frame, Motion, Point, Triple, Vec, X, Z, displacement, unit, zero
 from .loops import Coordinate, Loops
@@ -51,7 +52,7 @@ class Mechanism:
         spatial: bool = False,
     ) -> None:
         self.name, self.title, self.source = name, title or name.replace("_", " ").capitalize(), source
-        self.given, self.angle, self.spatial = given, angle, spatial
+        self.given, self.angle, self.speed, self.spatial = given, angle, speed, spatial
         self.assumptions = ("rigid bodies", f"constant: {speed.meaning}", *assumptions)
         self.motion = Motion({angle: speed})
         self.world, self.O = Frame("world"), Point("O")
@@ -117,6 +118,11 @@ class Mechanism:
 
     # Bodies, joints, forces
 
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The ground, then every body in the order in which it was stated."""
+        return tuple(self._assembly.bodies)
+
     def body(
         self, name: str, frame: Frame, mass: Quantity | None = None, centroid: Point | None = None,
         inertia: Scalar | Sequence[Scalar] = 0, about: Point | None = None,
@@ -124,7 +130,8 @@ class Mechanism:
         """A rigid body that turns with a frame; one without a mass only passes forces on.
 
         ``inertia`` is that about the centroid: across the plane, or the diagonal of the tensor in the body's frame, or
-        its entries xx, yy, zz, xy, xz, yz [kg m2]. Moments are taken about ``about``, else about the first joint.
+        its entries xx, yy, zz, xy, xz, yz [kg m2]. Moments are taken about ``about``, else about a joint, the ground's
+        before others.
         """
         if (mass is None) != (centroid is None):
             raise MechanismError(f"body {name}: a mass needs a centroid, and a centroid a mass")
@@ -162,13 +169,19 @@ class Mechanism:
         way = unit(by.frame, along)
         force = normal * unit(by.frame, Z).cross(way)
         if friction != 0:
-            force -= (friction * sp.Abs(normal) * self._sense(name, by, at, way, origin)) * way
+            sliding = self._sliding(name, by, at, way, origin)
+            drag = friction * sp.Abs(normal) * switch(sliding, S.One, S.NegativeOne)
+            force -= drag * way
+            self.report(f"P_{name}", "W", f"power lost to friction at {at.name}", drag * sliding)
         self._assembly.act(name, on, by, at, force, moment * unit(by.frame, Z))
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
         """What keeps the motion: the torque ``name``, about an axis of ``by``'s frame."""
-        meaning = f"torque of {by} on {on}, which keeps the motion"
-        return self._assembly.torque(name, on, by, at, unit(by.frame, axis), meaning)
+        way = unit(by.frame, axis)
+        torque = self._assembly.torque(name, on, by, at, way, f"torque of {by} on {on}, which keeps the motion")
+        turning = self.motion.spin(on.frame).resolved(by.frame) - self.motion.spin(by.frame)
+        self.report(f"P_{name}", "W", f"power of {name}", torque * turning.dot(way))
+        return torque
 
     def spring(
         self, name: str, on: Body, by: Body, ends: tuple[Point, Point], stiffness: Scalar, length: Scalar,
@@ -222,14 +235,15 @@ class Mechanism:
         """
         data = Vector("data", tuple(q for q in self.given.values() if q != self.angle))
         motion = self._motion()
+        self._report_laws()
         outputs = self._outputs(motion, reported)
-        unknowns = [u for u in self._assembly.unknowns if u in self._wanted(outputs)]
-        forces = ordered(self._checked(self.equations()), self._assembly.unknowns, unknowns).steps()
-        steps = sorted_steps((*motion, *forces, *self._reports))
+        forces = self._forces()
+        steps = sorted_steps(needed((*motion, *forces, *self._reports), frozenset(outputs)))
         tested = [s for s in needed((*motion, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
         pivots = [s.pivot for s in tested if s.pivot not in self._loops.pivots]
         told = Vector("outputs", (*outputs, *pivots))
-        lane = Lane(self.angle, (data,), steps, told, tuple(self._events), along=self._loops.inputs)
+        lane = Lane(self.angle, (data,), steps, told, tuple(self._events), along=self._loops.inputs,
+                    speed=self.speed)  # fmt: skip
         functions = self._loops.functions(self.angle, data, self._named)
         return System(self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data)
 
@@ -253,6 +267,30 @@ class Mechanism:
         ]  # fmt: skip
         self.motion.accelerations[centroid] = Vec(self.world, _triple(names))
 
+    def _forces(self) -> tuple[Step, ...]:
+        """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep."""
+        equations = self._checked([e for e in self.equations() if e.residual != 0])
+        chain = ordered(equations, self._assembly.unknowns, self._assembly.unknowns)
+        if left := [e.number for e in equations if e.number not in chain.spent]:
+            raise MechanismError(
+                f"{self.name}: {len(equations)} balances for {len(self._assembly.unknowns)} forces and torques, so a "
+                f"joint or a drive is lacking: nothing is left to keep {'; '.join(left)}"
+            )
+        return chain.steps()
+
+    def _report_laws(self) -> None:
+        self.report("law_power", "W", "power of all forces and of inertia, which vanishes",
+                    laws.power(self._assembly, self.ground, self._anchor))  # fmt: skip
+        found = laws.momentum(self._assembly, self.ground)
+        for axis in AXES if self.spatial else AXES[:2]:
+            self.report(
+                f"law_force_{axis}", "N", f"rate of momentum less outer forces, {axis}, which vanishes", found[axis]
+            )
+
+    def _anchor(self, body: Body) -> Point:
+        """A point that is fixed in a body: its centroid, or the point of its first joint."""
+        return body.parts[0].centroid if body.parts else self._pin(body).at
+
     def _outputs(self, motion: Sequence[Step], reported: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
         everything = [s.symbol for s in motion if isinstance(s, Let)]
         known = {q.name: q for q in (*everything, *self._loops.all, *self._assembly.unknowns, *self._symbols())}
@@ -268,10 +306,6 @@ class Mechanism:
 
     def _symbols(self) -> list[Quantity]:
         return [report.symbol for report in self._reports]
-
-    def _wanted(self, outputs: Iterable[Quantity]) -> frozenset[sp.Symbol]:
-        """What outputs need, by way of the reports."""
-        return frozenset(outputs).union(*(s.needs for s in needed(tuple(self._reports), frozenset(outputs))))
 
     def _checked(self, equations: list[Equation]) -> list[Equation]:
         for equation in equations:
@@ -299,8 +333,8 @@ class Mechanism:
             moment[i] = self._unknown(f"M_{name}{AXES[i]}", "N m", meaning)
         self._assembly.act(name, on, by, at, Vec(self.world, _triple(force)), Vec(by.frame, _triple(moment)))
 
-    def _sense(self, name: str, by: Body, at: Point, way: Vec, origin: Point | None) -> Expr:
-        """+1 where a point slides along a way as it is seen from a body, else -1."""
+    def _sliding(self, name: str, by: Body, at: Point, way: Vec, origin: Point | None) -> Quantity:
+        """How fast a point slides along a way as it is seen from a body; friction turns round where it stops."""
         if origin is None and by != self.ground:
             raise MechanismError(f"{name}: name the point of {by} that the sliding is counted from, `origin`")
         place = displacement(origin or self.O, at, by.frame)
@@ -309,12 +343,13 @@ class Mechanism:
             self.motion.relative_derivative(place, by.frame).dot(way),
         )
         self._events.append(Event(f"sliding of {name} turns", sliding, S.Zero, 0))
-        return switch(sliding, S.One, S.NegativeOne)
+        return sliding
 
     def _pin(self, body: Body) -> Pin:
-        """Where a body's moments are taken: where it was told, at its first joint, at its centroid."""
-        joints = (a.at for a in self._assembly.actions if a.sign(body))
-        at = self._about.get(body) or next(joints, None) or (body.parts[0].centroid if body.parts else None)
+        """Where a body's moments are taken: where it was told, at a joint (the ground's first), at its centroid."""
+        joints = sorted((a for a in self._assembly.actions if a.sign(body)), key=lambda a: not a.sign(self.ground))
+        own = [*(a.at for a in joints), *(part.centroid for part in body.parts)]
+        at = self._about.get(body) or next(iter(own), None)
         if at is None:
             raise MechanismError(f"body {body.name} has neither a joint nor a mass")
         return Pin(at, self.world, not self.spatial)

@@ -1,71 +1,48 @@
-"""A slider-crank: a crank at constant speed, a rod with mass, a slider in a guide. One side, nothing composed."""
+"""An offset slider-crank: rod and slider with mass, gas above the slider, a return spring, friction in the guide."""
 
-from sympy import S, asin, sin
+from sympy import exp, log
 
-from derive import (
-    Body,
-    Frame,
-    Kinematics,
-    Lane,
-    Mechanism,
-    Part,
-    Pin,
-    Point,
-    Quantity,
-    System,
-    Vec,
-    Vector,
-    Z,
-    ordered,
-    unit,
-    zero,
-)
+from derive import Mechanism, quantities
 
+q = quantities("""
+    phi   | rad   | crank angle
+    omega | r/min | crank speed                               | 300
+    g     | m/s2  | free fall, across the guide               | 9.81
+    r     | mm    | crank                                     | 50     | 30 80
+    l     | mm    | rod                                       | 200    | 150 260
+    e     | mm    | offset of the guide                       | 10     | -20 20
+    m_r   | kg    | mass of the rod                           | 0.8
+    c     | mm    | centroid of the rod, from the crank pin   | 80
+    J     | kg m2 | rod about its centroid                    | 0.004
+    m_s   | kg    | mass of the slider                        | 1.5
+    mu    | 1     | friction of the guide                     | 0.1
+    k     | N/m   | stiffness of the return spring            | 900
+    l_0   | mm    | length of the spring without load         | 150
+    wall  | mm    | anchor of the spring, along the guide     | 400
+    A     | m2    | area of the piston                        | 0.002
+    p_0   | N/m2  | pressure over the outer one, at mid-stroke | 50000
+    h     | mm    | height of the gas, at mid-stroke          | 120
+    kappa | 1     | polytropic exponent                       | 1.3
+""")
 
-def given(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "drawing")
+m = Mechanism("slider_crank", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+beta, s = m.coordinate("beta", "rad", "angle of the rod"), m.coordinate("s", "m", "place of the slider")
+crank, rod = m.frame("crank", q.phi), m.frame("rod", beta)
+A, slot = m.point("A", m.O, crank, q.r), m.point("slot", m.O, m.world, s, q.e)
+B, C = m.point("B", A, rod, q.l), m.point("C", A, rod, q.c)
+anchor = m.point("anchor", m.O, m.world, q.wall, q.e)
+m.close(B, slot, start={beta: 0, s: q.l + q.r})
 
+wheel = m.body("crank", crank)
+link = m.body("rod", rod, mass=q.m_r, centroid=C, inertia=q.J)
+slider = m.body("slider", m.world, mass=q.m_s, centroid=slot)
+m.pin("O", wheel, m.ground, m.O)
+m.pin("A", link, wheel, A)
+m.pin("B", slider, link, slot)
+m.slide("guide", slider, m.ground, slot, friction=q.mu)
+m.spring("spring", slider, m.ground, (slot, anchor), q.k, q.l_0)
+gas = m.report("F_gas", "N", "force of the gas on the slider", -q.A * q.p_0 * exp(-q.kappa * log(1 + (q.l - s) / q.h)))
+m.force("gas", slider, slot, m.vector(m.world, gas))
+m.motor("M_in", wheel, m.ground, m.O)
 
-phi, omega = given("phi", "rad", "crank angle"), given("omega", "rad/s", "crank speed")
-r, L, c = given("r", "m", "crank"), given("L", "m", "rod"), given("c", "m", "centroid of the rod, from the crank pin")
-m, J, M = given("m", "kg", "rod"), given("J", "kg m2", "rod, about its centroid"), given("M", "kg", "slider")
-psi = (given("psi", "rad", "rod"), given("psi_dot", "rad/s", "rod"), given("psi_ddot", "rad/s2", "rod"))
-x_B, y_B = given("x_B", "m", "slider, along"), given("y_B", "m", "slider, across")
-F_Bx = Quantity("F_Bx", "N", "force of the rod on the slider, along", "derived")
-F_Ax = Quantity("F_Ax", "N", "force of the crank on the rod, along", "derived")
-N_B = Quantity("N_B", "N", "force of the guide on the slider", "derived")
-M_O = Quantity("M_O", "N m", "torque of the motor on the crank", "derived")
-
-WORLD = Frame("frame")
-CRANK, ROD = Frame("crank", WORLD, Z, phi), Frame("rod", WORLD, Z, -psi[0])
-O = Point("O")  # noqa: E741
-A = Point("A", O, Vec(CRANK, (r, S.Zero, S.Zero)))
-B = Point("B", A, Vec(ROD, (L, S.Zero, S.Zero)))
-C = Point("C", A, Vec(ROD, (c, S.Zero, S.Zero)))
-
-
-def slider_crank() -> System:
-    k = Kinematics.along(phi, omega)
-    k.coordinate(psi, asin(r / L * sin(phi)))
-    k.name_place(B, O, WORLD, (x_B, y_B))
-
-    mech = Mechanism(k.motion, gravity=zero(WORLD))
-    frame = mech.add(Body("frame", WORLD))
-    crank = mech.add(Body("crank", CRANK, (), Pin(O, WORLD, planar=True)))
-    rod = mech.add(Body("rod", ROD, (Part(m, C, (S.Zero, S.Zero, J)),), Pin(A, WORLD, planar=True)))
-    slider = mech.add(Body("slider", WORLD, (Part(M, B, (S.Zero, S.Zero, S.Zero)),), Pin(B, WORLD, planar=True)))
-    mech.joint("F_O", crank, frame, O, WORLD, free=Z)
-    mech.joint("F_A", rod, crank, A, WORLD, free=Z)
-    mech.joint("F_B", slider, rod, B, WORLD, free=Z)
-    guide = mech.unknown("N_B", "N", "force of the guide on the slider")
-    mech.act("N_B", slider, frame, B, Vec(WORLD, (S.Zero, guide, S.Zero)))
-    mech.torque("M_O", crank, frame, O, unit(WORLD, Z), "torque of the motor on the crank")
-
-    wanted = (F_Ax, F_Bx, N_B, M_O)
-    steps = (*k.steps, *ordered(mech.equations(), mech.unknowns, wanted).lets())
-    data = Vector("data", (omega, r, L, c, m, J, M))
-    lane = Lane(phi, (data,), steps, Vector("forces", (x_B, psi[0], *wanted)))
-    return System("slider_crank", "Slider-crank", "derived", ("rigid bodies", "no friction", "constant speed"), lane)
-
-
-SYSTEMS = (slider_crank,)
+SYSTEM = m.system()

@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import S, cos, sin
 
 from derive.chain import ordered
-from derive.mechanics.bodies import Body, Assembly, Part, Pin
+from derive.mechanics.bodies import Assembly, Body, Part, Pin
 from derive.mechanics.contacts import follower
 from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit, zero
 from derive.model import Let

@@ -1,0 +1,66 @@
+"""Laws that any mechanism obeys as a whole, from its actions and its motion alone; each residual vanishes.
+
+They are found on another way than the forces: the power of every action at the speed of the very points it acts on,
+the momentum of all bodies together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import sympy as sp
+from sympy import Expr
+
+from .bodies import AXES, Action, Assembly, Body
+from .frames import Frame, Motion, Point, Vec, displacement, zero
+
+Anchor = Callable[[Body], Point]
+"""A point that is fixed in a body."""
+
+
+def power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
+    """Power of actions, weights and inertia of all bodies [W]."""
+    world, motion = ground.frame, assembly.motion
+
+    def spin(body: Body) -> Vec:
+        return motion.spin(body.frame).resolved(world)
+
+    def velocity(body: Body, at: Point) -> Vec:
+        """That of the body's own matter at a point."""
+        if body == ground:
+            return zero(world)
+        arm = displacement(anchor(body), at, world)
+        return _velocity(motion, anchor(body), world) + spin(body).cross(arm)
+
+    def of_action(action: Action) -> Expr:
+        slip = velocity(action.on, action.at) - velocity(action.by, action.at)
+        turn = spin(action.on) - spin(action.by)
+        return action.force.resolved(world).dot(slip) + action.moment.resolved(world).dot(turn)
+
+    terms = [of_action(action) for action in assembly.actions]
+    for body in assembly.bodies:
+        for part in body.parts:
+            fall = assembly.gravity.resolved(world) - motion.acceleration(part.centroid, world)
+            terms.append(part.mass * fall.dot(_velocity(motion, part.centroid, world)))
+            rate = motion.derivative(part.momentum(motion.spin(body.frame)))
+            terms.append(-rate.dot(motion.spin(body.frame)))
+    return sp.Add(*terms)
+
+
+def momentum(assembly: Assembly, ground: Body) -> dict[str, Expr]:
+    """Forces of the ground and weights less the rate of momentum of all bodies, by axes of the world [N]."""
+    world = ground.frame
+    total = zero(world)
+    for action in assembly.actions:
+        if ground in (action.on, action.by):
+            total = total - action.sign(ground) * action.force.resolved(world)
+    for body in assembly.bodies:
+        for part in body.parts:
+            fall = assembly.gravity.resolved(world) - assembly.motion.acceleration(part.centroid, world)
+            total = total + part.mass * fall
+    return dict(zip(AXES, total.components, strict=True))
+
+
+def _velocity(motion: Motion, point: Point, world: Frame) -> Vec:
+    origin = next(iter(point.chain()))
+    return motion.derivative(displacement(origin, point, world))

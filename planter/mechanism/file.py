@@ -1,0 +1,105 @@
+"""The file of a mechanism of one's own: values for the functions that were generated of its statement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, PrivateAttr
+
+from planter.errors import InputError
+from planter.files import paths
+from planter.files.document import Document, Origins
+from planter.files.fields import Line, Pair, Real, Section, Whole
+from planter.files.text import parse_toml, read_text
+from planter.kernels import Array
+from planter.kernels.formulas import Formulas
+from planter.kernels.formulas import load as formulas
+
+GENERATED = "generated"
+
+
+class Turn(Section):
+    """Samples of a turn."""
+
+    samples: Annotated[Whole, Field(ge=4, le=100_000)] = 360
+
+
+class MechanismFile(Document):
+    """Values of a mechanism, bounds for the search, and the name of its functions, which stand beside the file."""
+
+    functions: Annotated[Line, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+    values: dict[str, Real]
+    bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
+    turn: Annotated[Turn, Field(default_factory=Turn)]
+    origins: Origins = Field(alias="origin")
+
+    _folder: Path = PrivateAttr(default=Path())
+
+    @property
+    def model(self) -> Formulas:
+        """The generated functions."""
+        return formulas(self.functions, self._folder)
+
+    @property
+    def entries(self) -> list[dict[str, str]]:
+        """Name, unit, meaning and key of every value, in the order in which the functions take them."""
+        found: list[dict[str, str]] = self.model.sidecar["vectors"]["data"]
+        return found
+
+    def data(self) -> Array:
+        """The values (n,) as the functions take them, in SI."""
+        import numpy as np
+
+        return np.array([self.si(entry["shown"]) for entry in self.entries])
+
+
+def load(source: str | Path, changes: Mapping[str, float] | None = None) -> MechanismFile:
+    """The file at a path, or ``NAME.toml`` here or in ``generated/``, with some numbers set by `changes`.
+
+    Raises InputError, one sentence that names file, key, value and what is allowed.
+    """
+    path = _path(str(source))
+    found = MechanismFile.read(parse_toml(read_text(path), str(path)), str(path), changes)
+    found._folder = _functions(path, found.functions)
+    _check(found)
+    return found
+
+
+def _path(source: str) -> Path:
+    near = [Path(source)] if source.endswith(".toml") else [Path(f"{source}.toml"), Path(GENERATED, f"{source}.toml")]
+    for path in near:
+        if path.is_file():
+            return path
+    places = " or ".join(map(str, near))
+    raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one beside the generated code")
+
+
+def _functions(path: Path, name: str) -> Path:
+    """The folder of the generated functions: the file's own, or ``generated/`` in it."""
+    for folder in (path.parent, path.parent / GENERATED):
+        if (folder / f"{name}.json").is_file():
+            return folder
+    allowed = f"{name}.py and {name}.json must stand beside the file or in {GENERATED}/ there"
+    raise InputError(f"{path}: functions = {name} is not allowed: {allowed}; `planter derive FILE.py` writes them")
+
+
+def _check(found: MechanismFile) -> None:
+    """The values are those that the functions take. Raises InputError."""
+    known = {entry["shown"].rpartition(".")[2]: entry["meaning"] for entry in found.entries}
+    for section, given in (("values", found.values), ("bounds", found.bounds)):
+        for key in given:
+            if key not in known:
+                close = paths.close(key, known)
+                hint = f"did you mean {close[0]}? " if close else ""
+                raise InputError(f"{found.source}: {section}.{key} is not allowed: {hint}there are {', '.join(known)}")
+    lacking = [f"{key} ({meaning})" for key, meaning in known.items() if key not in found.values]
+    if lacking:
+        raise InputError(f"{found.source}: [values] lacks {', '.join(lacking)}")
+    for key, (lower, upper) in found.bounds.items():
+        if not lower < upper:
+            raise InputError(
+                f"{found.source}: bounds.{key} = [{lower:g}, {upper:g}] is not allowed: "
+                "it must be [lower, upper] with lower < upper"
+            )

@@ -1,0 +1,71 @@
+"""What the generated functions of a mechanism make of its file: results along the turn, loops closed."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from planter.errors import ComputationError
+from planter.kernels import Array
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.loops import Loops
+
+PIVOT = 1e-12
+"""Simultaneous equations with a smaller pivot determine nothing."""
+
+
+class Model:
+    """A mechanism with the values of its file, or with others; SI units and radians.
+
+    >>> Model(load("slider_crank"))(np.radians([0.0, 90.0]))["M_in"]      # doctest: +SKIP
+    array([-0.27,  1.9])
+    """
+
+    def __init__(self, file: MechanismFile, data: Array | None = None) -> None:
+        self.file, self.formulas = file, file.model
+        self.data = file.data() if data is None else data
+
+    @property
+    def outputs(self) -> list[dict[str, Any]]:
+        """Name, unit, meaning and source of every result."""
+        found: list[dict[str, Any]] = self.formulas.sidecar["vectors"]["outputs"]
+        return found
+
+    @property
+    def angle(self) -> str:
+        """Name of the angle that the mechanism moves along."""
+        name: str = self.formulas.sidecar["functions"]["lane"]["inputs"][0]
+        return name
+
+    @property
+    def speed(self) -> float:
+        """That of the angle [rad/s]."""
+        names = [entry["name"] for entry in self.file.entries]
+        return float(self.data[names.index(self.formulas.sidecar["speed"])])
+
+    @cached_property
+    def loops(self) -> Loops | None:
+        """Its closed loops, if it has any."""
+        return Loops(self.formulas, self.data) if "closure" in self.formulas.sidecar["functions"] else None
+
+    def __call__(self, angles: Array) -> dict[str, Array]:
+        """Results (n,) by name at angles (n,) [rad].
+
+        Raises ComputationError where loops do not close, or where forces are not determined.
+        """
+        angles = np.asarray(angles, dtype=float)
+        inputs: dict[str, object] = {self.angle: angles, "data": self.data}
+        if self.loops is not None:
+            inputs["loops"] = self.loops.at(angles)
+        found = self.formulas("lane", **inputs)
+        self._check(angles, found)
+        return found
+
+    def _check(self, angles: Array, found: dict[str, Array]) -> None:
+        for entry in self.outputs:
+            name = entry["name"]
+            if name.startswith("pivot_") and (least := float(found[name].min())) < PIVOT:
+                angle = np.degrees(angles[int(np.argmin(found[name]))])
+                raise ComputationError(f"{self.file.name}: {entry['meaning']}: {least:.1e} at {angle:.6g} deg")

@@ -1,0 +1,145 @@
+"""Mechanisms as they are drawn: loops against closed forms, laws on random bars, and what is refused."""
+
+import pytest
+import sympy as sp
+
+from derive import Mechanism, quantities
+from derive.chain import ChainError
+from derive.dimensions import DimensionError
+from derive.mechanics.loops import LoopError
+from derive.mechanics.mechanism import MechanismError
+from derive.model import LinearSolve
+from derive.table import TableError
+
+TABLE = """
+    phi   | rad   | crank angle
+    omega | rad/s | crank speed                | 12
+    g     | m/s2  | free fall                  | 9.81
+    a     | mm    | crank                      | 40
+    b     | mm    | coupler                    | 110
+    c     | mm    | rocker                     | 80
+    d     | mm    | frame                      | 120
+    m_b   | kg    | coupler's mass             | 0.6
+    u     | mm    | coupler's centroid, along  | 45
+    v     | mm    | coupler's centroid, across | 20
+    J_b   | kg m2 | coupler                    | 0.0011
+    m_c   | kg    | rocker's mass              | 0.9
+    J_c   | kg m2 | rocker                     | 0.0007
+"""
+
+
+def four_bar(pins: str = "OABC") -> Mechanism:
+    q = quantities(TABLE)
+    m = Mechanism("four_bar", q, angle=q.phi, speed=q.omega, gravity=q.g)
+    beta, gamma = m.coordinate("beta", "rad", "coupler angle"), m.coordinate("gamma", "rad", "rocker angle")
+    crank, coupler, rocker = m.frame("crank", q.phi), m.frame("coupler", beta), m.frame("rocker", gamma)
+    A, D = m.point("A", m.O, crank, q.a), m.point("D", m.O, m.world, q.d)
+    B, end = m.point("B", A, coupler, q.b), m.point("end", D, rocker, q.c)
+    m.close(B, end, start={beta: sp.Rational(4, 5), gamma: sp.Rational(8, 5)})
+    one = m.body("crank", crank)
+    two = m.body("coupler", coupler, mass=q.m_b, centroid=m.point("G", A, coupler, q.u, q.v), inertia=q.J_b)
+    three = m.body("rocker", rocker, mass=q.m_c, centroid=m.point("H", D, rocker, q.c / 2), inertia=q.J_c)
+    for name, on, by, at in (
+        ("O", one, m.ground, m.O),
+        ("A", two, one, A),
+        ("B", three, two, end),
+        ("C", three, m.ground, D),
+    ):
+        if name in pins:
+            m.pin(name, on, by, at)
+    m.motor("M_in", one, m.ground, m.O)
+    return m
+
+
+def test_the_forces_of_a_four_bar_are_found_together() -> None:
+    lane = four_bar().system().lane
+    assert lane is not None
+    blocks = [step for step in lane.steps if isinstance(step, LinearSolve)]
+    assert {str(s) for s in blocks[-1].symbols} == {"F_Bx", "F_By"}, (
+        "the two moments that hold the joint between the bars"
+    )
+    assert lane.speed is not None
+    assert str(lane.speed) == "omega"
+
+
+def test_too_few_bars_say_their_degrees_of_freedom() -> None:
+    m = four_bar()
+    m.coordinate("s", "m", "a slider that nothing holds")
+    with pytest.raises(LoopError, match=r"fewer equations \(2: .*\) than .* \(3: beta, gamma, s\): \+1 degree"):
+        m.system()
+
+
+def test_a_loop_that_holds_no_coordinate_is_refused() -> None:
+    m = four_bar()
+    m.coordinate("s", "m", "a slider that nothing holds")
+    m.constrain("wrong", m.given.a - m.given.b, start={})
+    with pytest.raises(LoopError, match="nothing says where s starts"):
+        m.system()
+
+
+@pytest.mark.parametrize(("pins", "named"), [("OAB", "M_in"), ("ABC", "M_in")])
+def test_a_body_that_is_not_held_names_unknowns_and_balances(pins: str, named: str) -> None:
+    with pytest.raises((ChainError, MechanismError)):
+        four_bar(pins).system()
+
+
+def test_a_joint_too_many_names_what_is_not_determined() -> None:
+    m = four_bar()
+    bodies = {body.name: body for body in m.bodies}
+    m.weld("D", bodies["rocker"], m.ground, m.point("D2", m.O, m.world, m.given.d))
+    with pytest.raises(ChainError, match="no set of them is closed"):
+        m.system()
+
+
+def test_a_wrong_dimension_names_the_step() -> None:
+    m = four_bar()
+    bodies = {body.name: body for body in m.bodies}
+    m.force("odd", bodies["rocker"], m.O, m.vector(m.world, m.given.a))
+    with pytest.raises(DimensionError, match="rocker: force along x"):
+        m.system()
+
+
+def test_a_coordinate_in_a_wrong_unit_is_named() -> None:
+    m = four_bar()
+    m.coordinate("z", "m", "no length", equals=m.given.omega * m.given.a)
+    with pytest.raises(DimensionError, match="z is in m"):
+        m.system()
+
+
+def test_a_misspelt_report_gets_its_suggestion() -> None:
+    with pytest.raises(MechanismError, match="nothing is called F_Bxx; did you mean F_Bx"):
+        four_bar().system(reported=["F_Bxx"])
+
+
+def test_what_is_not_asked_for_is_not_computed() -> None:
+    lane = four_bar().system(reported=["beta"]).lane
+    assert lane is not None
+    assert [str(q) for q in lane.outputs] == ["beta", "pivot_beta_dot"] or [str(q) for q in lane.outputs] == ["beta"]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("r | mm", "name | unit | meaning"),
+        ("r | furlong | crank | 3", "furlong is no unit"),
+        ("r | mm | crank | 3,5", "write 3.5"),
+        ("r | mm | crank | 3 | 5", "bounds are two numbers"),
+        ("r | mm | crank | 3 | 5 4", "lower bound 5 is not below"),
+        ("lambda | mm | crank | 3", "word of Python"),
+        ("r | mm | crank | 3\n r | mm | crank | 4", "r stands twice"),
+    ],
+)
+def test_a_line_of_a_table_that_cannot_be_meant_is_named(line: str, said: str) -> None:
+    with pytest.raises(TableError, match="line") as error:
+        quantities(line)
+    assert said in str(error.value)
+
+
+def test_a_table_gives_quantities_by_attribute_and_key_with_values_as_written() -> None:
+    q = quantities("r | mm | crank | 50.0 | 30 80  # measured\n\n phi | rad | angle")
+    assert q.r is q["r"]
+    assert (q.r.unit, q.r.shown, str(q.data["r"].value)) == ("m", "values.r_mm", "50.0")
+    assert list(q) == ["r", "phi"]
+    assert list(q.data) == ["r"]
+    with pytest.raises(AttributeError, match="no quantity radius; the table has r, phi"):
+        q.radius  # noqa: B018
