@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planter.files import units
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.turn import Turn
+from planter.progress import Listener
 from planter.report import bundle, files, style
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs
@@ -21,7 +22,7 @@ MOST_CURVES = 6
 """Curves in one figure."""
 
 
-def write(out: Path, found: Turn, machine: MechanismFile, progress: bundle.Progress | None = None) -> None:
+def write(out: Path, found: Turn, machine: MechanismFile, progress: Listener | None = None) -> None:
     """Writes summary.json, turn.csv, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
