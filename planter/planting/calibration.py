@@ -16,6 +16,7 @@ from planter.files import paths, units
 from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.model import Device
+from planter.planting.results import CalibrationFound, Fitted, OtherModel
 
 SEED = 0
 MET = 0.01
@@ -75,7 +76,7 @@ class Force:
         return np.clip((self._own - self.inputs.lower) / (self.inputs.upper - self.inputs.lower), 0, 1)
 
 
-def calibrate(device: Device, other: Device, target: str) -> dict[str, Any]:
+def calibrate(device: Device, other: Device, target: str) -> CalibrationFound:
     """Fit the undisclosed inputs of a machine to a target, within bounds from common sense; `other` is its other model.
 
     The result says whether the target is met and how well it is reached, how many of the inputs it settles (`rank`),
@@ -91,20 +92,21 @@ def calibrate(device: Device, other: Device, target: str) -> dict[str, Any]:
     inputs = Inputs.load()
     force, compared = Force(device, inputs), Force(other, inputs)
     z = _fitted(force, wanted)
+    other_force = cycle.statistics(compared(z))
     misses = dict(zip(wanted, _residuals(force, z, wanted).tolist(), strict=True))
-    return {
-        "machine": device.machine.name,
-        "model": device.model,
-        "met": all(abs(miss) <= MET for miss in misses.values()),
-        "statement": _statement(target, misses),
-        "fitted": _table(inputs, z),
-        "target": wanted,
-        "reached": _reached(force(z), wanted),
-        "miss_percent": {key: 100 * miss for key, miss in misses.items()},
-        "rank": _rank(force, z, wanted),
-        "other_model": {k: cycle.statistics(compared(z))[k] for k in ("range_N", "variance_N2", "mean_N")},
-        "largest_inertia_range_N": _largest_range(force if device.model == "exact" else compared),
-    }
+    return CalibrationFound(
+        machine=device.machine.name,
+        model=device.model,
+        met=all(abs(miss) <= MET for miss in misses.values()),
+        statement=_statement(target, misses),
+        fitted=_table(inputs, z),
+        target=wanted,
+        reached=_reached(force(z), wanted),
+        miss_percent={key: 100 * miss for key, miss in misses.items()},
+        rank=_rank(force, z, wanted),
+        other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_force.mean_N),
+        largest_inertia_range_N=_largest_range(force if device.model == "exact" else compared),
+    )
 
 
 def _statement(target: str, misses: dict[str, float]) -> str:
@@ -122,7 +124,7 @@ def _data() -> dict[str, Any]:
 
 def _reached(force: Array, wanted: dict[str, float]) -> dict[str, float]:
     found = cycle.statistics(force)
-    return {key: found[key] for key in wanted}
+    return {key: float(getattr(found, key)) for key in wanted}
 
 
 def _residuals(force: Force, z: Array, wanted: dict[str, float]) -> Array:
@@ -166,10 +168,16 @@ def _largest_range(force: Force) -> float:
     return float(np.ptp(force(_searched(lambda z: -float(np.ptp(force(z))), len(force.inputs.paths)))))
 
 
-def _table(inputs: Inputs, z: Array) -> list[dict[str, Any]]:
+def _table(inputs: Inputs, z: Array) -> list[Fitted]:
     values = zip(inputs.paths, inputs.scaled(z), inputs.lower, inputs.upper, strict=True)
     return [
-        {"name": path, "value": value / units.factor(path), "unit": units.unit(path) or "1",
-         "lower": low / units.factor(path), "upper": high / units.factor(path), "origin": "calibrated"}
+        Fitted(
+            name=path,
+            value=value / units.factor(path),
+            unit=units.unit(path) or "1",
+            lower=low / units.factor(path),
+            upper=high / units.factor(path),
+            origin="calibrated",
+        )
         for path, value, low, high in ((p, float(v), float(a), float(b)) for p, v, a, b in values)
-    ]  # fmt: skip
+    ]

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
-from planter.optimise.conditions import Look
 from planter.planting.functions import Prologue
 from planter.planting.model import Device
+from planter.planting.results import Statistics, Warned
 
 Columns = dict[str, Array]
 
@@ -67,11 +66,10 @@ def shown_design(device: Device, x: Array) -> dict[str, float]:
     return {name: float(value) for name, value in zip(device.names, x / device.scale, strict=True)}
 
 
-def statistics(force: Array) -> dict[str, float]:
-    """Extremes, range, mean and population variance of samples of a force [N]."""
-    found = Look.at(force)
-    return {"max_N": found.high, "min_N": found.low, "range_N": found.range, "mean_N": found.mean,
-            "variance_N2": found.variance}  # fmt: skip
+def statistics(force: Array) -> Statistics:
+    """Extremes, range, mean and population variance of samples (n,) of a force [N]."""
+    high, low = float(force.max()), float(force.min())
+    return Statistics(high, low, high - low, float(force.mean()), float(force.var()))
 
 
 def centre_distances(device: Device, at: Prologue) -> Array:
@@ -85,18 +83,6 @@ def weight(device: Device) -> float:
     mass, g = device.machine.mass, device.machine.operation.gravity_m_s2
     side = mass.middle_kg + mass.planet_kg + 2 * (mass.half_C1_kg + mass.half_C2_kg)
     return g * (mass.sun_kg + mass.carrier_kg + 2 * side)
-
-
-@dataclass(frozen=True)
-class Warned:
-    """Something that a user should know of a result, with the carrier angle where it begins or is worst [rad]."""
-
-    name: str
-    phi: float
-    message: str
-
-    def table(self) -> dict[str, Any]:
-        return {"name": self.name, "phi_deg": float(np.degrees(self.phi)), "message": self.message}
 
 
 ONE_SIDED = {
@@ -114,8 +100,11 @@ def warnings(device: Device, x: Array, turn: Cycle) -> list[Warned]:
     for name, value, a, b in zip(device.names, x / device.scale, low, high, strict=True):
         if not a <= value <= b:
             found.append(
-                Warned("design_out_of_bounds", 0.0, f"{name} = {value:.6g} lies outside its bounds [{a:g}, {b:g}]")
-            )
+                Warned(
+                    name="design_out_of_bounds", phi_deg=0.0,
+                    message=f"{name} = {value:.6g} lies outside its bounds [{a:g}, {b:g}]",
+                )
+            )  # fmt: skip
     return found
 
 
@@ -127,4 +116,4 @@ def _lost(turn: Cycle, key: str, name: str, text: str) -> Warned:
     message = (
         f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"
     )
-    return Warned(name, float(turn.phi[worst]), message)
+    return Warned(name=name, phi_deg=float(np.degrees(turn.phi[worst])), message=message)

@@ -7,10 +7,11 @@ transplanters have.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from planter.files import units
 from planter.planting.file import Machine
+from planter.planting.results import Warned
 
 
 class Range(NamedTuple):
@@ -60,7 +61,7 @@ RANGES = (
 )
 
 
-def warnings(machine: Machine) -> list[dict[str, Any]]:
+def warnings(machine: Machine) -> list[Warned]:
     """A warning for every value outside its range: what it is, what is usual, and why."""
     numbers = machine.numbers()
     return [
@@ -72,10 +73,10 @@ def _paths(path: str, numbers: dict[str, float]) -> Iterator[str]:
     return (name for name in numbers if name == path or name.startswith(f"{path}["))
 
 
-def _told(item: Range, path: str, value: float) -> dict[str, Any] | None:
+def _told(item: Range, path: str, value: float) -> Warned | None:
     if item.low <= abs(value) <= item.high:
         return None
     unit = units.unit(path)
     usual = f"up to {item.high:g}" if item.low == 0 else f"{item.low:g} to {item.high:g}"
     message = f"{path} = {value:g} {unit} is not what is usual, {usual} {unit}: {item.reason}; is the unit right?"
-    return {"name": "implausible_value", "message": message}
+    return Warned(name="implausible_value", message=message)

@@ -11,6 +11,7 @@ import numpy as np
 from planter.kernels import Array, Kernel
 from planter.optimise import directions
 from planter.optimise import joints as joints_of_response
+from planter.optimise.directions import Insensitive
 from planter.optimise.joints import Place
 from planter.optimise.response import Compiled, Event
 from planter.planting.model import Device
@@ -109,10 +110,9 @@ class Planting:
         return Compiled(device.constants, offsets, prologue, curvature, value, slopes, bending)
 
 
-def sensitivity(device: Device, x: Array, samples: int) -> dict[str, Any]:
-    """`effective_parameters` and `insensitive` of the support-force curve at design x (p,), ready for JSON."""
-    found = directions.sensitivity(Planting(device), x, samples)
-    return {"effective_parameters": found.effective_parameters, "insensitive": found.named}
+def sensitivity(device: Device, x: Array, samples: int) -> Insensitive:
+    """What the support-force curve feels of the design at x (p,)."""
+    return directions.sensitivity(Planting(device), x, samples)
 
 
 def joints(device: Device, x: Array) -> list[Place]:

@@ -28,6 +28,7 @@ from planter.planting.model import Device
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 from planter.planting.response import Planting, sensitivity
+from planter.planting.results import Requirement
 from planter.progress import Listener, Progress
 
 
@@ -43,7 +44,7 @@ class Optimum(Result):
     names: tuple[str, ...]
     effective_parameters: int
     insensitive: list[list[dict[str, float]]]
-    requirements: list[dict[str, Any]]
+    requirements: list[Requirement]
 
     def table(self, scale: Array) -> dict[str, Any]:
         """The result as the interface gives it, less the scores in both models; `scale` (p,) SI per shown unit."""
@@ -60,7 +61,7 @@ class Optimum(Result):
             "certificate": self._certificate(),
             "effective_parameters": self.effective_parameters,
             "insensitive": self.insensitive,
-            **({"requirements": self.requirements} if self.requirements else {}),
+            **({"requirements": [one.table() for one in self.requirements]} if self.requirements else {}),
         }
 
     def _certificate(self) -> dict[str, Any]:
@@ -170,8 +171,10 @@ def kept(task: Problem, required: Required, seed: int) -> Array:
 
 
 def _optimum(device: Device, required: Required | None, sampling: Sampling, found: Result) -> Optimum:
+    felt = sensitivity(device, found.design, angles_of(sampling))
     return Optimum(
-        **vars(found), sampling=sampling, names=device.names, **sensitivity(device, found.design, angles_of(sampling)),
+        **vars(found), sampling=sampling, names=device.names, effective_parameters=felt.effective_parameters,
+        insensitive=felt.named,
         requirements=[] if required is None else required.record(found.design),
     )  # fmt: skip
 

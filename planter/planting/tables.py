@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from planter import legible
 from planter.files import units
+from planter.planting.results import Requirement
 from planter.terminal.console import Console
+
+if TYPE_CHECKING:
+    from planter.planting.results import (
+        At,
+        CalibrationFound,
+        SensitivityFound,
+        SimulationFound,
+        Validation,
+        Warned,
+    )
 
 Result = Mapping[str, Any]
 
@@ -16,65 +27,66 @@ def design(console: Console, values: Mapping[str, float], title: str = "Design")
     console.table(title, ("parameter", "value", "unit"), ((n, v, units.unit(n)) for n, v in values.items()))
 
 
-def simulation(console: Console, result: Result) -> None:
+def simulation(console: Console, result: SimulationFound) -> None:
     """Support force, work, warnings, single angles."""
-    print(f"{result['machine']}, {result['model']} model, {result['samples']} samples\n")
-    design(console, result["design"])
-    sampled, refined = result["support_force"], result["refined"]
+    print(f"{result.machine}, {result.model} model, {result.samples} samples\n")
+    design(console, result.design)
+    sampled, refined = result.support_force, result.refined
     rows = [
-        ("largest", sampled["max_N"], refined["max_N"], "N"),
-        ("least", sampled["min_N"], refined["min_N"], "N"),
-        ("range", sampled["range_N"], refined["range_N"], "N"),
-        ("mean", sampled["mean_N"], None, "N"),
-        ("variance", sampled["variance_N2"], refined["variance_N2"], "N2"),
-        ("objective (31)", result["objective"], refined["objective"], ""),
-        ("weight", result["weight_N"], None, "N"),
+        ("largest", sampled.max_N, refined.max_N, "N"),
+        ("least", sampled.min_N, refined.min_N, "N"),
+        ("range", sampled.range_N, refined.range_N, "N"),
+        ("mean", sampled.mean_N, None, "N"),
+        ("variance", sampled.variance_N2, refined.variance_N2, "N2"),
+        ("objective (31)", result.objective, refined.objective, ""),
+        ("weight", result.weight_N, None, "N"),
     ]
     console.table("Vertical support force", ("", "sampled", "refined", "unit"), rows)
-    work = (("input", result["work"]["input_J"]), ("friction", result["work"]["friction_J"]))
+    work = (("input", result.work.input_J), ("friction", result.work.friction_J))
     console.table("Work over a turn", ("", "J"), work)
-    if result["at"]:
-        _at(console, result["at"])
-    requirements(console, result)
-    warnings(console, result["warnings"])
+    if result.at:
+        _at(console, result.at)
+    requirements(console, result.requirements)
+    warnings(console, result.warnings)
 
 
-def validation(console: Console, source: str, result: Result) -> None:
+def validation(console: Console, source: str, result: Validation) -> None:
     """That a file is valid, what its design makes of its requirements, and values that are unusual."""
-    print(legible.line(f"{source}: valid, design parameters {', '.join(result['design'])}"))
-    requirements(console, result)
-    warnings(console, result["warnings"])
+    print(legible.line(f"{source}: valid, design parameters {', '.join(result.design)}"))
+    requirements(console, result.requirements)
+    warnings(console, result.warnings)
 
 
-def requirements(console: Console, result: Result) -> None:
+def requirements(console: Console, found: Sequence[Requirement] | None) -> None:
     """Requirements with limits and margins, where the machine has any."""
     rows = [
-        (r["name"], r["value"], r["lower"], r["upper"], r["unit"], r["margin"], r["wanted_margin"], r["phi_deg"],
-         r["verdict"]) for r in result.get("requirements", [])
+        (r.name, r.value, r.lower, r.upper, r.unit, r.margin, r.wanted_margin, r.phi_deg, r.verdict)
+        for r in found or ()
     ]  # fmt: skip
     if rows:
         header = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "")
         console.table("Requirements", header, rows)
 
 
-def _at(console: Console, found: list[Mapping[str, float]]) -> None:
-    header = ("quantity", *(f"at {row['phi_deg']:g} deg" for row in found), "unit")
-    keys = [key for key in found[0] if key != "phi_deg"]
-    console.table("At single angles", header, ((k, *(row[k] for row in found), units.unit(k)) for k in keys))
+def _at(console: Console, found: Sequence[At]) -> None:
+    rows = [row.table() for row in found]
+    header = ("quantity", *(f"at {row['phi_deg']:g} deg" for row in rows), "unit")
+    keys = [key for key in rows[0] if key != "phi_deg"]
+    console.table("At single angles", header, ((k, *(row[k] for row in rows), units.unit(k)) for k in keys))
 
 
-def warnings(console: Console, found: list[Mapping[str, Any]]) -> None:
+def warnings(console: Console, found: Sequence[Warned]) -> None:
     if found:
-        rows = ((w["name"], w.get("phi_deg"), w["message"]) for w in found)
+        rows = ((w.name, w.phi_deg, w.message) for w in found)
         console.table("Warnings", ("name", "phi / deg", "what"), rows)
 
 
-def sensitivity(console: Console, result: Result) -> None:
+def sensitivity(console: Console, result: SensitivityFound) -> None:
     """Gradient and the directions that the support force does not feel."""
-    rows = ((n, v, f"1/{units.unit(n)}" if units.unit(n) else "") for n, v in result["gradient"].items())
-    console.table(f"Gradient of the objective, {result['objective']:.6g}", ("parameter", "slope", "unit"), rows)
-    print(f"{result['effective_parameters']} of {len(result['gradient'])} parameters matter to the support force.")
-    for direction in result["insensitive"]:
+    rows = ((n, v, f"1/{units.unit(n)}" if units.unit(n) else "") for n, v in result.gradient.items())
+    console.table(f"Gradient of the objective, {result.objective:.6g}", ("parameter", "slope", "unit"), rows)
+    print(f"{result.effective_parameters} of {len(result.gradient)} parameters matter to the support force.")
+    for direction in result.insensitive:
         text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
         print(f"without effect: {text}")
 
@@ -95,7 +107,7 @@ def optimisation(console: Console, result: Result) -> None:
         ("variance", result["start_variance_N2"], result["variance_N2"], "N2"),
     ]
     console.table("Support force", ("", "start", "optimum", "unit"), values)
-    requirements(console, result)
+    requirements(console, [Requirement(**one) for one in result.get("requirements", ())])
     scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     if "front" in result:
@@ -119,17 +131,16 @@ def certificate(console: Console, result: Result) -> None:
     console.table("How sure", ("", "value"), rows)
 
 
-def calibration(console: Console, result: Result) -> None:
+def calibration(console: Console, result: CalibrationFound) -> None:
     """Whether the target is met, fitted inputs, how well it is reached, what the other model says."""
-    print(f"{result['machine']}, {result['model']} model: {result['statement']}\n")
-    rows = ((f["name"], f["value"], f["unit"], f["lower"], f["upper"]) for f in result["fitted"])
+    print(f"{result.machine}, {result.model} model: {result.statement}\n")
+    rows = ((f.name, f.value, f.unit, f.lower, f.upper) for f in result.fitted)
     console.table("Fitted (calibrated, not the paper's)", ("input", "value", "unit", "lower", "upper"), rows)
     reached = (
-        (name, wanted, result["reached"][name], result["miss_percent"][name])
-        for name, wanted in result["target"].items()
+        (name, wanted, result.reached[name], result.miss_percent[name]) for name, wanted in result.target.items()
     )
     console.table("Support force", ("", "target", "reached", "miss / %"), reached)
-    print(f"The target settles {result['rank']} combinations of {len(result['fitted'])} inputs.")
-    other = ", ".join(f"{name} {value:.6g}" for name, value in result["other_model"].items())
+    print(f"The target settles {result.rank} combinations of {len(result.fitted)} inputs.")
+    other = ", ".join(f"{name} {value:.6g}" for name, value in result.other_model.table().items())
     print(f"The other model with the same inputs: {other}.")
-    print(f"Largest range that inertia reaches within the bounds: {result['largest_inertia_range_N']:.6g} N.")
+    print(f"Largest range that inertia reaches within the bounds: {result.largest_inertia_range_N:.6g} N.")

@@ -159,7 +159,7 @@ def calibrate(
         other = device_of(machine, next(m for m in Model if m != model), set_, speed_rpm)
         result = calibration.calibrate(device, other, target)
         if out is not None:
-            with kept(result):
+            with kept(result.table()):
                 report.write_result(out, device, result)
         console.result(result, lambda: tables.calibration(console, result))
 
@@ -175,9 +175,7 @@ def validate(
     console = Console(as_json)
     with console.outcome():
         device = device_of(machine, "exact", set_, speed_rpm)
-        from planter.planting import plausible, tables
-        from planter.planting.requirements import record
+        from planter.planting import tables, validation
 
-        result: dict[str, Any] = {"machine": device.machine.name, "valid": True, "design": list(device.names)}
-        result |= {**record.of(device), "warnings": plausible.warnings(device.machine)}
+        result = validation.validate(device)
         console.result(result, lambda: tables.validation(console, machine, result))

@@ -137,7 +137,7 @@ def _found(problem: Problem, required: Required, u: Array) -> dict[str, Any]:
     return {
         "objective": evaluation.objective, "range_N": evaluation.look.range, "variance_N2": evaluation.look.variance,
         "design": cycle.shown_design(device, x) | own_design(device, x),
-        "binding": binding, "requirements": required.record(x),
+        "binding": binding, "requirements": [one.table() for one in required.record(x)],
     }  # fmt: skip
 
 

@@ -53,8 +53,7 @@ class Both:
     def headlines(self, model: Model) -> dict[str, float]:
         """Extremes, range, mean, variance and objective of the machine's own design."""
         found = cycle.statistics(self.turns[model].support)
-        objective = weights(self.machine).value(found["range_N"], found["variance_N2"])
-        return {**found, "objective": objective}
+        return {**found.table(), "objective": weights(self.machine).value(found.range_N, found.variance_N2)}
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from planter.optimise.conditions import Look
     from planter.planting.optimisation import Optimisation
     from planter.planting.simulation import Simulation
+    from planter.records import Record
 
 DENSE = np.linspace(0, 2 * np.pi, 721)
 """Carrier angles of a figure's curves [rad]."""
@@ -36,15 +37,16 @@ CLOUD = 300
 def write_simulation(out: Path, device: Device, found: Simulation) -> None:
     """Writes summary.json, cycle.csv, figures and report.html. Raises InputError for a folder that it cannot."""
     folder = files.output_folder(out)
-    _write_numbers(folder, device, found.result, found.cycle, device.design)
+    result = found.result.table()
+    _write_numbers(folder, device, result, found.cycle, device.design)
     both: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
-    _write_page(folder, device, found.result, _forces(both, device.design) | _motion(device, device.design))
+    _write_page(folder, device, result, _forces(both, device.design) | _motion(device, device.design))
 
 
 @renews
-def write_result(out: Path, device: Device, result: Mapping[str, Any]) -> None:
+def write_result(out: Path, device: Device, found: Record) -> None:
     """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
-    folder = files.output_folder(out)
+    folder, result = files.output_folder(out), found.table()
     files.write_summary(folder / "summary.json", _summary(device, result))
     _write_page(folder, device, result, {})
 

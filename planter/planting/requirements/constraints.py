@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from planter.kernels import Array
@@ -13,6 +11,7 @@ from planter.planting.model import Device
 from planter.planting.requirements.limits import limits
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
+from planter.planting.results import Requirement
 
 
 class Required(Constraints):
@@ -46,6 +45,6 @@ class Required(Constraints):
         """Weighted sum (p, p) of the rows' Hessians."""
         return self.measures.curvature(x, weights / self.step)
 
-    def record(self, x: Array) -> list[dict[str, Any]]:
+    def record(self, x: Array) -> list[Requirement]:
         """Every requirement at a design (p,), as results show it."""
         return record(self.measures, x)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from planter.errors import ComputationError
@@ -14,16 +12,15 @@ from planter.planting.requirements.limits import limits, reserve, shown, shown_l
 from planter.planting.requirements.measures import Measures, Row
 from planter.planting.requirements.pitch import TOOTH
 from planter.planting.requirements.section import Kind
+from planter.planting.results import Requirement
 
 
-def of(device: Device) -> dict[str, Any]:
-    """`requirements` of the machine's own design; nothing where its file has none."""
-    if device.machine.requirements is None:
-        return {}
-    return {"requirements": record(Measures(device), device.design)}
+def of(device: Device) -> list[Requirement] | None:
+    """The requirements at the machine's own design; None where its file has none."""
+    return None if device.machine.requirements is None else record(Measures(device), device.design)
 
 
-def record(measures: Measures, x: Array) -> list[dict[str, Any]]:
+def record(measures: Measures, x: Array) -> list[Requirement]:
     """Every requirement of the file at a design (p,): value, limits, margins, verdict, and where it stands.
 
     `margin` is how far the value is inside the nearest limit, in the requirement's unit; `phi_deg` is the carrier angle
@@ -40,19 +37,27 @@ def record(measures: Measures, x: Array) -> list[dict[str, Any]]:
     return entries
 
 
-def entry(measures: Measures, kind: Kind, row: Row, value: float, angle: float | None) -> dict[str, Any]:
-    """One requirement, as JSON has it."""
+def entry(measures: Measures, kind: Kind, row: Row, value: float, angle: float | None) -> Requirement:
+    """One requirement, as results show it."""
     section, machine = measures.section, measures.device.machine
     number = shown(row, value)
     lower, upper = shown_limits(section, kind)
     margin, wanted = reserve(section, kind, number), section.limit(kind.name, "margin") or 0.0
     side = "min" if lower is not None else "max"
-    return {
-        "name": kind.name, "value": number, "unit": kind.unit, "lower": lower, "upper": upper, "margin": margin,
-        "phi_deg": None if angle is None else float(np.degrees(angle) % 360), "wanted_margin": wanted,
-        "verdict": verdict(kind, margin, wanted), "meaning": kind.meaning, "of": row.of or None,
-        "origin": machine.origin(f"requirements.{kind.key(side)}"),
-    }  # fmt: skip
+    return Requirement(
+        name=kind.name,
+        value=number,
+        unit=kind.unit,
+        lower=lower,
+        upper=upper,
+        margin=margin,
+        phi_deg=None if angle is None else float(np.degrees(angle) % 360),
+        wanted_margin=wanted,
+        verdict=verdict(kind, margin, wanted),
+        meaning=kind.meaning,
+        of=row.of or None,
+        origin=machine.origin(f"requirements.{kind.key(side)}"),
+    )
 
 
 ROUNDING = 1e-7

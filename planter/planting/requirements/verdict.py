@@ -14,6 +14,7 @@ from planter.optimise.elastic import Least
 from planter.planting import cycle
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.limits import relaxed
+from planter.planting.results import Requirement
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,11 @@ def infeasible(required: Required, x: Array, least: Least) -> Infeasible:
     partial = {
         "violations": [vars(one).copy() for one in violations],
         "design": cycle.shown_design(required.measures.device, x),
-        "requirements": entries,
+        "requirements": [entry.table() for entry in entries],
     }
     return Infeasible(violations, partial, x)
 
 
-def _violation(required: Required, entry: dict[str, Any]) -> Violation:
-    key, limit, new = relaxed(required.measures.section, entry["name"], entry["value"])
-    return Violation(entry["name"], abs(new - limit), entry["unit"], entry["phi_deg"], entry["value"], key, limit, new)
+def _violation(required: Required, entry: Requirement) -> Violation:
+    key, limit, new = relaxed(required.measures.section, entry.name, entry.value)
+    return Violation(entry.name, abs(new - limit), entry.unit, entry.phi_deg, entry.value, key, limit, new)

@@ -13,8 +13,8 @@ from tests.planter.optimise.toy import Toy
 def test_the_machine():
     machine = toys.device()
     found = machine_sensitivity(machine, machine.design, 360)
-    assert found["effective_parameters"] == 7
-    single, other, mixed = found["insensitive"]
+    assert found.effective_parameters == 7
+    single, other, mixed = found.named
     assert (single, other) == ([{"gamma_deg": 1.0}], [{"A6_mm": 1.0}])
     weights = {name: weight for entry in mixed for name, weight in entry.items()}
     radius, eccentricity = machine.design[4:6]

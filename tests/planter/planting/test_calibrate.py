@@ -49,15 +49,14 @@ def test_the_result_has_the_keys_of_the_contract(device: Device, monkeypatch: py
     monkeypatch.setattr(calibration, "GENERATIONS", 2)
     other = Device(device.machine, "exact")
     found = calibration.calibrate(device, other, "table1")
-    assert found.keys() >= {"fitted", "target", "reached", "rank", "other_model"}
-    assert found["target"] == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
-    assert found["reached"].keys() == found["target"].keys()
-    assert found["other_model"].keys() == {"range_N", "variance_N2", "mean_N"}
-    assert all(f["lower"] <= f["value"] <= f["upper"] and f["origin"] == "calibrated" for f in found["fitted"])
-    assert found["rank"] <= 3
-    misses = {key: 100 * (found["reached"][key] / value - 1) for key, value in found["target"].items()}
-    assert found["miss_percent"] == pytest.approx(misses)
-    assert found["met"] is (max(map(abs, misses.values())) <= 1)
+    assert found.target == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
+    assert found.reached.keys() == found.target.keys()
+    assert set(found.other_model.table()) == {"range_N", "variance_N2", "mean_N"}
+    assert all(f.lower <= f.value <= f.upper and f.origin == "calibrated" for f in found.fitted)
+    assert found.rank <= 3
+    misses = {key: 100 * (found.reached[key] / value - 1) for key, value in found.target.items()}
+    assert found.miss_percent == pytest.approx(misses)
+    assert found.met is (max(map(abs, misses.values())) <= 1)
 
 
 def test_the_devices_that_are_handed_in_stay_as_they_are(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,7 @@ def measures(device: Device) -> Measures:
 
 @pytest.fixture(scope="module")
 def entries(device: Device, measures: Measures) -> dict[str, dict]:
-    return {entry["name"]: entry for entry in record(measures, device.design)}
+    return {entry.name: entry for entry in record(measures, device.design)}
 
 
 @pytest.fixture(scope="module")
@@ -59,16 +59,16 @@ def path(device: Device) -> dict[str, np.ndarray]:
 def test_every_requirement_is_reported_with_its_margin(entries: dict[str, dict]) -> None:
     assert list(entries) == [kind.name for kind in KINDS]
     for entry in entries.values():
-        rooms = [entry["value"] - entry["lower"]] if entry["lower"] is not None else []
-        rooms += [entry["upper"] - entry["value"]] if entry["upper"] is not None else []
-        assert entry["margin"] == pytest.approx(min(rooms))
-        assert entry["origin"].startswith("assumed")
-        verdicts = {"fail": entry["margin"] < 0, "pass": entry["margin"] >= entry["wanted_margin"]}
-        assert verdicts.get(entry["verdict"], 0 <= entry["margin"] < entry["wanted_margin"]), entry["name"]
+        rooms = [entry.value - entry.lower] if entry.lower is not None else []
+        rooms += [entry.upper - entry.value] if entry.upper is not None else []
+        assert entry.margin == pytest.approx(min(rooms))
+        assert entry.origin.startswith("assumed")
+        verdicts = {"fail": entry.margin < 0, "pass": entry.margin >= entry.wanted_margin}
+        assert verdicts.get(entry.verdict, 0 <= entry.margin < entry.wanted_margin), entry.name
 
 
 def test_spacing_is_half_a_turn_of_travel(entries: dict[str, dict]) -> None:
-    assert entries["spacing"]["value"] == pytest.approx(0.667 * 60 / 40 / 2 * 1e3)
+    assert entries["spacing"].value == pytest.approx(0.667 * 60 / 40 / 2 * 1e3)
 
 
 def test_values_are_those_of_the_path(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
@@ -85,8 +85,8 @@ def test_values_are_those_of_the_path(entries: dict[str, dict], path: dict[str, 
         "catching_tilt": abs(tilt[high]), "funnel_speed": np.hypot(x_b[0], y_b[0]) * 40 * np.pi / 30 / 1e3,
     }  # fmt: skip
     for name, value in expected.items():
-        assert entries[name]["value"] == pytest.approx(value, rel=1e-3), name
-    assert entries["release_tilt"]["phi_deg"] == pytest.approx(np.degrees(path["phi"][low]) % 360, abs=0.02)
+        assert entries[name].value == pytest.approx(value, rel=1e-3), name
+    assert entries["release_tilt"].phi_deg == pytest.approx(np.degrees(path["phi"][low]) % 360, abs=0.02)
 
 
 def test_nozzles_come_as_close_as_points_along_them(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
@@ -99,8 +99,8 @@ def test_nozzles_come_as_close_as_points_along_them(entries: dict[str, dict], pa
         tip = path[f"tip_x_mm{tail}"] - (travelled - lag) + 1j * path[f"tip_y_mm{tail}"]
         ends.append(funnel[every, None] + s * (tip - funnel)[every, None])
     apart = np.abs(ends[0][:, :, None] - ends[1][:, None, :]).min()
-    assert entries["nozzle_distance"]["value"] == pytest.approx(apart, rel=0.02)
-    assert entries["nozzle_distance"]["value"] <= apart
+    assert entries["nozzle_distance"].value == pytest.approx(apart, rel=0.02)
+    assert entries["nozzle_distance"].value <= apart
 
 
 def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
@@ -115,7 +115,7 @@ def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: di
     s = np.linspace(0, 180, 721)[:, None]
     px, py = root_x + s * np.cos(theta) * np.cos(alpha), root_y - s * np.cos(theta) * np.sin(alpha)
     distance = np.where(py <= top, np.hypot(px - plant, s * np.sin(theta)), np.inf).min() - 30
-    assert entries["seedling_clearance"]["value"] == pytest.approx(distance, abs=0.2)
+    assert entries["seedling_clearance"].value == pytest.approx(distance, abs=0.2)
 
 
 def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str, dict]) -> None:
@@ -130,8 +130,8 @@ def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str,
         smooth = np.abs(np.diff(bend, append=bend[0])) < 1e-3
         least.append(bend[smooth].min())
         greatest.append(bend[smooth].max())
-    assert entries["pitch_curvature"]["value"] == pytest.approx(min(least), rel=2e-3)
-    assert entries["curvature_radius"]["value"] == pytest.approx(1 / max(greatest), rel=2e-3)
+    assert entries["pitch_curvature"].value == pytest.approx(min(least), rel=2e-3)
+    assert entries["curvature_radius"].value == pytest.approx(1 / max(greatest), rel=2e-3)
 
 
 def test_contact_ratio_of_circles_is_the_textbook_one() -> None:
@@ -210,7 +210,7 @@ def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) 
     found = least_violation(problem, constraints, problem.start)
     assert found.kept
     for entry in record(constraints.measures, problem.design(found.u)):
-        assert entry["verdict"] == "pass", entry
+        assert entry.verdict == "pass", entry
 
 
 def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> None:

@@ -46,7 +46,8 @@ def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp
     assert set(first) == names(MOTION | FORCES, "summary.json", "cycle.csv", "report.html")
     assert first == written(tmp_path / "two")
     summary = json.loads(first["summary.json"])
-    assert {key: summary[key] for key in found.result} == json.loads(json.dumps(found.result))
+    result = found.result.table()
+    assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
     assert summary["provenance"] == files.provenance(device.machine)
     comments, columns = files.read_cycle_csv(tmp_path / "one" / "cycle.csv")
     assert "model: printed" in comments
@@ -93,8 +94,9 @@ def test_the_device_that_is_optimised_stays_as_it_is() -> None:
 
 def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
-    result = sensitivity(device, 24)
-    report.write_result(tmp_path, device, result)
+    found = sensitivity(device, 24)
+    report.write_result(tmp_path, device, found)
+    result = found.table()
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
     assert summary["input"] == device.machine.table()

@@ -1,0 +1,193 @@
+"""What the planting device's commands return, key by key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planter.records import Record
+
+Design = dict[str, float]
+"""Values by the names of a machine's own design vector, each in the unit that its name ends in."""
+Direction = list[dict[str, float]]
+"""Weights of design parameters, in parts of their box widths."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Warned(Record):
+    """Something that a user should know, with the carrier angle where it begins or is worst, if it has one."""
+
+    name: str
+    phi_deg: float | None = None
+    message: str
+
+
+@dataclass(frozen=True)
+class Requirement(Record):
+    """A requirement at a design: null limits and places where it has none; `of` says which gear or pair is meant."""
+
+    name: str
+    value: float
+    unit: str
+    lower: float | None
+    upper: float | None
+    margin: float
+    phi_deg: float | None
+    wanted_margin: float
+    verdict: str
+    meaning: str
+    of: str | None
+    origin: str
+
+
+@dataclass(frozen=True)
+class CentreDistances(Record):
+    """Centre distances of both stages."""
+
+    a1: float
+    a2: float
+
+
+@dataclass(frozen=True)
+class Statistics(Record):
+    """Samples of a force: extremes, range, mean and population variance."""
+
+    max_N: float
+    min_N: float
+    range_N: float
+    mean_N: float
+    variance_N2: float
+
+
+@dataclass(frozen=True)
+class TrueExtremes(Record):
+    """True extremes and integrals of the support force, and the objective (31) of these."""
+
+    max_N: float
+    min_N: float
+    range_N: float
+    variance_N2: float
+    objective: float
+
+
+@dataclass(frozen=True)
+class Work(Record):
+    """Work over a turn, both sides: of the motor, and lost to friction."""
+
+    input_J: float
+    friction_J: float
+
+
+@dataclass(frozen=True)
+class At(Record):
+    """Forces and motion at a carrier angle: of side 1 up to F_A1y_N, then totals."""
+
+    phi_deg: float
+    phi52_deg: float
+    phi72_deg: float
+    alpha_deg: float
+    omega_rad_s: float
+    omega_dot_rad_s2: float
+    tip_x_mm: float
+    tip_y_mm: float
+    theta1_deg: float
+    F_E_N: float
+    F_Ex_N: float
+    M_Q_Nm: float
+    M_P_Nm: float
+    F_B1x_N: float
+    F_B1y_N: float
+    F_A1x_N: float
+    F_A1y_N: float
+    F_Ox_N: float
+    F_Oy_N: float
+    F_O1x_N: float
+    F_O1y_N: float
+    support_N: float
+    M_L_Nm: float
+    M_1_Nm: float
+
+
+@dataclass(frozen=True)
+class SimulationFound(Record):
+    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any."""
+
+    machine: str
+    model: str
+    samples: int
+    design: Design
+    weight_N: float
+    centre_distance_mm: CentreDistances
+    support_force: Statistics
+    objective: float
+    warnings: list[Warned]
+    refined: TrueExtremes
+    work: Work
+    at: list[At]
+    requirements: list[Requirement] | None = None
+
+
+@dataclass(frozen=True)
+class SensitivityFound(Record):
+    """`planter sensitivity`: gradient per shown unit, and a basis of the directions that the force does not feel."""
+
+    objective: float
+    gradient: Design
+    effective_parameters: int
+    insensitive: list[Direction]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation(Record):
+    """`planter validate`: a machine file that can be used."""
+
+    machine: str
+    valid: bool
+    design: list[str]
+    requirements: list[Requirement] | None = None
+    warnings: list[Warned]
+
+
+@dataclass(frozen=True)
+class Fitted(Record):
+    """An input that a calibration found, with the bounds that it searched."""
+
+    name: str
+    value: float
+    unit: str
+    lower: float
+    upper: float
+    origin: str
+
+
+@dataclass(frozen=True)
+class OtherModel(Record):
+    """The support force of the other model with the same inputs."""
+
+    range_N: float
+    variance_N2: float
+    mean_N: float
+
+
+@dataclass(frozen=True)
+class CalibrationFound(Record):
+    """`planter calibrate`: fitted inputs, how near they come to the target, and how little that settles."""
+
+    machine: str
+    model: str
+    met: bool
+    statement: str
+    fitted: list[Fitted]
+    target: dict[str, float]
+    reached: dict[str, float]
+    miss_percent: dict[str, float]
+    rank: int
+    other_model: OtherModel
+    largest_inertia_range_N: float
+
+
+COMMANDS = {
+    "simulate": SimulationFound,
+    "sensitivity": SensitivityFound,
+    "validate": Validation,
+    "calibrate": CalibrationFound,
+}
