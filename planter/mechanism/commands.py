@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, overrides
+from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
 app = typer.Typer()
 
@@ -30,7 +30,7 @@ def turn(
         from planter.mechanism import file, model, tables
         from planter.mechanism import turn as turns
 
-        machine = file.load(mechanism, overrides(set_))
+        machine = file.load(mechanism, changes(set_))
         found = turns.turn(model.Model(machine), samples)
         if out is not None:
             from planter.mechanism import report
