@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
 import typer
 
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption
+from planter.terminal.options import JsonOption, OutOption, listing
 
 app = typer.Typer()
 
 
-@app.command()
+def _papers() -> Iterable[str]:
+    from planter.audit import numbers
+
+    return numbers.papers()
+
+
+@app.command(cls=listing(paper=_papers))
 def audit(
     paper: Annotated[
         str | None, typer.Argument(help="one of the papers, by its short name", show_default=False)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from planter.clutch.engage.sections import ContactModel, Dog
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
-from planter.files.fields import NotNegative, Pair, Positive, Real, Section, Whole
+from planter.files.fields import NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
 
 Acute = Annotated[Positive, Field(lt=90)]
 
@@ -45,12 +45,11 @@ class Shaft(Section):
     modulus_GPa: Positive
     density_kg_m3: Positive
 
-    @model_validator(mode="after")
-    def _flats_are_left(self) -> Self:
+    @check
+    def _flats_are_left(self) -> Problems:
         if not self.fillet_mm < self.flat_to_flat_mm / 2:
             allowed = f"it must be less than half of flat_to_flat_mm, {self.flat_to_flat_mm / 2:g}"
-            raise refused("fillet_mm", self.fillet_mm, allowed)
-        return self
+            yield refused("fillet_mm", self.fillet_mm, allowed)
 
 
 class Tooth(Section):
@@ -104,13 +103,12 @@ class Levels(Section):
     axial_angles_deg: Annotated[tuple[Acute, ...], BeforeValidator(_some_numbers)]
     rods_mm: Annotated[tuple[Positive, ...], BeforeValidator(_some_numbers)]
 
-    @model_validator(mode="after")
-    def _one_rod_for_each_angle(self) -> Self:
+    @check
+    def _one_rod_for_each_angle(self) -> Problems:
         if len(self.rods_mm) != len(self.axial_angles_deg):
-            raise refused(
+            yield refused(
                 "rods_mm", self.rods_mm, f"it must have a rod for each of {len(self.axial_angles_deg)} axial angles"
             )
-        return self
 
 
 class Wanted(Section):
@@ -144,15 +142,14 @@ class Search(Section):
     distance_bounds_mm: Pair
     lift_rad_s: Positive
 
-    @model_validator(mode="after")
-    def _bounds_are_upright(self) -> Self:
+    @check
+    def _bounds_are_upright(self) -> Problems:
         for key in (name for name in type(self).model_fields if "bounds" in name):
             lower, upper = getattr(self, key)
             if not 0 < lower < upper:
-                raise refused(key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper")
+                yield refused(key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper")
         if self.axial_angle_bounds_deg[1] >= 90:
-            raise refused("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
-        return self
+            yield refused("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
 
 
 class Clutch(Document):
@@ -173,13 +170,12 @@ class Clutch(Document):
     search: Search
     origins: Origins = Field(alias="origin")
 
-    @model_validator(mode="after")
-    def _lift_goes_beyond_mesh(self) -> Self:
+    @check
+    def _lift_goes_beyond_mesh(self) -> Problems:
         mesh = 90 - self.linkage.rack_phase_deg
         if self.wanted.lift_limit_deg <= mesh:
             allowed = f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
-            raise refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
-        return self
+            yield refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Clutch:

@@ -1,10 +1,10 @@
 """What pydantic finds wrong with a file, in plain words: file, key, value given, what is allowed."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails, PydanticCustomError
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from planter import legible
 from planter.errors import InputError
@@ -51,13 +51,19 @@ def lacking(key: str, allowed: str) -> PydanticCustomError:
     return PydanticCustomError("refused", "{allowed}", {"key": key, "allowed": allowed})
 
 
+def refuse(problems: Sequence[PydanticCustomError]) -> None:
+    """Raise all problems that a validator has found, together; nothing where there are none."""
+    if problems:
+        raise ValidationError.from_exception_data("", [InitErrorDetails(type=one, input=None) for one in problems])
+
+
 def not_allowed(source: str, path: str, value: object, allowed: str, *, changed: bool = False) -> str:
     """The sentence for a value that cannot be used.
 
     >>> not_allowed("my.toml", "mass.sun_kg", -0.4, "it must be greater than 0")
     'my.toml: mass.sun_kg = -0.4 is not allowed: it must be greater than 0'
     """
-    return f"{source}: {_not_allowed(path, value, allowed, changed)}"
+    return f"{source}: {problem(path, value, allowed, changed)}"
 
 
 def explain(error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()) -> InputError:
@@ -73,7 +79,8 @@ def explain(error: ValidationError, source: str, model: type[BaseModel], changed
     return InputError(f"{source}: {told}{tail}")
 
 
-def _not_allowed(path: str, value: object, allowed: str, changed: bool) -> str:
+def problem(path: str, value: object, allowed: str, changed: bool = False) -> str:
+    """What is wrong with a value, without the file that it stands in."""
     note = f" ({SET})" if changed else ""
     return f"{legible.name(path)} = {legible.value(value)}{note} is not allowed: {allowed}"
 
@@ -95,7 +102,7 @@ def _problem(found: ErrorDetails, model: type[BaseModel], changed: Collection[st
         pointed = legible.with_point(given)
         allowed += f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
     set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
-    return _not_allowed(path, given, allowed, set_here)
+    return problem(path, given, allowed, set_here)
 
 
 def _in_unit(path: str) -> str:

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, field_validator
 
 from planter.errors import InputError
 from planter.files import examples, paths, units
 from planter.files.changes import applied
-from planter.files.complaints import SET, explain, lacking, not_allowed, refused
-from planter.files.fields import Line, Section, Words
+from planter.files.complaints import SET, explain, lacking, not_allowed, refuse, refused
+from planter.files.fields import Line, Problems, Section, Words, check
 from planter.files.text import parse_toml
 
 _ORIGIN = re.compile(r"(paper|assumed|calibrated|measured|optimised)\b")
@@ -146,20 +146,20 @@ class Document(Section):
     @field_validator("origins", check_fields=False)
     @classmethod
     def _origins_are_known_words(cls, origins: dict[str, str]) -> dict[str, str]:
-        for entry, text in origins.items():
-            if not _ORIGIN.match(text):
-                raise refused(entry, text, "it must start with paper, assumed, calibrated, measured or optimised")
+        allowed = "it must start with paper, assumed, calibrated, measured or optimised"
+        problems = [refused(entry, text, allowed) for entry, text in origins.items() if not _ORIGIN.match(text)]
         if "default" not in origins:
-            raise lacking("default", "it must say where the numbers come from that have no entry of their own")
+            missing = "it must say where the numbers come from that have no entry of their own"
+            problems.append(lacking("default", missing))
+        refuse(problems)
         return origins
 
-    @model_validator(mode="after")
-    def _origins_name_something(self) -> Self:
+    @check
+    def _origins_name_something(self) -> Problems:
         names = paths.Names(self._values())
         for entry, text in self.origins.items():
             if entry != "default" and len(names.candidates(entry)) != 1:
-                raise refused(f"origin.{entry}", text, names.complaint(entry))
-        return self
+                yield refused(f"origin.{entry}", text, names.complaint(entry))
 
 
 def _values_of(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,15 +3,27 @@
 Values stay as the file shows them, in mm, deg, r/min, kg, N: a key ends in its unit.
 """
 
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from planter import legible
-from planter.files.complaints import refused
+from planter.files.complaints import refuse, refused
 
-Real = Annotated[float, Field(strict=True)]
-Positive = Annotated[Real, Field(gt=0)]
+LEAST, LARGEST = 1e-15, 1e15
+"""Of a positive number of a file, and of any in size: beyond any machine's, so that powers and products stay finite."""
+
+
+def _not_tiny(value: float) -> float:
+    if value < LEAST:
+        raise refused("", value, f"it must be at least {LEAST:g}")
+    return value
+
+
+Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[Real, Field(gt=0), AfterValidator(_not_tiny)]
 NotNegative = Annotated[Real, Field(ge=0)]
 Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
 """An angle [deg] that still tells where in a turn it is."""
@@ -54,7 +66,25 @@ Triple = Annotated[tuple[Real, Real, Real], _list_of(3)]
 PositiveTriple = Annotated[tuple[Positive, Positive, Positive], _list_of(3)]
 
 
+Problems = Iterator[PydanticCustomError]
+
+
+def check(method: Callable[[Any], Problems]) -> Callable[[Any], Problems]:
+    """Marks a method of a section that yields what does not fit together there: `refused` and `lacking` values."""
+    method.checks = True  # type: ignore[attr-defined]
+    return method
+
+
 class Section(BaseModel):
-    """A table of the file: its keys are known, its numbers finite, and it cannot be changed."""
+    """A table of the file: its keys are known, its numbers finite, and it cannot be changed.
+
+    Once each of its values is right by itself all methods marked as `check` are asked, and every problem is told.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        methods = (m for owner in reversed(type(self).__mro__) for m in vars(owner).values())
+        refuse([problem for m in methods if getattr(m, "checks", False) for problem in m(self)])
+        return self

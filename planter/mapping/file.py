@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from planter.errors import InputError
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
-from planter.files.fields import Angle, Line, Pair, Positive, Real, Section, Words
+from planter.files.fields import Angle, Line, Pair, Positive, Problems, Real, Section, Words, check
 from planter.kernels import Array
 from planter.mapping.dyads import Dyad
 from planter.mapping.paths import Choice, duplicates
@@ -71,19 +71,18 @@ class PointsData(Section):
     free_carrier_deg: Angles = Field(default_factory=list)
     free_relative_deg: Angles | None = None
 
-    @model_validator(mode="after")
-    def _points_make_a_curve(self) -> Self:
+    @check
+    def _points_make_a_curve(self) -> Problems:
         every = [*self.first_carrier_deg, *self.second_carrier_deg, *self.free_carrier_deg]
         if len(every) < 3:
-            raise refused("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
+            yield refused("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
         twice = duplicates(np.radians(every).tolist())
         if twice:
             allowed = f"no two points may have one carrier angle, as at {np.degrees(twice[0]):.6g} deg"
-            raise refused("first_carrier_deg", self.first_carrier_deg, allowed)
+            yield refused("first_carrier_deg", self.first_carrier_deg, allowed)
         given = self.free_relative_deg
         if given is not None and len(given) != len(self.free_carrier_deg):
-            raise refused("free_relative_deg", given, "it must be as long as free_carrier_deg")
-        return self
+            yield refused("free_relative_deg", given, "it must be as long as free_carrier_deg")
 
     def choice(self, first_assembly: int, second_assembly: int) -> Choice:
         """The points in radians, for the assemblies of the two poses."""

@@ -6,14 +6,14 @@ Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator
 
 from planter.files import examples
 from planter.files.complaints import lacking, refused
 from planter.files.document import Document, Origins
-from planter.files.fields import Angle, NotNegative, Pair, Positive, Real, Section, Whole
+from planter.files.fields import Angle, NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
 from planter.kernels import Array
 from planter.pickup.points import parse_points
 
@@ -35,11 +35,10 @@ class Bars(Section):
     L1_mm: Length
     L2_mm: Length
 
-    @model_validator(mode="after")
-    def _tip_stays_outside(self) -> Self:
+    @check
+    def _tip_stays_outside(self) -> Problems:
         if self.L2_mm <= self.L1_mm:
-            raise refused("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
-        return self
+            yield refused("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
 
 
 class Carrier(Section):
@@ -60,11 +59,10 @@ class HelicalStage(Section):
     alpha_n_deg: Annotated[Real, Field(ge=5, lt=45)]
     ha: Addendum
 
-    @model_validator(mode="after")
-    def _equal_gears(self) -> Self:
+    @check
+    def _equal_gears(self) -> Problems:
         if self.z1 != self.z2:
-            raise refused("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
-        return self
+            yield refused("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
 
 
 class NoncircularStage(Section):
@@ -96,25 +94,23 @@ class LawData(Section):
             raise refused("", list(dwell), "it must be [start, end] with 0 < start < end < 360")
         return dwell
 
-    @model_validator(mode="after")
-    def _arm_gains_a_turn(self) -> Self:
+    @check
+    def _arm_gains_a_turn(self) -> Problems:
         start, end = (math.radians(angle) for angle in self.dwell_t_deg)
         if start - end + 2 * math.pi + self.p * (math.sin(start) - math.sin(end)) <= 0:
-            raise refused("p", self.p, "it must let the arm's angle gain over the turn")
-        return self
+            yield refused("p", self.p, "it must let the arm's angle gain over the turn")
 
-    @model_validator(mode="after")
-    def _transitions_fit(self) -> Self:
+    @check
+    def _transitions_fit(self) -> Problems:
         if self.transition_deg is None:
-            return self
+            return
         if self.ends is None:
             allowed = 'it goes with smooth ends of the dwell, ends = "smooth", and with no others'
-            raise refused("transition_deg", self.transition_deg, allowed)
+            yield refused("transition_deg", self.transition_deg, allowed)
         room = (360 - self.dwell_t_deg[1] + self.dwell_t_deg[0]) / 4
         if self.transition_deg > room:
             allowed = f"it must be at most {room:g}, a quarter of the turn outside the dwell"
-            raise refused("transition_deg", self.transition_deg, allowed)
-        return self
+            yield refused("transition_deg", self.transition_deg, allowed)
 
     @property
     def transition(self) -> float:
@@ -149,12 +145,11 @@ class Tray(Section):
     cell_bottom_mm: Length = 16.0
     cell_pitch_mm: Length = 32.0
 
-    @model_validator(mode="after")
-    def _cells_are_cells(self) -> Self:
+    @check
+    def _cells_are_cells(self) -> Problems:
         if not self.cell_bottom_mm <= self.cell_top_mm < self.cell_pitch_mm:
             allowed = f"it must be from cell_bottom_mm = {self.cell_bottom_mm:g} to below cell_pitch_mm"
-            raise refused("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
-        return self
+            yield refused("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
 
 
 class Needle(Section):
@@ -230,23 +225,21 @@ class Pickup(Document):
         changed._points, changed._points_source = points, csv
         return changed
 
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
+    @check
+    def _one_drive(self) -> Problems:
         if self.law is None and self.path is None:
-            raise lacking("law", "there must be either [law] or [path]")
+            yield lacking("law", "there must be either [law] or [path]")
         if self.law is not None and self.path is not None:
-            raise refused("path", self.path.csv, "there must be either [law] or [path], not both")
+            yield refused("path", self.path.csv, "there must be either [law] or [path], not both")
         if self.law is not None and self.bars is None:
-            raise lacking("bars", "a law needs the lengths of the bars")
-        return self
+            yield lacking("bars", "a law needs the lengths of the bars")
 
-    @model_validator(mode="after")
-    def _helix_exists(self) -> Self:
+    @check
+    def _helix_exists(self) -> Problems:
         stage, distance = self.helical_stage, self.carrier.a2_mm
         least = stage.mn_mm * (stage.z1 + stage.z2) / 2
         if distance < least:
-            raise refused("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {least:g}")
-        return self
+            yield refused("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {least:g}")
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Pickup:

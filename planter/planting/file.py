@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from planter.errors import InputError
-from planter.files.complaints import lacking, not_allowed, refused
+from planter.files.complaints import lacking, problem, refuse, refused
 from planter.files.document import Document, Origins
-from planter.files.fields import Pair, Real
+from planter.files.fields import Pair, Problems, Real, check
 from planter.planting.requirements.section import Requirements
 from planter.planting.sections import (
     Cam,
@@ -54,49 +54,43 @@ class Machine(Document):
     def check_names(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""
         allowed = f"the design of this device is {', '.join(names)}"
-        for name in names:
-            if name not in self.design:
-                raise InputError(f"{self.source}: design.{name} is missing: {allowed}")
-        for name, value in self.design.items():
-            if name not in names:
-                raise InputError(not_allowed(self.source, f"design.{name}", value, allowed))
+        missing = [f"design.{name} is missing: {allowed}" for name in names if name not in self.design]
+        odd = [problem(f"design.{name}", value, allowed) for name, value in self.design.items() if name not in names]
+        if missing or odd:
+            raise InputError(f"{self.source}: {'; '.join([*missing, *odd])}")
 
     @field_validator("design", "bounds")
     @classmethod
     def _names_are_plain(cls, named: dict[str, Any]) -> dict[str, Any]:
-        for name in named:
-            if not (name.isascii() and name.isidentifier()):
-                raise refused("", name, "a name must be made of letters, digits and underscores")
+        odd = (name for name in named if not (name.isascii() and name.isidentifier()))
+        refuse([refused("", name, "a name must be made of letters, digits and underscores") for name in odd])
         return named
 
     @field_validator("bounds")
     @classmethod
     def _bounds_are_upright(cls, bounds: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-        for name, (lower, upper) in bounds.items():
-            if not lower < upper:
-                raise refused(name, [lower, upper], "it must be [lower, upper] with lower less than upper")
+        allowed = "it must be [lower, upper] with lower less than upper"
+        refuse([refused(name, list(pair), allowed) for name, pair in bounds.items() if not pair[0] < pair[1]])
         return bounds
 
-    @model_validator(mode="after")
-    def _bounds_belong_to_the_design(self) -> Self:
+    @check
+    def _bounds_belong_to_the_design(self) -> Problems:
         for name in self.design:
             if name not in self.bounds:
-                raise lacking(f"bounds.{name}", "every name in [design] must have its [lower, upper]")
+                yield lacking(f"bounds.{name}", "every name in [design] must have its [lower, upper]")
         for name, pair in self.bounds.items():
             if name not in self.design:
                 allowed = f"it must be a name in [design]: {', '.join(self.design)}"
-                raise refused(f"bounds.{name}", pair, allowed)
-        return self
+                yield refused(f"bounds.{name}", pair, allowed)
 
-    @model_validator(mode="after")
-    def _requirements_have_a_speed(self) -> Self:
+    @check
+    def _requirements_have_a_speed(self) -> Problems:
         speed = self.operation.forward_speed_m_s
         if self.requirements is not None and speed == 0:
-            raise refused("operation.forward_speed_m_s", speed, "[requirements] need a machine that travels")
-        return self
+            yield refused("operation.forward_speed_m_s", speed, "[requirements] need a machine that travels")
 
-    @model_validator(mode="after")
-    def _inertia_fits_mass_and_centroid(self) -> Self:
+    @check
+    def _inertia_fits_mass_and_centroid(self) -> Problems:
         inertia, mass, centroid = self.inertia, self.mass, self.centroid
         least = {
             "J56_about_A1_kg_m2": least_inertia(mass.middle_kg, (centroid.middle_radius_mm,)),
@@ -105,8 +99,7 @@ class Machine(Document):
         for key, bound in least.items():
             if getattr(inertia, key) < bound:
                 allowed = f"it must be at least mass times squared centroid distance, {bound:.6g}"
-                raise refused(f"inertia.{key}", getattr(inertia, key), allowed)
-        return self
+                yield refused(f"inertia.{key}", getattr(inertia, key), allowed)
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Machine:

@@ -5,9 +5,9 @@ the nozzle closed: x', y', z' in the planet frame at B1, xi, eta, zeta in the ha
 """
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from planter.files.complaints import refused
 from planter.files.fields import (
@@ -16,11 +16,13 @@ from planter.files.fields import (
     Positive,
     PositiveTriple,
     Probability,
+    Problems,
     Real,
     Section,
     Share,
     Triple,
     Whole,
+    check,
 )
 
 _ROUNDING = 1e-12
@@ -41,15 +43,14 @@ class ContactAngles(Section):
     cam_friction_angle_deg: Annotated[NotNegative, Field(lt=45)]
     tooth_friction_angle_deg: NotNegative
 
-    @model_validator(mode="after")
-    def _teeth_push(self) -> Self:
+    @check
+    def _teeth_push(self) -> Problems:
         if self.tooth_friction_angle_deg >= self.pressure_angle_deg:
-            raise refused(
+            yield refused(
                 "tooth_friction_angle_deg",
                 self.tooth_friction_angle_deg,
                 f"it must be less than pressure_angle_deg = {self.pressure_angle_deg:g}",
             )
-        return self
 
 
 class Mass(Section):
@@ -71,13 +72,12 @@ class Inertia(Section):
     C1_centroidal_xx_yy_zz_kg_m2: PositiveTriple
     C2_centroidal_xx_yy_zz_kg_m2: PositiveTriple
 
-    @model_validator(mode="after")
-    def _bodies_exist(self) -> Self:
+    @check
+    def _bodies_exist(self) -> Problems:
         for key in ("C1_centroidal_xx_yy_zz_kg_m2", "C2_centroidal_xx_yy_zz_kg_m2"):
             tensor: tuple[float, float, float] = getattr(self, key)
             if 2 * max(tensor) > sum(tensor) * (1 + _ROUNDING):
-                raise refused(key, tensor, "it must be a body's: none of the three may exceed the sum of the other two")
-        return self
+                yield refused(key, tensor, "it must be a body's: none of the three may exceed the sum of the other two")
 
 
 class Centroid(Section):
@@ -111,23 +111,21 @@ class Cam(Section):
     fall_delta_deg: Pair
     flank: Literal["4-5-6-7 polynomial"]
 
-    @model_validator(mode="after")
-    def _flanks_fit_a_turn(self) -> Self:
+    @check
+    def _flanks_fit_a_turn(self) -> Problems:
         for key in ("rise_delta_deg", "fall_delta_deg"):
             start, end = getattr(self, key)
             if not 0 <= start < end <= 360:
-                raise refused(key, [start, end], "it must be [start, end] with 0 <= start < end <= 360")
+                yield refused(key, [start, end], "it must be [start, end] with 0 <= start < end <= 360")
         if self.fall_delta_deg[0] < self.rise_delta_deg[1]:
             allowed = f"it must start where the rise has ended, at {self.rise_delta_deg[1]:g} or later"
-            raise refused("fall_delta_deg", self.fall_delta_deg, allowed)
-        return self
+            yield refused("fall_delta_deg", self.fall_delta_deg, allowed)
 
-    @model_validator(mode="after")
-    def _rocker_faces_the_cam(self) -> Self:
+    @check
+    def _rocker_faces_the_cam(self) -> Problems:
         if self.psi0_deg + self.opening_deg >= 90:
             allowed = f"it must be less than 90 - opening_deg = {90 - self.opening_deg:g}"
-            raise refused("psi0_deg", self.psi0_deg, allowed)
-        return self
+            yield refused("psi0_deg", self.psi0_deg, allowed)
 
 
 class Spring(Section):
@@ -155,11 +153,10 @@ class Objective(Section):
     samples: Annotated[Whole, Field(ge=8, le=100_000)]
     kind: Literal["paper", "newton"]
 
-    @model_validator(mode="after")
-    def _something_counts(self) -> Self:
+    @check
+    def _something_counts(self) -> Problems:
         if self.weight_range == self.weight_variance == 0:
-            raise refused("weight_range", self.weight_range, "it must be above 0 where weight_variance is 0")
-        return self
+            yield refused("weight_range", self.weight_range, "it must be above 0 where weight_variance is 0")
 
 
 class GeneticAlgorithm(Section):

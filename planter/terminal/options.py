@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperArgument, TyperCommand, TyperOption
 
 from planter import legible
 from planter.errors import InputError
@@ -42,6 +43,24 @@ def changes(texts: Sequence[str] | None, own: Mapping[str, float | None] | None 
             allowed = f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
             raise InputError(f"--set {legible.line(given, 200)} is not allowed: {allowed}") from None
     return found | {name: value for name, value in (own or {}).items() if value is not None}
+
+
+def listing(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
+    """A command whose help says which values its parameters take, looked up when it is asked for help."""
+
+    class Listing(TyperCommand):
+        def format_help(self, ctx: Any, formatter: Any) -> None:
+            said = {one.name: one for one in self.params if isinstance(one, TyperArgument | TyperOption)}
+            before = {name: said[name].help for name in values}
+            for name, known in values.items():
+                said[name].help = f"{before[name]}: {', '.join(known())}"
+            try:
+                super().format_help(ctx, formatter)
+            finally:
+                for name, text in before.items():
+                    said[name].help = text
+
+    return Listing
 
 
 def joined(*parts: typer.Typer) -> typer.Typer:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from planter.files.complaints import refused
-from planter.files.fields import NotNegative, Positive, Real, Section, Whole
+from planter.files.fields import NotNegative, Positive, Problems, Real, Section, Whole, check
 
 
 class ContactModel(Section):
@@ -37,11 +37,10 @@ class Dog(Section):
     depth_mm: Positive
     fit_mm: Positive
 
-    @model_validator(mode="after")
-    def _jaws_are_left(self) -> Self:
+    @check
+    def _jaws_are_left(self) -> Problems:
         if not self.backlash_deg < 180 / self.jaws:
             allowed = f"it must be less than 180 / jaws = {180 / self.jaws:g}"
-            raise refused("backlash_deg", self.backlash_deg, allowed)
+            yield refused("backlash_deg", self.backlash_deg, allowed)
         if not self.edge_mm < self.depth_mm:
-            raise refused("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")
-        return self
+            yield refused("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
 import typer
 
 from planter.planting.commands.options import MachineArgument, SpeedOption, kept, machine_of
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption
+from planter.terminal.options import JsonOption, OutOption, SetOption, listing
 
 app = typer.Typer()
 
 
-@app.command()
+def _families() -> Iterable[str]:
+    from planter.gearing import families
+
+    return families.names()
+
+
+@app.command(cls=listing(pair=_families))
 def compare(
     machine: MachineArgument,
     starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 2,
@@ -21,7 +28,7 @@ def compare(
     resume: Annotated[bool, typer.Option("--resume", help="go on with what is in the folder of --out")] = False,
     pair: Annotated[
         list[str] | None,
-        typer.Option(metavar="FAMILY+FAMILY", help="only this pair (repeatable)", show_default=False),
+        typer.Option(metavar="FAMILY+FAMILY", help="only this pair (repeatable), of families", show_default=False),
     ] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,

@@ -86,4 +86,4 @@ def _step(section: Requirements, kind: Kind) -> float:
     if kind.name != INVERSE:
         return step
     least = (section.limit(kind.name, "min") or 0.0) * kind.factor
-    return 1 / least - 1 / (least + step)
+    return step / least / (least + step)

@@ -7,13 +7,13 @@ The list is the project's own. A key is the requirement's name, `min`, `max` or 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 
 from planter.files import units
 from planter.files.complaints import lacking, refused
-from planter.files.fields import NotNegative, Positive, Real, Section
+from planter.files.fields import NotNegative, Positive, Problems, Real, Section, check
 
 
 @dataclass(frozen=True)
@@ -72,30 +72,29 @@ SETTINGS = ("soil_depth_mm", "seedling_height_mm", "seedling_width_mm", "module_
 class Limited(Section):
     """What the section knows of itself; its fields are made from the catalogue."""
 
-    @model_validator(mode="after")
-    def _limits_are_usable(self) -> Self:
+    @check
+    def _limits_are_usable(self) -> Problems:
         if not any(self.limit(kind.name, side) is not None for kind in KINDS for side in kind.sides):
-            raise lacking(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
+            yield lacking(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
         for kind in KINDS:
-            self._check(kind)
-        return self
+            yield from self._problems(kind)
 
-    def _check(self, kind: Kind) -> None:
+    def _problems(self, kind: Kind) -> Problems:
         low, high, margin = (self.limit(kind.name, side) for side in ("min", "max", "margin"))
         if low is None and high is None:
             if margin is not None:
-                raise refused(kind.key("margin"), margin, f"it must stand beside a limit such as {_first_key(kind)}")
+                yield refused(kind.key("margin"), margin, f"it must stand beside a limit such as {_first_key(kind)}")
             return
         for need in kind.needs:
             if getattr(self, need) is None:
-                raise lacking(need, f"{kind.name} is limited, and rests on it")
+                yield lacking(need, f"{kind.name} is limited, and rests on it")
         if kind.name == "curvature_radius" and low is not None and low <= 0:
-            raise refused(kind.key("min"), low, "it must be greater than 0")
+            yield refused(kind.key("min"), low, "it must be greater than 0")
         if low is not None and high is not None and high - low <= 2 * (margin or 0):
             allowed = "it must be above the least allowed value by more than twice the margin"
-            raise refused(kind.key("max"), high, allowed)
+            yield refused(kind.key("max"), high, allowed)
         if high is not None and low is None and high <= (margin or 0):
-            raise refused(kind.key("max"), high, "it must be greater than its margin")
+            yield refused(kind.key("max"), high, "it must be greater than its margin")
 
     def limit(self, name: str, part: str) -> float | None:
         """A limit or margin as the file shows it; None where the file has none."""

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.audit import numbers
 from planter.bench.settings import WAYS, WORKS
 from planter.files import examples, units
+from planter.gearing import families
 from planter.planting import file
 from planter.report import files
 from tests.support.cli import answer, refusal, run
@@ -278,6 +280,8 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(tmp_path: Path) -> None:
         (("calibrate", "--help"), tuple(calibration_targets())),
         (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
         (("bench", "--help"), (*WORKS, *WAYS)),
+        (("audit", "--help"), tuple(numbers.papers())),
+        (("compare", "--help"), tuple(families.names())),
     ],
 )
 def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], told: tuple[str, ...]) -> None:

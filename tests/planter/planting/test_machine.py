@@ -13,6 +13,8 @@ from pydantic import ValidationError
 
 from planter.errors import GeometryError, InputError
 from planter.files import examples, paths
+from planter.files.complaints import refused
+from planter.files.fields import Problems, Section, check
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 
@@ -450,6 +452,63 @@ def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Pa
     assert "more problem" not in message
     path.write_text("x = 1\n", encoding="utf-8")
     assert re.search(r"x = 1 .*is missing.*\(and \d+ more problems\)$", refusal(path))
+
+
+def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> None:
+    """Twice in one section, in two sections, and in what several sections make together."""
+    message = refusal(
+        "wang2017",
+        {"rise_delta_deg[0]": 300.0, "psi0_deg": 80.0, "tooth_friction_angle_deg": 30.0, "weight_range": 0.0,
+         "weight_variance": 0.0},
+    )  # fmt: skip
+    for told in ("cam.rise_delta_deg = ", "cam.psi0_deg = 80.0", "tooth_friction_angle_deg = 30.0", "objective.weight"):
+        assert told in message
+    assert message.count(" is not allowed: ") == 4
+    message = refusal("wang2017", {"J56_about_A1_kg_m2": 1e-9, "J7_about_B1_kg_m2": 1e-9})
+    assert message.count("at least mass times squared centroid distance") == 2
+    assert message.count("wang2017: ") == 1
+    path = tampered(tmp_path, "bounds", "k6", None)
+    path.write_text(path.read_text().replace("theta_deg = [", "thet_deg = [", 1), encoding="utf-8")
+    message = refusal(path)
+    for told in ("bounds.k6 is missing", "bounds.theta_deg is missing", "bounds.thet_deg = "):
+        assert told in message
+
+
+def test_checks_of_a_section_that_are_not_marked_would_not_be_asked() -> None:
+    """The tampered case of the one before."""
+
+    class Marked(Section):
+        a: float
+
+        @check
+        def _a_is_small(self) -> Problems:
+            if self.a > 1:
+                yield refused("a", self.a, "it must be small")
+
+    class Unmarked(Marked):
+        def _a_is_smaller(self) -> Problems:
+            yield refused("a", self.a, "it must be smaller")
+
+    assert Unmarked(a=0.5).a == 0.5
+    for kind in (Marked, Unmarked):
+        with pytest.raises(ValidationError, match="1 validation error"):
+            kind(a=2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("mass.sun_kg", 1e308, "it must be at most 1e+15"),
+        ("operation.gravity_m_s2", 1e16, "it must be at most 1e+15"),
+        ("operation.forward_speed_m_s", -1e300, "it must be at least -1e+15"),
+        ("cam.base_radius_mm", 1e-300, "it must be at least 1e-15"),
+        ("requirements.curvature_radius_min_mm", 1e20, "it must be at most 1e+15"),
+    ],
+)
+def test_a_number_too_large_or_too_small_to_compute_with_is_named(name: str, value: float, allowed: str) -> None:
+    assert f"{name} = {value!r} (set on the command line) is not allowed: {allowed}" in refusal(
+        "wang2017-wide", {name: value}
+    )
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.objective import problem as problem_with
 from planter.planting.requirements.constraints import Required
+from planter.planting.requirements.limits import limits
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
 from planter.planting.requirements.section import KINDS
@@ -261,6 +262,15 @@ def test_a_machine_without_requirements_has_no_constraints() -> None:
     assert Required.of(plain) is None
     with pytest.raises(InputError, match="requirements is missing"):
         Measures(plain)
+
+
+def test_the_largest_radius_of_curvature_that_may_be_asked_for_has_an_excess() -> None:
+    """Its step in curvature is far below the rounding of the curvature that it bounds."""
+    asked = Device(machine.load("wang2017-wide", {"curvature_radius_min_mm": 1e15}))
+    rows = Measures(asked)
+    excess = limits(rows).excess(rows.at(asked.design).values)
+    assert np.isfinite(excess).all()
+    assert excess.max() > 1e20
 
 
 def test_the_section_survives_table_and_pickle() -> None:
