@@ -17,3 +17,8 @@ def __getattr__(name: str) -> Any:
     if name != "__all__" and name.startswith("_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(".toolkit", __name__), name)
+
+
+def __dir__() -> list[str]:
+    found: list[str] = __getattr__("__all__")
+    return found

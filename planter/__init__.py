@@ -1,7 +1,8 @@
 """Planting-machine mechanisms, from the printed equation to the optimum.
 
 The numeric part: it reads machine files, evaluates the generated equations of motion and optimises designs. SI units
-and radians throughout. Nothing heavy is imported before a name is used.
+and radians throughout, but in results: their attributes are the keys of the commands' JSON and end in their units.
+Nothing heavy is imported before a name is used.
 """
 
 from __future__ import annotations
@@ -12,28 +13,102 @@ from typing import TYPE_CHECKING
 from planter.version import __version__
 
 if TYPE_CHECKING:
-    from planter.kernels import Kernel
-    from planter.planting.batches import evaluate_many
+    from planter.audit.verdicts import audit as audit_papers
+    from planter.clutch.design import design as size_clutch
+    from planter.clutch.field import evaluate as evaluate_field
+    from planter.clutch.field.plans import plan as plan_field
+    from planter.clutch.file import load as load_clutch
+    from planter.clutch.geometry import geometry as clutch_geometry
+    from planter.clutch.optimise import optimise as optimise_clutch
+    from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
+    from planter.kernels import CallError, Kernel
+    from planter.mapping.curve_file import load_curve
+    from planter.mapping.file import load_poses
+    from planter.mapping.synthesis import synthesise
+    from planter.mapping.training import train_of as train
+    from planter.pickup.command import run as pick_up
+    from planter.planting.batches import Batch, evaluate_many
+    from planter.planting.calibration import calibrate
     from planter.planting.file import load as load_machine
     from planter.planting.model import Device
+    from planter.planting.optimisation import Optimisation
+    from planter.planting.optimisation import optimise as optimise_device
+    from planter.planting.simulation import Simulation, sensitivity, simulate
     from planter.planting.turns import Turns
+    from planter.planting.validation import validate
+    from planter.records import Record
 
-__all__ = ["Device", "Kernel", "Turns", "__version__", "evaluate_many", "load_machine"]
+__all__ = [
+    "Batch",
+    "CallError",
+    "ComputationError",
+    "Device",
+    "GeometryError",
+    "InputError",
+    "Interrupted",
+    "Kernel",
+    "Optimisation",
+    "PlanterError",
+    "Record",
+    "Simulation",
+    "Turns",
+    "__version__",
+    "audit_papers",
+    "calibrate",
+    "clutch_geometry",
+    "evaluate_field",
+    "evaluate_many",
+    "load_clutch",
+    "load_curve",
+    "load_machine",
+    "load_poses",
+    "optimise_clutch",
+    "optimise_device",
+    "pick_up",
+    "plan_field",
+    "sensitivity",
+    "simulate",
+    "size_clutch",
+    "synthesise",
+    "train",
+    "validate",
+]
 
 _HOMES = {
-    "Device": ("planter.planting.model", "Device"),
-    "Kernel": ("planter.kernels", "Kernel"),
-    "Turns": ("planter.planting.turns", "Turns"),
-    "evaluate_many": ("planter.planting.batches", "evaluate_many"),
-    "load_machine": ("planter.planting.file", "load"),
+    "audit.verdicts": ("audit_papers:audit",),
+    "clutch.design": ("size_clutch:design",),
+    "clutch.field": ("evaluate_field:evaluate",),
+    "clutch.field.plans": ("plan_field:plan",),
+    "clutch.file": ("load_clutch:load",),
+    "clutch.geometry": ("clutch_geometry:geometry",),
+    "clutch.optimise": ("optimise_clutch:optimise",),
+    "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),
+    "kernels": ("CallError", "Kernel"),
+    "mapping.curve_file": ("load_curve",),
+    "mapping.file": ("load_poses",),
+    "mapping.synthesis": ("synthesise",),
+    "mapping.training": ("train:train_of",),
+    "pickup.command": ("pick_up:run",),
+    "planting.batches": ("Batch", "evaluate_many"),
+    "planting.calibration": ("calibrate",),
+    "planting.file": ("load_machine:load",),
+    "planting.model": ("Device",),
+    "planting.optimisation": ("Optimisation", "optimise_device:optimise"),
+    "planting.simulation": ("Simulation", "sensitivity", "simulate"),
+    "planting.turns": ("Turns",),
+    "planting.validation": ("validate",),
+    "records": ("Record",),
 }
+"""Names by the module that they stand in, with their own name there where it is another."""
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, own = _HOMES[name]
-    return getattr(import_module(module), own)
+    for module, names in _HOMES.items():
+        for entry in names:
+            public, _, own = entry.partition(":")
+            if public == name:
+                return getattr(import_module(f"{__name__}.{module}"), own or public)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

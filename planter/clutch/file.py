@@ -181,7 +181,7 @@ class Clutch(Document):
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Clutch:
     """The clutch in a file, or the built-in one of that name, with some numbers set by `changes`.
 
-    Names and units as for planting devices. Raises InputError, one sentence that names file, key, value and what is
-    allowed.
+    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises InputError, one sentence that
+    names file, key, value and what is allowed.
     """
     return Clutch.load(source, "clutch", changes)

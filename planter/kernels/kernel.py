@@ -63,7 +63,7 @@ class Kernel:
             threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True).start()
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
-        """Outputs by name, each (rows, columns); lane outputs have a column for each lane."""
+        """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column each."""
         return self._evaluated(*self._given(inputs))
 
     def _given(self, inputs: Mapping[str, object]) -> tuple[list[Array], int]:
@@ -85,8 +85,8 @@ class Kernel:
     def bind(self, **inputs: Array) -> Bound:
         """The kernel on arrays that stay: what is written into them is what the next call takes.
 
-        Inputs are arrays of float64 in the shapes of a call, contiguous: those of lanes row by row, others column by
-        column. Raises CallError for others.
+        Inputs are arrays of float64 in the shapes and units [of the function] of a call, contiguous: those of lanes row
+        by row, others column by column. Raises CallError for others.
         """
         for name, array in inputs.items():
             if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.aligned):

@@ -55,6 +55,8 @@ class Synthesis:
 def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = SLOPES) -> Synthesis:
     """All dyads of the poses, every pair as a linkage, and the angle curve of a carrier dyad (from 1, by radius).
 
+    `slopes` are the least and the largest slope [-] of the monotone angle curve.
+
     Raises InputError for poses that are all one, or a carrier that is none of the dyads.
     """
     poses = file.poses

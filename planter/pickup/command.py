@@ -33,7 +33,7 @@ def run(
     changes: Mapping[str, float] | None = None,
     progress: Listener | None = None,
 ) -> Outcome:
-    """The outcome for a file, built-in name or CSV of points; `at` in deg.
+    """The outcome for a file, built-in name or CSV of points; `at` are carrier angles [deg] from the farthest tip.
 
     Raises InputError for bad input, ComputationError where nothing was found.
     """

@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,10 @@ from planter.errors import ComputationError
 from planter.kernels import Array, CallError
 from planter.planting.model import Device
 from planter.planting.turns import FIELDS, Turns
+from planter.records import frames, html
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 from planter.progress import Listener, Phase
 
 CHUNK = 2_000
@@ -36,6 +41,19 @@ class Batch:
     variance_N2: Array
     mean_N: Array
 
+    def to_frame(self) -> DataFrame:
+        """A table of pandas, a row for each design; columns in the units [that their names end in].
+
+        Raises InputError where pandas is missing (`planter[notebook]` brings it).
+        """
+        return frames.of(vars(self))
+
+    def _repr_html_(self) -> str:
+        best = int(self.objective.argmin())
+        rows = ((name, values.min(), values[best], values.max()) for name, values in vars(self).items())
+        title = f"{len(self.objective)} designs, the best of them row {best}"
+        return html.shown(title, ("", "least", "of the best", "largest"), rows)
+
 
 def evaluate_many(
     device: Device,
@@ -44,7 +62,7 @@ def evaluate_many(
     progress: Listener | None = None,
     threads: int | None = None,
 ) -> Batch:
-    """The objective over a turn of many designs (m, p) in SI; `progress` is told how many are done.
+    """The objective over a turn of many designs (m, p) [SI]; `progress` is told how many are done.
 
     Beyond the result only some chunks are in memory, whatever m is. Raises CallError for designs of another shape,
     ComputationError, with the row, for one that is not finite or has no finite force. Ctrl-C ends it after the chunks

@@ -61,11 +61,6 @@ def angles(samples: int) -> Array:
     return 2 * np.pi * np.arange(samples) / samples
 
 
-def shown_design(device: Device, x: Array) -> dict[str, float]:
-    """A design (p,) in SI as it is shown."""
-    return {name: float(value) for name, value in zip(device.names, x / device.scale, strict=True)}
-
-
 def statistics(force: Array) -> Statistics:
     """Extremes, range, mean and population variance of samples (n,) of a force [N]."""
     high, low = float(force.max()), float(force.min())

@@ -9,19 +9,23 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.files import units
+from planter.errors import InputError
+from planter.files import paths, units
 from planter.gearing import families, stage
 from planter.gearing.stage import Candidate
 from planter.kernels import Array, Kernel, generated
 from planter.planting.file import Machine
 from planter.planting.functions import Functions, Model, Prologue
 from planter.planting.support_force import SupportForce
+from planter.records import html
 
 
 class Device:
     """A machine in one of its models. Designs `x` are (p,) arrays in SI; angles in rad, forces in N.
 
-    `kernels` are those that others make of it, once each, by name and by whether it was compiled then.
+    `names` are those of the design vector, `design` (p,) is the machine's own, `lower` and `upper` (p,) are its bounds
+    [SI], `scale` (p,) is SI per shown unit. `kernels` are those that others make of it, once each, by name and by
+    whether it was compiled then.
 
     Raises GeometryError where the machine's own design, or a corner of its bounds, has no gears.
     """
@@ -82,20 +86,50 @@ class Device:
 
     @property
     def size(self) -> int:
+        """Number of design parameters, p."""
         return len(self.names)
+
+    def x(self, **values: float) -> Array:
+        """The machine's own design (p,) in SI with some values changed, by name and in the unit [that it ends in].
+
+        Raises InputError for a name that is none of `names`, with the nearest of them.
+        """
+        for name in values:
+            if name not in self.names:
+                close = paths.close(name, self.names)
+                hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(self.names)}"
+                raise InputError(f"{name} is no design parameter of {self.machine.name}: {hint}")
+        found = self.design.copy()
+        for name, value in values.items():
+            index = self.names.index(name)
+            found[index] = value * self.scale[index]
+        return found
+
+    def named(self, x: Array) -> dict[str, float]:
+        """A design (p,) in SI as it is shown: values by name, each in the unit [that its name ends in]."""
+        return {name: float(value) for name, value in zip(self.names, x / self.scale, strict=True)}
+
+    def _repr_html_(self) -> str:
+        own, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
+        rows = ((name, own[name], low[name], high[name], units.unit(name)) for name in self.names)
+        families = " and ".join(stage.family for stage in self.stages)
+        title = f"{self.machine.name}, {self.model} model, stages {families}"
+        return html.shown(title, ("design", "value", "lower", "upper", "unit"), rows)
 
     @cached_property
     def hoisting_kernel(self) -> Kernel:
-        """The prologue without derivatives."""
+        """The prologue without derivatives: h of (x, c) in SI."""
         f = self.functions.prologue_function
         return Kernel(ca.Function("hoisting", f.mx_in(), [f(*f.mx_in())], ["x", "c"], ["h"]))
 
     @cached_property
     def prologue_kernel(self) -> Kernel:
+        """What of a turn hangs on the design alone, h (k,), and its Jacobian dh (k, p), in SI."""
         return Kernel(self.functions.tangent_function)
 
     @cached_property
     def prologue_hessian_kernel(self) -> Kernel:
+        """The Hessian (p, p) of a weighted sum of the prologue, in SI."""
         f = self.functions.prologue_function
         x, c = f.mx_in()
         weights = ca.MX.sym("weights", f.size1_out(0))
@@ -103,6 +137,7 @@ class Device:
         return Kernel(ca.Function("prologue_hessian", [x, c, weights], [hessian], ["x", "c", "weights"], ["hessian"]))
 
     def prologue(self, x: Array) -> Prologue:
+        """What of a turn hangs on the design x (p,) [SI] alone, with its derivatives: made once, used at all angles."""
         found = self.prologue_kernel(x=x, c=self.constants)
         return Prologue(np.asarray(x, dtype=float), found["h"][:, 0], found["dh"])
 
@@ -113,17 +148,17 @@ class Device:
         return Kernel(f, lanes=["phi"])
 
     def cycle(self, at: Prologue, phi: Array) -> dict[str, Array]:
-        """`side1`, `side2` and `totals` at carrier angles; a row for each quantity of the sidecar."""
+        """`side1`, `side2` and `totals` at carrier angles phi (n,) [rad]: a row (n,) for each quantity [SI]."""
         return self._cycle(phi=phi, x=at.x, c=self.constants, h=at.h)
 
     def prologue_curvature(self, x: Array, weights: Array) -> Array:
-        """Hessian (p, p) of weights . h in the design."""
+        """Hessian (p, p) of weights (k,) . h in the design x (p,) [SI]."""
         return self.prologue_hessian_kernel(x=x, c=self.constants, weights=weights)["hessian"]
 
     def support(self, at: Prologue, phi: Array) -> Array:
-        """Vertical support force [N], (n,)."""
+        """Vertical support force [N], (n,), at carrier angles phi (n,) [rad]."""
         return self.force.value(at, phi)
 
     def support_slopes(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
-        """Vertical support force (n,) and its Jacobian in (phi, x), (n, 1 + p)."""
+        """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI unit of x]."""
         return self.force.slopes(at, phi)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from planter.errors import InputError
 from planter.kernels import Array
@@ -12,13 +12,17 @@ from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
-from planter.planting import cycle, search
+from planter.planting import search
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 from planter.progress import Listener
+from planter.records import frames, html
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FRONT_POINTS = 5
 """Compromises on the way along a front of range and variance."""
@@ -32,6 +36,17 @@ class Optimisation:
     devices: dict[str, Device]
     result: dict[str, Any]
     front: Sequence[Compromise] = ()
+
+    def to_frame(self) -> DataFrame:
+        """The design before and after as a table of pandas, a row for each parameter, values in the unit [of its name].
+
+        Raises InputError where pandas is missing (`planter[notebook]` brings it).
+        """
+        start, best = self.result["start_design"], self.result["design"]
+        return frames.of([{"parameter": name, "start": start[name], "optimum": best[name]} for name in best])
+
+    def _repr_html_(self) -> str:
+        return html.record("Optimisation", self.result)
 
 
 def optimise(
@@ -64,7 +79,7 @@ def with_front(found: Optimisation, progress: Listener | None = None) -> Optimis
     front = search.front(device, found.found.sampling, FRONT_POINTS, progress)
     designs = [
         {"range_N": one.evaluation.look.range, "variance_N2": one.evaluation.look.variance,
-         "design": cycle.shown_design(device, one.design)} for one in front
+         "design": device.named(one.design)} for one in front
     ]  # fmt: skip
     return replace(found, front=front, result={**found.result, "front": designs})
 
@@ -82,7 +97,7 @@ def _scored(device: Device, found: Optimum) -> Optimisation:
         **found.table(device.scale),
         "samples": sampling,
         "seed": found.seed,
-        "start_design": cycle.shown_design(device, device.design),
+        "start_design": device.named(device.design),
         "start_range_N": start.range,
         "start_variance_N2": start.variance,
         "cross": {model: _scores(problem(other, sampling), found.design) for model, other in devices.items()},

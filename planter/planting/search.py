@@ -21,7 +21,7 @@ from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.second_process import Recipe, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, points
-from planter.planting import cycle, objective
+from planter.planting import objective
 from planter.planting.file import Machine
 from planter.planting.functions import Model
 from planter.planting.model import Device
@@ -148,7 +148,7 @@ class _Keeper:
         look = self.task.score(x).look
         return {
             "machine": self.device.machine.name, "model": self.device.model, "method": self.method,
-            "objective": best.objective, "design": cycle.shown_design(self.device, x), "range_N": look.range,
+            "objective": best.objective, "design": self.device.named(x), "range_N": look.range,
             "variance_N2": look.variance, "start_objective": self.task.reference.objective, "seconds": seconds,
         }  # fmt: skip
 

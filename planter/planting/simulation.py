@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,16 +20,38 @@ from planter.planting.objective import weights
 from planter.planting.requirements import record as requirements
 from planter.planting.response import Planting
 from planter.planting.results import At, CentreDistances, SensitivityFound, SimulationFound, TrueExtremes, Work
+from planter.records import frames
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulated cycle: the table of its samples and the result as the interface gives it."""
+    """A simulated cycle: its samples (n,) each [in shown units], and the result as `planter simulate --json` has it."""
 
     cycle: planting.Cycle
     result: SimulationFound
+
+    def to_frame(self) -> DataFrame:
+        """The cycle's columns as a table of pandas, each in the unit [that its name ends in], a row for each sample.
+
+        Raises InputError where pandas is missing (`planter[notebook]` brings it).
+        """
+        return frames.of(self.cycle.columns())
+
+    def _repr_html_(self) -> str:
+        from planter.planting.report.force import support_force
+        from planter.report import style
+        from planter.report.html import inlined
+
+        found, turn = self.result, self.cycle.columns()
+        figure = support_force({found.model: (turn["phi_deg"], turn["support_N"])}, found.weight_N)
+        return found._repr_html_() + inlined(
+            style.svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
+        )
 
 
 def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float] = ()) -> Simulation:
@@ -46,7 +69,7 @@ def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float]
         machine=device.machine.name,
         model=device.model,
         samples=count,
-        design=planting.shown_design(device, device.design),
+        design=device.named(device.design),
         weight_N=planting.weight(device),
         centre_distance_mm=CentreDistances(*map(float, planting.centre_distances(device, prologue) * 1e3)),
         support_force=sampled,

@@ -73,14 +73,14 @@ class Turns:
         return angles(self.samples, 2 * np.pi / len(self.shares.offsets))
 
     def value(self, x: Array) -> float:
-        """The objective of a design."""
+        """The objective (31) [-] of a design x (p,) [SI]."""
         self._check(x, self.device.design.shape)
         if self._native:
             return self._native.value(x)
         return float(self._row(x)[0])
 
     def gradient(self, x: Array) -> tuple[float, Array]:
-        """The objective of a design and its gradient (p,): that of the samples where the extremes stand."""
+        """The objective (31) [-] of a design x (p,) and its gradient (p,) [1/SI]: extremes stay at their samples."""
         self._check(x, self.device.design.shape)
         if self._native:
             return self._native.gradient(x)
@@ -89,7 +89,7 @@ class Turns:
         return turn.value, turn.gradient(slopes[:, 1:])
 
     def many(self, designs: Array) -> Array:
-        """Rows of `FIELDS`, (m, 4), for designs (m, p)."""
+        """Rows of objective [-], range [N], variance [N2] and mean [N], (m, 4), for designs (m, p) [SI]."""
         self._check(designs, (len(designs), *self.device.design.shape))
         if self._native:
             return self._native.many(np.ascontiguousarray(designs, dtype=float))
@@ -101,7 +101,7 @@ class Turns:
         return turn.value, turn.range, turn.variance.value, turn.variance.mean
 
     def hessian(self, x: Array) -> Array:
-        """Hessian (p, p) of the objective, the extremes staying at their samples."""
+        """Hessian (p, p) [1/SI2] of the objective at x (p,) [SI], the extremes staying at their samples."""
         self._check(x, self.device.design.shape)
         if self._native and not self.device.compiled:
             self.device.compile()

@@ -37,7 +37,7 @@ class Record:
 
     def _repr_html_(self) -> str:
         """The record as a notebook shows it."""
-        return html.record(type(self).__name__, self.table())
+        return html.record((type(self).__doc__ or "").partition("\n")[0], self.table())
 
 
 def _plain(value: Any) -> Any:

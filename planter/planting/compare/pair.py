@@ -18,7 +18,6 @@ from planter.optimise.elastic import Least, least_violation
 from planter.optimise.feasible import least_of
 from planter.optimise.problem import Problem
 from planter.optimise.starts import AGREEING, points
-from planter.planting import cycle
 from planter.planting.compare import box
 from planter.planting.file import Machine
 from planter.planting.model import Device
@@ -136,7 +135,7 @@ def _found(problem: Problem, required: Required, u: Array) -> dict[str, Any]:
     binding = [k.name for n, k in enumerate(measures.kinds) if excess[required.owner == n].max() > -AT_LIMIT]
     return {
         "objective": evaluation.objective, "range_N": evaluation.look.range, "variance_N2": evaluation.look.variance,
-        "design": cycle.shown_design(device, x) | own_design(device, x),
+        "design": device.named(x) | own_design(device, x),
         "binding": binding, "requirements": [one.table() for one in required.record(x)],
     }  # fmt: skip
 
@@ -165,5 +164,5 @@ def narrow(own: Machine) -> dict[str, Any]:
     entry = _found(problem, Required(device), u)
     broken = [one["name"] for one in entry["requirements"] if one["verdict"] != "pass"]
     keys = ("objective", "range_N", "variance_N2", "requirements")
-    shown = cycle.shown_design(device, problem.design(np.asarray(u)))
+    shown = device.named(problem.design(np.asarray(u)))
     return {key: entry[key] for key in keys} | {"design": shown, "feasible": not broken, "binding": broken}

@@ -102,7 +102,7 @@ def optimum(inputs: Inputs) -> float:
     """A design parameter at the optimum of the printed model, in the unit that it is shown in."""
     machine = _assuming(inputs)
     device = machine.devices["printed"]
-    shown = cycle.shown_design(device, machine.optima["printed"].design)
+    shown = device.named(machine.optima["printed"].design)
     return shown[inputs["parameter"]]
 
 

@@ -79,7 +79,7 @@ def _write_numbers(
     folder: Path, device: Device, result: Mapping[str, Any], turn: cycle.Cycle, x: Array, seed: int | None = None
 ) -> None:
     files.write_summary(folder / "summary.json", _summary(device, result, seed))
-    comments = files.comments(device.machine, device.model, cycle.shown_design(device, x), seed)
+    comments = files.comments(device.machine, device.model, device.named(x), seed)
     files.write_cycle_csv(folder / "cycle.csv", comments, turn.columns())
 
 

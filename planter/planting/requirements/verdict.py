@@ -11,7 +11,6 @@ from planter.errors import PlanterError
 from planter.kernels import Array
 from planter.optimise.constraints import KEPT
 from planter.optimise.elastic import Least
-from planter.planting import cycle
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.limits import relaxed
 from planter.planting.results import Requirement
@@ -54,7 +53,7 @@ def infeasible(required: Required, x: Array, least: Least) -> Infeasible:
     violations = [_violation(required, entries[k]) for k in np.flatnonzero(least.excess > KEPT)]
     partial = {
         "violations": [vars(one).copy() for one in violations],
-        "design": cycle.shown_design(required.measures.device, x),
+        "design": required.measures.device.named(x),
         "requirements": [entry.table() for entry in entries],
     }
     return Infeasible(violations, partial, x)

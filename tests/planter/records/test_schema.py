@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 
 from planter.records import schema
-from tests.support.cli import answer
+from tests.support.cli import answer, refusal
 
 CALLS = {
     "clutch geometry": ("shi2021",),
@@ -83,3 +83,9 @@ def test_a_unit_that_changes_is_noticed_deep_down() -> None:
     other["travel"][0]["printed_cm"] = other["travel"][0].pop("printed_mm")
     assert fits("clutch geometry", found)
     assert not fits("clutch geometry", other)
+
+
+def test_the_command_prints_a_schema_and_suggests_one() -> None:
+    assert answer("schema", "clutch", "geometry") == committed("clutch geometry")
+    assert answer("schema")["commands"] == sorted(schema.results())
+    assert "did you mean clutch geometry?" in refusal("schema", "clutch", "geometri")

@@ -1,0 +1,198 @@
+"""The public interface: light, every name there and explained with its units, nothing handed in is changed."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from dataclasses import is_dataclass
+
+import numpy as np
+import pytest
+
+import derive
+import derive.toolkit as toolkit
+import planter
+from planter import Device, InputError, Record, load_machine, rooms
+from tests.support.house import ROOT
+
+UNIT = re.compile(r"\[[^\]]+\]")
+NUMBERS = re.compile(r"\b(float|Array)\b")
+
+
+def public() -> dict[str, object]:
+    return {name: getattr(planter, name) for name in planter.__all__ if name != "__version__"}
+
+
+def members() -> Iterator[tuple[str, object]]:
+    """Public functions and classes, and of classes their own methods and properties."""
+    for name, found in public().items():
+        yield name, found
+        if inspect.isclass(found) and not issubclass(found, Exception):
+            own = {key: value for key, value in vars(found).items() if not key.startswith("_")}
+            methods = {key: value for key, value in own.items() if callable(value) or hasattr(value, "__doc__")}
+            yield from ((f"{name}.{key}", value) for key, value in methods.items() if _is_code(value))
+
+
+def _is_code(found: object) -> bool:
+    return inspect.isroutine(found) or isinstance(found, property) or type(found).__name__ == "cached_property"
+
+
+def code(found: object) -> Callable[..., object]:
+    return getattr(found, "fget", None) or getattr(found, "func", None) or getattr(found, "__func__", None) or found
+
+
+def unexplained(found: object) -> str:
+    """What a docstring lacks; nothing where it is complete."""
+    text = inspect.getdoc(found) or ""
+    if not text:
+        return "no docstring"
+    if inspect.isclass(found):
+        return ""
+    annotations = " ".join(map(str, getattr(code(found), "__annotations__", {}).values()))
+    return "no unit" if NUMBERS.search(annotations) and not UNIT.search(text) else ""
+
+
+def test_planter_is_light_to_import() -> None:
+    script = "import sys, planter; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
+
+
+def test_derive_is_light_to_import_and_offers_the_toolkit() -> None:
+    script = "import sys, derive; print('sympy' in sys.modules, *derive.__all__)"
+    light, *names = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert light == "False"
+    assert names == list(toolkit.__all__) == sorted(toolkit.__all__)
+    assert set(names) <= set(dir(derive))
+    assert all(hasattr(derive, name) for name in names)
+
+
+def test_every_name_is_there_and_no_room_has_it() -> None:
+    assert planter.__all__ == sorted(planter.__all__)
+    assert set(planter.__all__) <= set(dir(planter))
+    assert not set(planter.__all__) & rooms.rooms().keys()
+    with pytest.raises(AttributeError, match="no attribute 'Devise'"):
+        planter.Devise  # noqa: B018
+
+
+@pytest.mark.parametrize(("name", "found"), list(members()), ids=[name for name, _ in members()])
+def test_every_name_is_explained_with_its_units(name: str, found: object) -> None:
+    assert not unexplained(found), name
+
+
+def test_a_name_without_docstring_or_unit_is_noticed() -> None:
+    def mute(x: float) -> float:
+        return x
+
+    def unitless(x: float) -> float:
+        """Twice a length."""
+        return 2 * x
+
+    assert unexplained(mute) == "no docstring"
+    assert unexplained(unitless) == "no unit"
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return Device(load_machine("wang2017"))
+
+
+def test_designs_carry_names_and_units(device: Device) -> None:
+    x = device.x(R3_mm=31.0, m31=1.5)
+    assert device.named(x) == {**device.named(device.design), "R3_mm": 31.0, "m31": 1.5}
+    assert x[device.names.index("R3_mm")] == pytest.approx(0.031, rel=1e-15)
+    assert (device.x() == device.design).all()
+    assert device.x() is not device.design
+    with pytest.raises(InputError, match="R3_m is no design parameter of wang2017: did you mean R3_mm"):
+        device.x(R3_m=0.031)
+    with pytest.raises(InputError, match="it must be one of theta_deg, "):
+        device.x(unheard_of=1.0)
+
+
+def state(device: Device) -> dict[str, object]:
+    """Everything of a device that a call might change, kernels that are made at the first use apart."""
+    kept = {key: value for key, value in vars(device).items() if isinstance(value, np.ndarray | bool | str | tuple)}
+    arrays = {key: value.tobytes() if isinstance(value, np.ndarray) else value for key, value in kept.items()}
+    return arrays | {"machine": device.machine.model_dump_json()}
+
+
+def calls() -> dict[str, Callable[[Device], object]]:
+    return {
+        "simulate": lambda device: planter.simulate(device, 24, [100.0]),
+        "sensitivity": lambda device: planter.sensitivity(device, 24),
+        "validate": planter.validate,
+        "optimise_device": lambda device: planter.optimise_device(device, "ipopt", "24", starts=1),
+        "evaluate_many": lambda device: planter.evaluate_many(device, device.design[None], 24),
+        "Turns": lambda device: planter.Turns(device, 24).gradient(device.x(R3_mm=31.0)),
+        "html": lambda device: device._repr_html_(),
+    }
+
+
+@pytest.mark.parametrize("call", calls().values(), ids=calls().keys())
+def test_a_device_that_is_handed_in_stays_as_it_is(call: Callable[[Device], object]) -> None:
+    device = Device(load_machine("wang2017"))
+    before = state(device)
+    call(device)
+    assert state(device) == before
+
+
+def test_a_changed_device_is_noticed() -> None:
+    device = Device(load_machine("wang2017"))
+    before = state(device)
+    device.constants[0] *= 1 + 1e-12
+    assert state(device) != before
+
+
+def test_results_are_shown_as_tables_and_safe_text(device: Device) -> None:
+    found = planter.simulate(device, 24)
+    shown = found._repr_html_()
+    assert shown.startswith("<table>")
+    assert "<svg" in shown
+    assert "support_force.range_N" in shown
+    hostile = Device(device.machine.model_copy(update={"name": "<script>alert(1)</script>"}))
+    assert "<script" not in hostile._repr_html_()
+
+
+def test_rows_become_frames(device: Device) -> None:
+    found = planter.simulate(device, 24, [0.0, 100.0])
+    assert list(found.to_frame()["phi_deg"]) == list(np.degrees(found.cycle.phi))
+    assert list(found.result.to_frame()["phi_deg"]) == [0.0, 100.0]
+    batch = planter.evaluate_many(device, device.design[None], 24)
+    assert batch.to_frame()["range_N"][0] == batch.range_N[0]
+    with pytest.raises(InputError, match="has no rows warnigs"):
+        found.result.to_frame("warnigs")
+    with pytest.raises(InputError, match="has no rows to make a table of"):
+        found.result.work.to_frame()
+
+
+def test_a_frame_without_pandas_is_one_sentence(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match=r"pip install 'planter\[notebook\]'"):
+        planter.simulate(device, 24).to_frame()
+
+
+def test_records_are_frozen_and_their_keys_are_those_of_the_json(device: Device) -> None:
+    found = planter.simulate(device, 24).result
+    assert is_dataclass(found)
+    assert isinstance(found, Record)
+    assert found.table()["support_force"]["range_N"] == found.support_force.range_N
+    with pytest.raises(AttributeError):
+        found.samples = 1  # type: ignore[misc]
+
+
+def test_the_readme_s_python_runs_as_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("In Python:")[2]
+    blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)]
+    wanted = [block for block in blocks if "from planter import" in block]
+    assert [name in "".join(wanted) for name in ("device.x(", "evaluate_many(", "Kernel(")] == [True] * 3
+    space: dict[str, object] = {}
+    for block in wanted:
+        exec(compile(block, "README.md", "exec"), space)
+    assert space["best"].shape == (10,)
