@@ -1,12 +1,13 @@
-"""A local minimum from one start: IPOPT on a set of rows that is complete when it ends, kinks taken exactly.
+"""A local minimum from one start, on a set of rows that is complete when it ends, kinks taken exactly.
 
-Rows. IPOPT solves the epigraph form on the rows in hand. Samples that turn out to violate t_max or t_min join the
-rows, until none does. True extremes are asked for anew in windows, which hide none; a second round is needed only
-where two peaks of one window change places at the optimum. A smooth objective has no rows.
+Rows. A sampled turn without constraints goes to IPOPT, in epigraph form on the rows in hand; samples that turn out to
+violate t_max or t_min join the rows, until none does. So does a smooth objective, which has no rows. Everything else
+that has rows, true extremes, or samples under constraints or with joints held, goes to `sequential`, whose rows are
+those of each point that it comes to.
 
-Kinks. A sampled objective has one in x wherever a joint of order 1 passes a sample. IPOPT first ignores them: it
+Kinks. A sampled objective has one in x wherever a joint of order 1 passes a sample. The search first ignores them: it
 works with the one-sided derivatives of the side it is on, and where the optimum lies on no kink that is all. Where
-the certificate does not pass what it found, the search goes on from cell to cell, a cell being where every joint
+the certificate does not pass what it found, it goes on from cell to cell, a cell being where every joint
 stays between its two samples and everything is smooth:
 
 1. solve within the cell;
@@ -17,12 +18,11 @@ stays between its two samples and everything is smooth:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from planter.kernels import Array
-from planter.optimise import certificate, direct, ipopt
+from planter.optimise import certificate, direct, ipopt, sequential
 from planter.optimise.conditions import Local
 from planter.optimise.constraints import KEPT
 from planter.optimise.epigraph import Epigraph
@@ -30,7 +30,6 @@ from planter.optimise.objective import Evaluation, Kinks
 from planter.optimise.problem import Counts, Problem
 from planter.optimise.samples import MARGIN, Hold
 
-Options = Mapping[str, Any]
 MOST_ITERATIONS = 60
 ROUNDS, CELLS = 12, 100
 """Most times that rows are added, and most cells that are visited."""
@@ -48,9 +47,9 @@ SNAPS = (0.0, 1e-7, 1e-5, 1e-3)
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and IPOPT's iterations.
+    """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and the iterations it took.
 
-    `violation` is that of the constraints, in steps; `converged` is what IPOPT says of the run that ended there.
+    `violation` is that of the constraints, in steps; `converged` is what the solver says of the run that ended there.
     """
 
     u: Array
@@ -66,7 +65,7 @@ class Minimum:
 
     @property
     def settled(self) -> bool:
-        """Whether IPOPT converged here, and the constraints are kept."""
+        """Whether the solver converged here, and the constraints are kept."""
         return self.violation <= KEPT and self.converged
 
     @property
@@ -83,18 +82,12 @@ class Minimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
-def descend(
-    problem: Problem,
-    start: Array,
-    most_iterations: int = MOST_ITERATIONS,
-    rounds: int = ROUNDS,
-    options: Options | None = None,
-) -> Minimum:
+def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS, rounds: int = ROUNDS) -> Minimum:
     """The local minimum reached from a point u (p,) of the box.
 
-    `most_iterations` limits each of IPOPT's runs, `rounds` how often rows are added; `options` are IPOPT's.
+    `most_iterations` limits each of the runs, `rounds` how often rows are added.
     """
-    found = _complete(problem, start, problem.local(start), most_iterations, rounds, options)
+    found = _complete(problem, start, (), most_iterations, rounds)
     kinks = problem.objective.kinks
     if found.stationary or kinks is None:
         return found
@@ -102,35 +95,39 @@ def descend(
 
 
 def _complete(
-    problem: Problem,
-    start: Array,
-    local: Local,
-    most_iterations: int,
-    rounds: int = ROUNDS,
-    options: Options | None = None,
+    problem: Problem, start: Array, holds: Sequence[Hold], most_iterations: int, rounds: int = ROUNDS
 ) -> Minimum:
-    """Solved with rows added until no other exceeds the bounds on them."""
+    """The minimum with joints held as told."""
+    objective, constrained = problem.objective, problem.constraints is not None
+    if objective.windows or holds or (constrained and objective.kinks is not None):
+        found = sequential.minimum(problem, start, holds, 2 * most_iterations)
+        return replace(_minimum(problem, found.u, found.iterations), converged=found.converged)
+    return _interior(problem, start, problem.local(start, holds), most_iterations, rounds)
+
+
+def _interior(problem: Problem, start: Array, local: Local, most_iterations: int, rounds: int) -> Minimum:
+    """By IPOPT, with rows added until no other exceeds the bounds on them."""
     u, iterations, found = start, 0, []
     for _ in range(rounds):
         programme = Epigraph(problem, local, u)
-        solution = _solved(programme, most_iterations, options)
+        solution = _solved(programme, most_iterations)
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
         found.append(replace(_minimum(problem, u, iterations), converged=solution.converged))
         high, low = programme.limits(solution.z, VIOLATED)
         look = found[-1].evaluation.look
         complete = look.high <= high and look.low >= low
-        if found[-1].stationary or (complete if solution.converged else not problem.objective.windows):
+        if found[-1].stationary or complete or not solution.converged:
             break
         local = local.grown(problem.design(u), high, low)
     best = min(found, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
 
 
-def _solved(programme: Epigraph, most_iterations: int, options: Options | None) -> ipopt.Solution:
+def _solved(programme: Epigraph, most_iterations: int) -> ipopt.Solution:
     """By compiled functions where the programme has them; they do their own counting."""
     compiled = direct.functions(programme)
-    solution = ipopt.solve(programme, programme.start, most_iterations, compiled, options)
+    solution = ipopt.solve(programme, programme.start, most_iterations, compiled)
     if compiled:
         called = Counts(*(solution.calls[name] for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")))
         programme.problem.counts = programme.problem.counts + called
@@ -141,7 +138,7 @@ def _through_cells(problem: Problem, kinks: Kinks, found: Minimum, most_iteratio
     """From cell to cell until a minimum inside one or on a kink is found, or the objective falls no more."""
 
     def solved(minimum: Minimum, holds: list[Hold]) -> Minimum:
-        return _complete(problem, minimum.u, problem.local(minimum.u, tuple(holds)), most_iterations).after(minimum)
+        return _complete(problem, minimum.u, tuple(holds), most_iterations).after(minimum)
 
     here = solved(found, [kinks.wall(pin, distance) for pin, distance in kinks.near(problem.design(found.u))])
     for _ in range(CELLS if problem.constraints is None else CONSTRAINED_CELLS):

@@ -30,10 +30,6 @@ OPTIONS: dict[str, Any] = {
     "acceptable_iter": 0,
 }
 
-
-SMALL_STEPS: dict[str, Any] = {"mu_strategy": "monotone", "mu_init": 1e-3}
-"""For constrained problems with many local minima: the barrier falls step by step from where it is small already, so
-that a search which is near a minimum is not sent away again."""
 QUIET: dict[str, Any] = {
     "print_time": False,
     "show_eval_warnings": False,
@@ -139,18 +135,16 @@ def solve(
     start: Array,
     most_iterations: int = 100,
     compiled: Mapping[str, ca.Function] | None = None,
-    options: Mapping[str, Any] | None = None,
 ) -> Solution:
     """A local minimum from `start` (n,), or where IPOPT gave up: see `converged`.
 
-    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of the programme's own,
-    `options` of IPOPT's go before `OPTIONS`.
+    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of the programme's own.
     Raises what the programme's functions raise, KeyboardInterrupt included.
     """
     failures: list[BaseException] = []
     functions = compiled or _functions(programme, failures)
     given = {key: function for key, function in functions.items() if key != "nlp"}
-    settings: dict[str, Any] = {**given, **QUIET, "ipopt": {**OPTIONS, **(options or {}), "max_iter": most_iterations}}
+    settings: dict[str, Any] = {**given, **QUIET, "ipopt": {**OPTIONS, "max_iter": most_iterations}}
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}
     found = uninterrupted(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)

@@ -32,8 +32,8 @@ class Objective(Protocol):
     """weight * (largest upper row - least lower row) + outer(a smooth function), over designs x (p,).
 
     `unit` is what counts as one in residuals and tolerances; None: its value at the design to start from. `felt` (p,)
-    marks the parameters that it feels at all. `windows` says that its rows move with the design, so that a solve which
-    failed is worth another with new ones. `kinks` is None where it is smooth but for its rows.
+    marks the parameters that it feels at all. `windows` says that its rows move with the design, so that none of them
+    serves a whole descent. `kinks` is None where it is smooth but for its rows.
     """
 
     @property

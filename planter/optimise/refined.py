@@ -13,6 +13,7 @@ and twice F times that for the integral of F squared.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -164,15 +165,16 @@ class Refined:
 
     def __init__(self, response: Response) -> None:
         self.response = response
+        self.panels = Latest(lambda x: Panels(response, x))
 
     def look(self, x: Array) -> Look:
-        return Panels(self.response, x).look
+        return self.panels(x).look
 
     def local(self, x: Array) -> RefinedRows:
-        return RefinedRows(self.response, Panels(self.response, x).extremes)
+        return RefinedRows(self.panels, self.panels(x).extremes)
 
     def conditions(self, x: Array) -> Conditions:
-        panels = Panels(self.response, x)
+        panels = self.panels(x)
         found = panels.extremes
         _, gradients, _ = panels.row_slopes(found.angles, found.joint)
         return Conditions(found.force[found.peaks], gradients[found.peaks], found.force[~found.peaks],
@@ -189,8 +191,10 @@ class RefinedRows:
     keep both in sight until each has its own window.
     """
 
-    def __init__(self, response: Response, found: Extremes, upper: Array = NOWHERE, lower: Array = NOWHERE) -> None:
-        self.response, self.upper, self.lower = response, upper, lower
+    def __init__(
+        self, panels: Callable[[Array], Panels], found: Extremes, upper: Array = NOWHERE, lower: Array = NOWHERE
+    ) -> None:
+        self.panels, self.upper, self.lower = panels, upper, lower
         self.valleys, self.peaks = found.angles[~found.peaks], found.angles[found.peaks]
         self.bounds = np.empty((2, 0))
         self._seen: list[tuple[float, float]] = []
@@ -200,7 +204,7 @@ class RefinedRows:
         """With the windows of this design, and with rows where the extremes were on the way to it."""
         tops, bottoms = (np.array(angles) for angles in zip(*self._seen, strict=True))
         upper, lower = (apart(np.concatenate(a), CLUSTER) for a in ((self.upper, tops), (self.lower, bottoms)))
-        return RefinedRows(self.response, self._state(x).panels.extremes, upper, lower)
+        return RefinedRows(self.panels, self._state(x).panels.extremes, upper, lower)
 
     def look(self, x: Array) -> Look:
         return self._state(x).panels.look
@@ -227,7 +231,7 @@ class _State:
     """All rows at one design: angle, force, joint or -1, and whether it is a smooth peak, which moves on its own."""
 
     def __init__(self, rows: RefinedRows, x: Array) -> None:
-        self.panels = Panels(rows.response, x)
+        self.panels = rows.panels(x)
         found = self.panels.extremes
         picked = [
             _best(self.panels, rows.valleys, found, True),

@@ -11,7 +11,6 @@ from planter.errors import ComputationError
 from planter.gearing.families import own_parameters
 from planter.gearing.stage import names
 from planter.kernels import Array
-from planter.optimise import certificate, ipopt
 from planter.optimise.constraints import KEPT
 from planter.optimise.descent import STATIONARY, Minimum, descend
 from planter.optimise.elastic import Least, least_violation
@@ -27,8 +26,6 @@ from planter.planting.requirements.verdict import infeasible
 
 ITERATIONS = 60
 """Most iterations of a descent."""
-TRIES: tuple[dict[str, Any], ...] = (ipopt.SMALL_STEPS, {}, {"adaptive_mu_globalization": "kkt-error"})
-"""IPOPT's options: where a descent is cut short, the next ones are tried from the same start."""
 MORE_STARTS, ABOUT = 3, 0.25
 """Starts about the best minimum, and how far: this share of the way from it to points anywhere in the box."""
 AT_LIMIT = 1e-4
@@ -80,32 +77,12 @@ def _try(problem: Problem, required: Required, start: Array, ends: list[Minimum]
     """A start whose end goes to the others, in order; nothing where a path that can plant is left on the way."""
     try:
         least.append(least_violation(problem, required, start))
-        if least[-1].kept:
-            ends.append(_descended(problem, least[-1].u))
-            ends.sort(key=_place)
+        found = descend(problem, least[-1].u, ITERATIONS)
     except ComputationError:
         return
-
-
-def _descended(problem: Problem, u: Array) -> Minimum:
-    """Where the best of the descents from a point u (p,) that keeps the requirements ends, the first at a minimum.
-
-    One that was cut short may end where they are not kept: then the point that it started from stands.
-    """
-    found = [_here(problem, u)]
-    for options in TRIES:
-        found.append(descend(problem, u, ITERATIONS, 1, options))
-        if found[-1].stationary:
-            break
-    return _ordered(found)[0]
-
-
-def _ordered(minima: list[Minimum]) -> list[Minimum]:
-    return sorted(minima, key=_place)
-
-
-def _place(minimum: Minimum) -> tuple[bool, float]:
-    return minimum.violation > KEPT, minimum.objective
+    if found.violation <= KEPT:
+        ends.append(found)
+        ends.sort(key=lambda minimum: minimum.objective)
 
 
 def _agreeing(problem: Problem, ends: list[Minimum]) -> list[Minimum]:
@@ -121,11 +98,6 @@ def _lacks(problem: Problem, ends: list[Minimum]) -> list[str]:
         told = f"the next ended at {others[0].objective:.6g}" if others else "no other kept the requirements"
         found.append(f"a second start that agrees ({told})")
     return found
-
-
-def _here(problem: Problem, u: Array) -> Minimum:
-    """A point as it is, for where a descent that was cut short left the requirements."""
-    return Minimum(u, problem.evaluate(u), certificate.kkt_residual(problem, u), 0)
 
 
 def _found(problem: Problem, required: Required, u: Array) -> dict[str, Any]:

@@ -73,6 +73,7 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
         verdicts = {one["verdict"] for one in entry["requirements"]}
         assert (verdicts == {"pass"}) is entry["feasible"]
         assert not entry["settled"] or not entry["feasible"]  # one start cannot agree with another
+        assert not entry["feasible"] or entry["kkt_residual"] < 1e-6
         assert entry["lacks"][-1].startswith("a second start that agrees") or not entry["feasible"]
         assert (entry["rank"] is None) is not entry["settled"]
     assert result["settled"] == sum(entry["settled"] for entry in result["devices"])

@@ -1,0 +1,249 @@
+"""A local minimum of an objective with rows, by sequential quadratic programmes with rows made anew at every point.
+
+At a point u the rows are all the extremes that there are, with the rows of the constraints; over steps d, t_max, t_min
+and one slack s >= 0,
+
+    minimise  objective's slope along (d, t) + d' H d / 2 + penalty s
+    subject to  rows to first order <= t_max, >= t_min,  constraints to first order within s of their bounds,
+                u + d in the box,  |d| <= radius,
+
+H the Hessian of the Lagrangian, taken on where the active rows move and made convex where they hold still (Nocedal and
+Wright, Numerical Optimization, 2006, 18.4 and 18.5). A step counts by what it does to the objective itself, with the
+penalty on the worst violation: no row that is missed, or that has come to be, can deceive it. Where the active rows
+bend too much for it, the step is corrected to second order; failing that the radius shrinks. An interior point method,
+which has to leave all rows a distance, creeps along such corners; here they are what a step runs along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planter.errors import ComputationError
+from planter.kernels import Array
+from planter.optimise import quadratic
+from planter.optimise.constraints import KEPT
+from planter.optimise.epigraph import Epigraph
+from planter.optimise.problem import Problem
+from planter.optimise.samples import Hold
+
+MOST_ITERATIONS = 100
+RADIUS, GREATEST, LEAST = 0.1, 0.5, 1e-11
+"""Of a step in any coordinate, in the box's unit: at first, at most, and where the search gives up."""
+GOOD, POOR, ACCEPTED = 0.75, 0.25, 0.05
+"""Shares of the predicted fall: the radius grows, it shrinks, the step is taken at all."""
+NOISE, LAST = 1e-12, 3
+"""Predicted falls that rounding hides, the problem's scale being 1, and how many such steps are taken."""
+ROUNDING = 1e-12
+"""Coordinates closer to their bounds are on them."""
+PENALTY, RAISED, MOST_PENALTY = 1.0, 4.0, 1e6
+FLOOR = 1e-9
+"""Least curvature of a model, as a share of its greatest."""
+CARRIES = 1e-7
+"""Multipliers above this belong to active rows."""
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Where the search ended: a point u (p,), after how many iterations, and whether no step promised a fall."""
+
+    u: Array
+    iterations: int
+    converged: bool
+
+
+def minimum(
+    problem: Problem, start: Array, holds: Sequence[Hold] = (), most_iterations: int = MOST_ITERATIONS
+) -> Reached:
+    """The local minimum reached from a point u (p,), joints held as told."""
+    return _Search(problem, holds).run(problem.box.inside(start), most_iterations)
+
+
+class _Point:
+    """The programme at a point u (p,), to first order. Raises ComputationError where there is none."""
+
+    def __init__(self, problem: Problem, u: Array, holds: Sequence[Hold]) -> None:
+        self.u, self.problem = u, problem
+        self.programme = Epigraph(problem, problem.local(u, holds), u)
+        self.z = self.programme.start
+        self.f, self.g = self.programme.f(self.z), self.programme.g(self.z)
+        if not (np.isfinite(self.f) and np.isfinite(self.g).all()):
+            raise ComputationError("the objective, or a constraint, is not finite here")
+
+    @property
+    def n(self) -> int:
+        return self.programme.n
+
+    @cached_property
+    def gradient(self) -> Array:
+        return self.programme.gradient(self.z)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        return self.programme.jacobian(self.z)
+
+    @property
+    def required(self) -> Array:
+        """Which rows may give way, at a price: 1 for those of the constraints, 0 for those of the epigraph."""
+        return (np.arange(len(self.g)) >= self.programme.a + self.programme.b).astype(float)
+
+    @property
+    def violation(self) -> float:
+        beyond = np.maximum(self.programme.g_lower - self.g, self.g - self.programme.g_upper)
+        return float((beyond * self.required).max(initial=0.0))
+
+    def merit(self, penalty: float) -> float:
+        return self.f + penalty * self.violation
+
+    def curvature(self, multipliers: Array) -> Array:
+        """Hessian of the Lagrangian in the free coordinates, (n, n)."""
+        return self.programme.hessian(self.z, 1.0, multipliers)[: self.n, : self.n]
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A step d (n,) in the free coordinates and t, the fall that the model predicts, multipliers of rows and bounds."""
+
+    move: Array
+    fall: float
+    rows: Array
+    bounds: Array
+
+
+class _Search:
+    def __init__(self, problem: Problem, holds: Sequence[Hold]) -> None:
+        self.problem, self.holds = problem, holds
+        self.radius, self.penalty = RADIUS, PENALTY
+
+    def run(self, start: Array, most_iterations: int) -> Reached:
+        here, last = _Point(self.problem, start, self.holds), 0
+        model = np.eye(here.n)
+        for iteration in range(most_iterations):
+            first = self._step(here, model, here.g)
+            if first is None:
+                return Reached(here.u, iteration, False)
+            self._reprice(here, first)
+            model = _convex(here.curvature(first.rows), _normals(here, first))
+            following, fall = self._taken(here, model)
+            small = fall <= NOISE * self.penalty
+            if small and here.violation > KEPT and self.penalty < MOST_PENALTY:
+                self.penalty *= RAISED
+                continue
+            last += small
+            if following is None or last == LAST:
+                return Reached((following or here).u, iteration + 1, small)
+            here = following
+        return Reached(here.u, most_iterations, False)
+
+    def _reprice(self, here: _Point, step: _Step) -> None:
+        """A higher penalty where it is what holds the constraints back."""
+        if here.required.any() and np.abs(step.rows) @ here.required >= 0.99 * self.penalty:
+            self.penalty = min(RAISED * self.penalty, MOST_PENALTY)
+
+    def _step(self, here: _Point, model: Array, g: Array) -> _Step | None:
+        """The step of a model at a point, with rows that are g (m,) there."""
+        n, programme, price = here.n, here.programme, here.required
+        size, slack = len(here.z), int(price.any())
+        hessian, slope = np.zeros((size + slack, size + slack)), np.append(here.gradient, np.full(slack, self.penalty))
+        hessian[:n, :n] = model
+        above, below = (np.flatnonzero(np.isfinite(b)) for b in (programme.g_upper, programme.g_lower))
+        give = -np.append(price[above], price[below])[:, None]
+        rows = np.hstack([np.vstack([here.jacobian[above], -here.jacobian[below]]), give[:, :slack]])
+        most = np.append(programme.g_upper[above] - g[above], g[below] - programme.g_lower[below])
+        low, high = np.full(size + slack, -np.inf), np.full(size + slack, np.inf)
+        low[:n] = np.maximum(programme.lower[:n] - here.z[:n], -self.radius)
+        high[:n] = np.minimum(programme.upper[:n] - here.z[:n], self.radius)
+        low[size:] = 0.0
+        found = quadratic.solve(hessian, slope, rows, most, (low, high))
+        if found is None:
+            return None
+        multipliers = np.zeros(len(g))
+        multipliers[above] += found.rows[: len(above)]
+        multipliers[below] -= found.rows[len(above) :]
+        cost = slope @ found.z + found.z[:n] @ model @ found.z[:n] / 2
+        fall = self.penalty * here.violation - float(cost)
+        return _Step(found.z[:size], fall, multipliers, found.bounds[:n])
+
+    def _taken(self, here: _Point, model: Array) -> tuple[_Point | None, float]:
+        """The point that a step leads to, None where no radius gives one, and the fall that was predicted."""
+        fall = 0.0
+        while self.radius > LEAST:
+            step = self._step(here, model, here.g)
+            if step is None:
+                return None, np.inf
+            fall = step.fall
+            trial = self._trial(here, step.move)
+            share = self._share(here, trial, fall)
+            if share < POOR and fall > NOISE * self.penalty and trial is not None:
+                corrected = self._corrected(here, model, step, trial)
+                if corrected is not None and corrected.merit(self.penalty) < trial.merit(self.penalty):
+                    trial, share = corrected, self._share(here, corrected, fall)
+            length = float(np.abs(step.move[: here.n]).max(initial=0.0))
+            if share > ACCEPTED or (fall <= NOISE * self.penalty and trial is not None):
+                if share > GOOD and length > 0.9 * self.radius:
+                    self.radius = min(2.5 * self.radius, GREATEST)
+                elif share < POOR and fall > NOISE * self.penalty:
+                    self.radius = max(self.radius, length) / 2
+                return trial, fall
+            self.radius = min(self.radius, length) / 3
+        return None, fall
+
+    def _trial(self, here: _Point, move: Array) -> _Point | None:
+        z = here.z.copy()
+        z[: here.n] += move[: here.n]
+        try:
+            u = self.problem.box.inside(here.programme.point(z))
+            return _Point(self.problem, self.problem.box.snapped(u, ROUNDING), self.holds)
+        except ComputationError:
+            return None
+
+    def _share(self, here: _Point, trial: _Point | None, fall: float) -> float:
+        """What part of the predicted fall a trial makes true."""
+        if trial is None or fall <= 0:
+            return -np.inf
+        return (here.merit(self.penalty) - trial.merit(self.penalty)) / fall
+
+    def _corrected(self, here: _Point, model: Array, step: _Step, trial: _Point) -> _Point | None:
+        """The step anew, with the rows as they are at the trial: right to second order in the active ones."""
+        z = here.z + step.move
+        z[: here.n] = trial.z[: here.n]
+        g = here.programme.g(z)
+        again = self._step(here, model, g - here.jacobian @ step.move) if np.isfinite(g).all() else None
+        return None if again is None else self._trial(here, again.move)
+
+
+def _normals(here: _Point, step: _Step) -> Array:
+    """Normals (k, n) of what holds a step: active constraints, differences of active rows of one side, bounds."""
+    n, programme = here.n, here.programme
+    carrying = np.abs(step.rows) > CARRIES
+    sides = np.split(np.arange(len(step.rows)), [programme.a, programme.a + programme.b])
+    rows = [here.jacobian[side[carrying[side]], :n] for side in sides]
+    apart = [group[1:] - group[:1] for group in rows[:2]]
+    low, high = here.z[:n] <= programme.lower[:n], here.z[:n] >= programme.upper[:n]
+    held = (low & (step.bounds < -CARRIES)) | (high & (step.bounds > CARRIES))
+    return np.vstack([*apart, rows[2], np.eye(n)[held]])
+
+
+def _convex(hessian: Array, normals: Array) -> Array:
+    """A positive definite matrix (n, n) that gives the same steps as a Hessian where what is active holds them.
+
+    Along the normals (k, n) a step is fixed, so that curvature added there changes none; of what remains, negative
+    curvature is taken for positive.
+    """
+    floor = FLOOR * max(1.0, float(np.abs(hessian).max()))
+    _, sizes, right = np.linalg.svd(normals)
+    rank = int((sizes > 1e-9 * sizes.max(initial=0.0)).sum())
+    along, free = right[:rank].T, right[rank:].T
+    total = hessian.copy()
+    values, vectors = np.linalg.eigh(free.T @ hessian @ free)
+    basis = free @ vectors
+    total += (basis * (np.maximum(np.abs(values), floor) - values)) @ basis.T
+    if rank:
+        mixed, inner = along.T @ total @ free, free.T @ total @ free
+        rest = along.T @ total @ along - mixed @ np.linalg.solve(inner, mixed.T)
+        total += max(0.0, floor - float(np.linalg.eigvalsh(rest)[0])) * along @ along.T
+    symmetric: Array = (total + total.T) / 2
+    return symmetric
