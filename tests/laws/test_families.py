@@ -14,9 +14,8 @@ from mpmath import mp
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from planter.errors import GeometryError, InputError
+from planter.errors import GeometryError
 from planter.gearing import families
-from planter.gearing.sizing import Size, Sizing
 from planter.gearing.stage import TAIL, Candidate
 from planter.kernels import Kernel
 from planter.planting.model import Device
@@ -24,6 +23,7 @@ from tests.laws.test_gradients import TOLERANCE, errors, smooth_point
 from tests.laws.test_planting_laws import momentum_rate, weight
 from tests.support import kinematics, model, pairs, xp_complex, xp_mpmath
 from tests.support.joints import of_side, of_teeth
+from tests.support.sizing import Size
 
 Array = NDArray[np.float64]
 TURN = 2 * np.pi
@@ -326,22 +326,6 @@ def test_small_swings_are_the_same_in_every_family(family: str) -> None:
         assert at["r"][0] / 0.03 == pytest.approx(1 + swing / 2 * np.cos(t), abs=bound)
         assert at["ratio"][0] == pytest.approx(1 + swing * np.cos(t), abs=bound)
         assert hoisted[0, 0] / 0.06 == pytest.approx(1, abs=bound)
-
-
-BAD_SIZES = [
-    (Size(0.0, 0.1), r"mean_radius = 0.0 is not allowed: it must be greater than 0"),
-    (Size(0.03, 1.0), r"swing = 1.0 is not allowed: it must be between 0 and 1"),
-    (Size(0.03, 0.1, 0.5), r"deformation = 0.5 is not allowed: it must be greater than 1/2"),
-    (Size(0.03, 0.1, 1.0, (0.1, 0.1, 0.1)), r"shape = .* is not allowed: it must be . finite numbers"),
-    (Size(0.03, math.nan), r"swing = nan is not allowed"),
-]
-
-
-@every_family
-@pytest.mark.parametrize(("bad", "sentence"), BAD_SIZES)
-def test_sizes_that_no_curve_has_are_named(family: str, bad: Size, sentence: str) -> None:
-    with pytest.raises(InputError, match=f"{family}: {sentence}"):
-        Sizing(family).parameters(bad)
 
 
 BAD_CURVES = {

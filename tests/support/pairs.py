@@ -9,9 +9,9 @@ import numpy as np
 from derive.gearing.meshing import FAMILIES
 from planter.files import units
 from planter.gearing import families
-from planter.gearing.sizing import Size, Sizing
 from planter.gearing.stage import Candidate, Stage, converged
 from planter.planting.file import Machine, load
+from tests.support.sizing import Size, Sizing
 
 Drawn = tuple[str, int]
 """A family and a seed."""

@@ -12,8 +12,8 @@ from scipy.special import ellipe
 from derive.gearing import meshing
 from derive.gearing.meshing import FAMILIES, PitchCurve
 from generated.array import curve_ellipse, curve_limacon, curve_sine
-from planter.gearing.sizing import Size, Sizing
 from tests.support import pairs
+from tests.support.sizing import Size, Sizing
 
 TURN = 2 * np.pi
 BY_FORMULA = [family for family in FAMILIES.values() if isinstance(family.turned(), sp.Expr)]

@@ -20,11 +20,11 @@ from derive.gearing.meshing import FAMILIES, PitchCurve
 from planter.errors import GeometryError, InputError
 from planter.files import examples
 from planter.gearing import families as curves
-from planter.gearing.sizing import Size, Sizing
 from planter.kernels import generated
 from planter.planting import file
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from tests.support.sizing import Size, Sizing
 
 TEN = ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg", "R3_mm", "e3_mm", "m31", "A6_mm", "k6", "m61")
 

@@ -1,4 +1,4 @@
-"""One description for the pitch curves of all families: mean radius, relative swing of the ratio, deformation.
+"""Curves of a wanted size in any family, to draw tests from: mean radius, relative swing of the ratio, deformation.
 
 The mean radius is that over the polar angle; the relative swing (largest - least) / (largest + least) of the ratio is
 the same whichever gear drives. Neither depends on the deformation, because both segments run through the same radii.
@@ -12,7 +12,6 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.errors import ComputationError, InputError
 from planter.gearing import families
 from planter.gearing.stage import FIRST_TERMS, MOST_TERMS, TAIL, Candidate, Stage, converged
 from planter.kernels import Array, Kernel
@@ -34,17 +33,6 @@ class Size:
     swing: float
     deformation: float = 1.0
     shape: tuple[float, ...] = ()
-
-    def check(self, family: str, shapes: int) -> None:
-        """Raise InputError where no family has such a size, or this one not such a shape."""
-        for name, fits, allowed in (
-            ("mean_radius", 0 < self.mean_radius < np.inf, "greater than 0"),
-            ("swing", 0 < self.swing < 1, "between 0 and 1"),
-            ("deformation", 0.5 < self.deformation < np.inf, "greater than 1/2"),
-            ("shape", len(self.shape) in (0, shapes) and np.isfinite(self.shape).all(), f"{shapes} finite numbers"),
-        ):
-            if not fits:
-                raise InputError(f"{family}: {name} = {getattr(self, name)} is not allowed: it must be {allowed}")
 
 
 class Sizing:
@@ -70,11 +58,7 @@ class Sizing:
         return Size(mean, swing, float(own[-1]))
 
     def parameters(self, size: Size) -> Array:
-        """The curve of a size: in closed form where the family has one, else solved.
-
-        Raises InputError for a size that no curve has, ComputationError where none is found.
-        """
-        size.check(self.family, len(self.sidecar["shapes"]))
+        """The curve of a size: in closed form where the family has one, else solved; ValueError where none is found."""
         terms = FIRST_TERMS if self.sidecar["series"] else 0
         while terms <= MOST_TERMS:
             stage = Stage(self.family, self._names, terms)
@@ -112,8 +96,8 @@ class Sizing:
     def _relative(self) -> Kernel:
         return Kernel(families.module(self.family).relative())
 
-    def _not_found(self, size: Size) -> ComputationError:
-        return ComputationError(f"no {self.sidecar['title']} of the relative swing {size.swing:g} was found")
+    def _not_found(self, size: Size) -> ValueError:
+        return ValueError(f"no {self.sidecar['title']} of the relative swing {size.swing:g} was found")
 
 
 class _Described:
