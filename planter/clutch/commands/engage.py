@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import enum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planter.clutch.commands.group import ClutchArgument, clutch
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+
+if TYPE_CHECKING:
+    from planter.clutch.results import ContactEngagement, ModalEngagement
 
 
 class Mode(enum.StrEnum):
@@ -43,11 +46,11 @@ def engage(
 
         file = load(source, changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is Mode.modal:
-            result: dict[str, Any] = {"clutch": file.name, **modal.result(file.si, shape)}
+            result: ModalEngagement | ContactEngagement = modal.result(file, shape)
             curves = None
         else:
             found = contact.compare(file, shape, progress=console.progress)
-            result, curves = {"clutch": file.name, **found.result}, found.runs
+            result, curves = found.result, found.runs
         if out is not None:
             from planter.clutch.report import engagement
 

@@ -10,13 +10,13 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from planter.clutch.engage import beam, dynamics, start
 from planter.clutch.engage.inputs import Inputs, inputs
 from planter.clutch.engage.modal import FACTORS
 from planter.clutch.engage.switching import Switching, engage, switch, total
 from planter.clutch.file import Clutch as File
+from planter.clutch.results import AtPhase, ContactEngagement, TeethInSleeve, VariedContact
 from planter.progress import Listener, Phase
 
 VARIED: dict[str, tuple[str, ...]] = {
@@ -42,7 +42,7 @@ class Comparison:
     """Both clutches' motions, and the result as the command reports it."""
 
     runs: dict[str, Switching]
-    result: dict[str, Any]
+    result: ContactEngagement
 
 
 def compare(
@@ -61,37 +61,37 @@ def compare(
     for name, clutch in clutches.items():
         runs[name] = switch(clutch, given, phase)
         steps.next(f"{name} clutch: engagement and cut-off")
-    varied: list[dict[str, Any]] = []
+    varied: list[VariedContact] = []
     for (name, fields), factor in itertools.product(VARIED.items(), wanted):
-        varied.append({"input": name, "factor": factor, **_loads(clutches, given.times(factor, *fields), phase)})
+        varied.append(VariedContact(name, factor, *_loads(clutches, given.times(factor, *fields), phase)))
         steps.next(f"{name} times {factor:.3g}")
-    phases: list[dict[str, float]] = []
+    phases: list[AtPhase] = []
     for later in PHASES_DEG:
         at = file.contact.phase_deg + later
-        phases.append({"phase_deg": at, **_loads(clutches, given, math.radians(at))})
+        phases.append(AtPhase(at, *_loads(clutches, given, math.radians(at))))
         steps.next(f"input at {at:g} deg")
-    shown = {name: run.shown() for name, run in runs.items()}
-    result = {
-        "mode": "contact",
-        **shown,
-        "N_max_ratio": shown["reuleaux"]["N_max_N"] / shown["dog"]["N_max_N"],
-        "energy": total([run.energy() for run in runs.values()]),
-        "sensitivity": varied,
-        "phases": phases,
-        "teeth": {
-            "coaxial_overlap_mm": 1e3 * start.coaxial_overlap(clutches["reuleaux"], given),
-            "root_least_mm": 1e3 * start.least_root(given),
-        },
-        "assumptions": list(dynamics.ASSUMPTIONS),
-    }
+    reuleaux, dog = (runs[name].shown() for name in ("reuleaux", "dog"))
+    result = ContactEngagement(
+        clutch=file.name,
+        mode="contact",
+        reuleaux=reuleaux,
+        dog=dog,
+        N_max_ratio=reuleaux.N_max_N / dog.N_max_N,
+        energy=total([run.energy() for run in runs.values()]),
+        sensitivity=varied,
+        phases=phases,
+        teeth=TeethInSleeve(
+            coaxial_overlap_mm=1e3 * start.coaxial_overlap(clutches["reuleaux"], given),
+            root_least_mm=1e3 * start.least_root(given),
+        ),
+        assumptions=list(dynamics.ASSUMPTIONS),
+    )
     return Comparison(runs, result)
 
 
-def _loads(clutches: dict[str, dynamics.Clutch], given: Inputs, phase: float) -> dict[str, float]:
-    """Largest loads of both clutches, and their ratio, Reuleaux over dog."""
-    loads = {name: float(engage(clutch, given, phase, BRIEF_TOLERANCE).load.max()) for name, clutch in clutches.items()}
-    return {
-        "N_max_ratio": loads["reuleaux"] / loads["dog"],
-        "reuleaux_N_max_N": loads["reuleaux"],
-        "dog_N_max_N": loads["dog"],
-    }
+def _loads(clutches: dict[str, dynamics.Clutch], given: Inputs, phase: float) -> tuple[float, float, float]:
+    """Ratio of the largest loads, Reuleaux over dog, and both of them."""
+    reuleaux, dog = (
+        float(engage(clutches[name], given, phase, BRIEF_TOLERANCE).load.max()) for name in ("reuleaux", "dog")
+    )
+    return reuleaux / dog, reuleaux, dog

@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 from planter.clutch.engage.beam import PAPERS, Beam, Si, beam
+from planter.clutch.file import Clutch
+from planter.clutch.results import Energy, ModalEngagement, Mode, OneModeLoads, Varied
 from planter.kernels import formulas
 
 FACTORS = (10**-0.5, 10**0.5)
@@ -61,7 +62,7 @@ class Modal:
         rates = {"B1": self.extremes["B1"], "B2": self.extremes["B2"]}
         return formulas.load("clutch_beam").at("motion", t=t, **rates, struck=self.struck.packed)
 
-    def energy(self) -> dict[str, float]:
+    def energy(self) -> Energy:
         """Work of the driving force from the start until contact is lost, or for a period, and where it went [J].
 
         The start itself is the paper's: the shaft end takes the body's speed from nowhere.
@@ -72,7 +73,7 @@ class Modal:
         kinetic = moving * (last["rate"] ** 2 - self.struck.start**2) / 2
         given = self.struck.force * last["y_max"]
         kept = kinetic + self.beam.stiffness * last["y_max"] ** 2 / 2
-        return {"input_J": given, "stored_J": kept, "lost_J": 0.0, "imbalance_J": given - kept}
+        return Energy(input_J=given, stored_J=kept, lost_J=0.0, imbalance_J=given - kept)
 
 
 def lost_at(struck: Struck, extremes: dict[str, float]) -> float | None:
@@ -99,16 +100,13 @@ def printed(found: Modal) -> dict[str, float]:
     return formulas.load("clutch_beam_printed").at("extremes", **given, struck=found.struck.packed)
 
 
-def _shown(struck: Struck, extremes: dict[str, float]) -> dict[str, float | None]:
-    return {
-        "N0_N": extremes["N_0"],
-        "N_max_N": extremes["N_max"],
-        "t_max_s": extremes["t_max"],
-        "t_loss_s": lost_at(struck, extremes),
-    }
+def _shown(struck: Struck, extremes: dict[str, float]) -> OneModeLoads:
+    return OneModeLoads(
+        N0_N=extremes["N_0"], N_max_N=extremes["N_max"], t_max_s=extremes["t_max"], t_loss_s=lost_at(struck, extremes)
+    )
 
 
-def sensitivity(found: Modal) -> list[dict[str, Any]]:
+def sensitivity(found: Modal) -> list[Varied]:
     """Largest load over that of the given inputs, for a factor of 10 in each."""
 
     def varied(name: str, factor: float) -> Modal:
@@ -118,27 +116,28 @@ def sensitivity(found: Modal) -> list[dict[str, Any]]:
 
     inputs = {"stiffness": "stiffness", "mass": "body", "speed": "speed", "driving force": "force"}
     return [
-        {"input": shown, "factor": factor, "N_max_ratio": varied(name, factor).largest / found.largest}
+        Varied(shown, factor, varied(name, factor).largest / found.largest)
         for shown, name in inputs.items()
         for factor in FACTORS
     ]
 
 
-def result(si: Si, shape: str = PAPERS) -> dict[str, Any]:
+def result(clutch: Clutch, shape: str = PAPERS) -> ModalEngagement:
     """What `engage --mode modal` reports; `printed` is the same by the paper's own formulas."""
-    found = modal(si, shape)
-    return {
-        "mode": "modal",
-        **_shown(found.struck, found.extremes),
-        "modal": {
-            "K_coefficient": found.beam.stiffness_coefficient,
-            "mass_coefficient": found.beam.mass_coefficient,
-            "shape": found.beam.shape,
-            "frequency_rad_s": found.extremes["B1"],
-            "mass_kg": found.beam.mass,
-            "stiffness_N_m": found.beam.stiffness,
-        },
-        "printed": _shown(found.struck, printed(found)),
-        "energy": found.energy(),
-        "sensitivity": sensitivity(found),
-    }
+    found = modal(clutch.si, shape)
+    return ModalEngagement(
+        clutch=clutch.name,
+        mode="modal",
+        **vars(_shown(found.struck, found.extremes)),
+        modal=Mode(
+            K_coefficient=found.beam.stiffness_coefficient,
+            mass_coefficient=found.beam.mass_coefficient,
+            shape=found.beam.shape,
+            frequency_rad_s=found.extremes["B1"],
+            mass_kg=found.beam.mass,
+            stiffness_N_m=found.beam.stiffness,
+        ),
+        printed=_shown(found.struck, printed(found)),
+        energy=found.energy(),
+        sensitivity=sensitivity(found),
+    )

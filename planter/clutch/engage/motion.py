@@ -13,6 +13,7 @@ import numpy as np
 
 from planter.clutch.engage.dynamics import ANGLE, FREE, OUTPUT, POWERS, TIME, WORKS, Array, Clutch
 from planter.clutch.engage.inputs import Inputs
+from planter.clutch.results import Energy
 from planter.kernels import Kernel
 
 STEP = 2e-5
@@ -55,13 +56,13 @@ class Run:
         """Rotation of the input against the output [rad], (n,)."""
         return self.states[ANGLE] - self.states[OUTPUT]
 
-    def energy(self) -> dict[str, float]:
+    def energy(self) -> Energy:
         """Work put in, energy kept, work lost, and what is missing of their balance [J]."""
         work = dict(zip(POWERS, self.states[WORKS:, -1] - self.states[WORKS:, 0], strict=True))
         given = work["input"] + work["linkage"]
         lost = sum(work.values()) - given
         kept = float(self.seen["energy"][0, -1] - self.seen["energy"][0, 0])
-        return {"input_J": given, "stored_J": kept, "lost_J": lost, "imbalance_J": given - kept - lost}
+        return Energy(input_J=given, stored_J=kept, lost_J=lost, imbalance_J=given - kept - lost)
 
     def peak(self) -> float:
         """Largest load [N], looked for between the points of the grid."""

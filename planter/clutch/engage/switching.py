@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from planter.clutch.engage import motion, start
 from planter.clutch.engage.dynamics import TRAVEL, Array, Clutch
 from planter.clutch.engage.inputs import Inputs
 from planter.clutch.engage.motion import Run
+from planter.clutch.results import ClutchLoads, Energy
 from planter.errors import ComputationError
 
 Mask = NDArray[np.bool_]
@@ -31,25 +32,25 @@ class Switching:
     engagement: Run
     cut_off: Run
 
-    def energy(self) -> dict[str, float]:
+    def energy(self) -> Energy:
         """Work put in, energy kept, work lost, what is missing of their balance [J], of both together."""
         return total([self.engagement.energy(), self.cut_off.energy()])
 
-    def shown(self) -> dict[str, Any]:
+    def shown(self) -> ClutchLoads:
         first = self.engagement
         passed = slips(first)
-        return {
-            "N_max_N": first.peak(),
-            "N_single_max_N": float(first.seen["normal"][: first.clutch.carriers].max()),
-            "N_end_N": float(first.load[-1]),
-            "impacts": impacts(first),
-            "slips": len(passed),
-            "first_slip_s": float(passed[0]) if len(passed) else None,
-            "engaged_s": engaged(first),
-            "cut_off_s": at_rest(self.cut_off),
-            "cut_off_N_max_N": float(self.cut_off.load.max()),
-            "energy": self.energy(),
-        }
+        return ClutchLoads(
+            N_max_N=first.peak(),
+            N_single_max_N=float(first.seen["normal"][: first.clutch.carriers].max()),
+            N_end_N=float(first.load[-1]),
+            impacts=impacts(first),
+            slips=len(passed),
+            first_slip_s=float(passed[0]) if len(passed) else None,
+            engaged_s=engaged(first),
+            cut_off_s=at_rest(self.cut_off),
+            cut_off_N_max_N=float(self.cut_off.load.max()),
+            energy=self.energy(),
+        )
 
 
 def engage(clutch: Clutch, inputs: Inputs, phase: float, tolerance: float = motion.TOLERANCE) -> Run:
@@ -111,6 +112,6 @@ def _for_good(run: Run, holds: Mask) -> float | None:
     return float(run.time[last[-1] + 1]) if last[-1] + 1 < len(holds) else None
 
 
-def total(parts: list[dict[str, float]]) -> dict[str, float]:
+def total(parts: Sequence[Energy]) -> Energy:
     """Sums of energies, key by key."""
-    return {key: float(sum(part[key] for part in parts)) for key in parts[0]}
+    return Energy(*(float(sum(values)) for values in zip(*map(astuple, parts), strict=True)))

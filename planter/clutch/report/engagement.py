@@ -11,6 +11,7 @@ import numpy as np
 from planter.clutch.engage import modal
 from planter.clutch.engage.dynamics import TRAVEL
 from planter.clutch.report import engagement_figures as figures
+from planter.clutch.results import ContactEngagement, ModalEngagement
 from planter.kernels import formulas
 from planter.report import files, style
 from planter.report.folder import renews
@@ -38,20 +39,26 @@ EVERY = 5
 
 
 @renews
-def write(out: Path, clutch: Clutch, result: Result, shape: str, runs: Mapping[str, Switching] | None) -> None:
+def write(
+    out: Path,
+    clutch: Clutch,
+    found: ModalEngagement | ContactEngagement,
+    shape: str,
+    runs: Mapping[str, Switching] | None,
+) -> None:
     """Writes summary.json, figures and report.html, of motions also a CSV each. Raises InputError where it cannot."""
-    folder = files.output_folder(out)
+    folder, result = files.output_folder(out), found.table()
     drawn: dict[str, Figure] = {}
-    if runs is None:
-        found = modal.modal(clutch.si, shape)
-        drawn["modal"] = figures.modal_load(found, modal.printed(found))
+    if runs is None or isinstance(found, ModalEngagement):
+        struck = modal.modal(clutch.si, shape)
+        drawn["modal"] = figures.modal_load(struck, modal.printed(struck))
     else:
         _motions(folder, clutch, runs)
         drawn = {
             "load": figures.loads(runs),
             "speed": figures.speeds(runs),
             "section": figures.section(runs["reuleaux"].engagement),
-            "ratio": figures.ratios(result["sensitivity"], result["N_max_ratio"]),
+            "ratio": figures.ratios(found.sensitivity, found.N_max_ratio),
         }
     told = files.provenance(clutch)
     files.write_summary(folder / "summary.json", {**result, "input": clutch.table(), "provenance": told})

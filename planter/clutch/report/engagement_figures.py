@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from planter.clutch.engage.modal import Modal
     from planter.clutch.engage.motion import Run
     from planter.clutch.engage.switching import Switching
+    from planter.clutch.results import VariedContact
     from planter.kernels import Array
 
 Mask = NDArray[np.bool_]
@@ -143,14 +144,14 @@ def _teeth(run: Run, angle: float) -> list[Array]:
 
 
 @style.drawn
-def ratios(rows: Sequence[Mapping[str, Any]], ratio: float) -> Figure:
+def ratios(rows: Sequence[VariedContact], ratio: float) -> Figure:
     """Largest load of the Reuleaux clutch over that of the dog clutch while one input runs over a factor of 10."""
     figure = style.new_figure(2.8)
     axes = figure.subplots()
-    names = list(dict.fromkeys(row["input"] for row in rows))
+    names = list(dict.fromkeys(row.input for row in rows))
     ends = []
     for name, shade in zip(names, style.PALETTE, strict=False):
-        points = sorted([(1.0, ratio), *((r["factor"], r["N_max_ratio"]) for r in rows if r["input"] == name)])
+        points = sorted([(1.0, ratio), *((r.factor, r.N_max_ratio) for r in rows if r.input == name)])
         axes.plot(*zip(*points, strict=True), "o-", color=shade, markersize=3)
         ends.append((points[-1][1], name, shade))
     axes.set_xscale("log")
@@ -161,7 +162,7 @@ def ratios(rows: Sequence[Mapping[str, Any]], ratio: float) -> Figure:
     ticks = [t for t in (0.1, 0.2, 0.5, 1, 2, 5, 10) if axes.get_ylim()[0] <= t <= axes.get_ylim()[1]]
     axes.set_yticks(ticks, [f"{t:g}" for t in ticks], minor=False)
     axes.set_yticks([], minor=True)
-    factors = sorted({row["factor"] for row in rows} | {1.0})
+    factors = sorted({row.factor for row in rows} | {1.0})
     axes.set_xticks(factors, [f"{f:.3g}" for f in factors])
     axes.set_xticks([], minor=True)
     style.label_ends(axes, ends, 0.075)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
+import jsonschema
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -19,6 +20,7 @@ from planter.clutch.engage.switching import Switching
 from planter.errors import ComputationError
 from planter.kernels import Kernel
 from tests.support.cli import answer
+from tests.support.schemas import committed
 
 FILE = file.load("shi2021")
 GIVEN = inputs(FILE)
@@ -102,7 +104,7 @@ def test_without_losses_time_runs_backwards(name: str) -> None:
     begin[OUTPUT] = 0.0 if name == "reuleaux" else 0.02 + 0.5 * (2 * math.pi / JAWS - GIVEN.backlash / GIVEN.radius)
     there = motion.integrate(clutch, given, begin, 4e-3, tolerance=1e-11)
     assert there.load.max() > 50
-    assert there.energy()["lost_J"] == pytest.approx(0, abs=1e-12)
+    assert there.energy().lost_J == pytest.approx(0, abs=1e-12)
     turned = start.again(there.states[:, -1])
     turned[FREE : 2 * FREE] *= -1
     back = motion.integrate(clutch, replace(given, input_speed=-given.input_speed), turned, 4e-3, tolerance=1e-11)
@@ -114,13 +116,13 @@ def test_without_losses_time_runs_backwards(name: str) -> None:
 def test_energy_is_balanced(name: str, runs: dict[str, Switching]) -> None:
     for run in (runs[name].engagement, runs[name].cut_off):
         energy = run.energy()
-        assert energy["input_J"] > 0.5
-        assert abs(energy["imbalance_J"]) < 1e-6 * energy["input_J"]
+        assert energy.input_J > 0.5
+        assert abs(energy.imbalance_J) < 1e-6 * energy.input_J
         works = run.states[WORKS:, -1]
         assert (works[2:] >= 0).all()  # what is lost does not come back
     first = runs[name].engagement
     tampered = replace(first, seen=CLUTCHES[name].columns(first.states, GIVEN.times(1.2, "preload").vector()))
-    assert abs(tampered.energy()["imbalance_J"]) > 1e-3 * tampered.energy()["input_J"]
+    assert abs(tampered.energy().imbalance_J) > 1e-3 * tampered.energy().input_J
 
 
 @pytest.mark.parametrize("name", CLUTCHES)
@@ -279,6 +281,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contact, "FACTORS", (10**0.5,))
     monkeypatch.setattr(contact, "PHASES_DEG", ())
     result = answer("clutch", "engage", "shi2021", "--mode", "contact", "--out", str(tmp_path))
+    jsonschema.validate(result, committed("clutch engage"))
     keys = {"N_max_N", "impacts", "slips", "first_slip_s", "engaged_s", "cut_off_s"}
     assert result["mode"] == "contact"
     assert keys <= result["reuleaux"].keys()

@@ -1,5 +1,6 @@
 """Calibration: the fit finds what it is told to find, stays in its bounds and says what it does not settle."""
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ from planter.planting.calibration import Force, Inputs
 from planter.planting.model import Device
 from planter.planting.report.page import device_page
 from planter.terminal.console import Console
+from tests.support.schemas import committed
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +51,7 @@ def test_the_result_has_the_keys_of_the_contract(device: Device, monkeypatch: py
     monkeypatch.setattr(calibration, "GENERATIONS", 2)
     other = Device(device.machine, "exact")
     found = calibration.calibrate(device, other, "table1")
+    jsonschema.validate(found.table(), committed("calibrate"))
     assert found.target == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
     assert found.reached.keys() == found.target.keys()
     assert set(found.other_model.table()) == {"range_N", "variance_N2", "mean_N"}

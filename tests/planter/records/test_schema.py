@@ -11,12 +11,14 @@ import pytest
 
 from planter.records import schema
 from tests.support.cli import answer, refusal
+from tests.support.schemas import committed
 
 CALLS = {
     "clutch geometry": ("shi2021",),
     "clutch design": ("shi2021",),
     "clutch optimise": ("shi2021", "--starts", "2"),
     "clutch rotor": (),
+    "clutch engage": ("shi2021",),
     "clutch field": (),
     "clutch plan": ("L9",),
     "synthesise": ("sun2019-corrected",),
@@ -28,10 +30,6 @@ CALLS = {
 }
 """A call of every command that is over soon; those of the others are held to their schemas in their own tests."""
 ELSEWHERE = {"calibrate"}
-
-
-def committed(command: str) -> dict[str, Any]:
-    return json.loads((schema.FOLDER / schema.file_name(command)).read_text(encoding="utf-8"))
 
 
 @cache
