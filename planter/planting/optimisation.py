@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planter.errors import InputError
 from planter.kernels import Array
@@ -16,10 +16,11 @@ from planter.planting import search
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
+from planter.planting.results import FrontPoint, OptimisationFound, Scores
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 from planter.progress import Listener
-from planter.records import frames, html
+from planter.records import frames
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -34,7 +35,7 @@ class Optimisation:
 
     found: Optimum
     devices: dict[str, Device]
-    result: dict[str, Any]
+    result: OptimisationFound
     front: Sequence[Compromise] = ()
 
     def to_frame(self) -> DataFrame:
@@ -42,11 +43,11 @@ class Optimisation:
 
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
-        start, best = self.result["start_design"], self.result["design"]
+        start, best = self.result.start_design, self.result.design
         return frames.of([{"parameter": name, "start": start[name], "optimum": best[name]} for name in best])
 
     def _repr_html_(self) -> str:
-        return html.record("Optimisation", self.result)
+        return self.result._repr_html_()
 
 
 def optimise(
@@ -75,13 +76,12 @@ def optimise(
 
 def with_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
     """The same with the front of range and variance: its designs, from least range to least variance."""
-    device = found.devices[found.result["model"]]
+    device = found.devices[found.result.model]
     front = search.front(device, found.found.sampling, FRONT_POINTS, progress)
-    designs = [
-        {"range_N": one.evaluation.look.range, "variance_N2": one.evaluation.look.variance,
-         "design": device.named(one.design)} for one in front
-    ]  # fmt: skip
-    return replace(found, front=front, result={**found.result, "front": designs})
+    points = [
+        FrontPoint(one.evaluation.look.range, one.evaluation.look.variance, device.named(one.design)) for one in front
+    ]
+    return replace(found, front=front, result=replace(found.result, front=points))
 
 
 def _scored(device: Device, found: Optimum) -> Optimisation:
@@ -91,17 +91,17 @@ def _scored(device: Device, found: Optimum) -> Optimisation:
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
     start = problem(device, sampling).reference.look
-    result = {
-        "machine": device.machine.name,
-        "model": device.model,
-        **found.table(device.scale),
-        "samples": sampling,
-        "seed": found.seed,
-        "start_design": device.named(device.design),
-        "start_range_N": start.range,
-        "start_variance_N2": start.variance,
-        "cross": {model: _scores(problem(other, sampling), found.design) for model, other in devices.items()},
-    }
+    result = OptimisationFound(
+        machine=device.machine.name,
+        model=device.model,
+        **vars(found.shown(device.scale)),
+        samples=sampling,
+        seed=found.seed,
+        start_design=device.named(device.design),
+        start_range_N=start.range,
+        start_variance_N2=start.variance,
+        cross={model: _scores(problem(other, sampling), found.design) for model, other in devices.items()},
+    )
     return Optimisation(found, devices, result)
 
 
@@ -116,6 +116,6 @@ def sampling_of(device: Device, text: str | None) -> Sampling:
         raise InputError(f"--samples = {text} is not allowed: {allowed}") from None
 
 
-def _scores(task: Problem, x: Array) -> dict[str, float]:
+def _scores(task: Problem, x: Array) -> Scores:
     """Objective of the machine file's own design and of the optimum x (p,) in one model."""
-    return {"start": task.reference.objective, "optimum": task.score(x).objective}
+    return Scores(start=task.reference.objective, optimum=task.score(x).objective)

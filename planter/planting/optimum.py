@@ -10,6 +10,7 @@ from typing import Any
 from planter.files import paths, units
 from planter.optimise.range_and_spread import Sampling
 from planter.planting.file import Machine
+from planter.planting.results import OptimisationFound
 from planter.version import __version__
 
 SET = "assumed; set on the command line"
@@ -19,25 +20,25 @@ ROUNDED = 1e-15
 """Relative difference that the way through SI units makes."""
 
 
-def text(machine: Machine, model: str, result: Mapping[str, Any], sampling: Sampling) -> str:
+def text(machine: Machine, model: str, result: OptimisationFound, sampling: Sampling) -> str:
     """A machine file (TOML) with an optimum of `machine` as its design.
 
-    `result` has the optimum's `design` in shown units, its `objective`, `method` and `seed`. Fed back it gives the
+    Fed back it gives the
     optimum's objective: the samples of the search stand in it, where it had any.
     """
     own, table = machine.numbers(), machine.table()
-    table["design"] = {name: _shown(machine, name, value) for name, value in result["design"].items()}
+    table["design"] = {name: _shown(machine, name, value) for name, value in result.design.items()}
     if sampling != "refined":
         table["objective"]["samples"] = int(sampling)
     reached = Machine.read(table, machine.source).numbers()
     was = {path: own[path] for path, value in reached.items() if value != own[path]}
-    how = f"{model} model, {result['method']}, seed {result['seed']}, " + (
+    how = f"{model} model, {result.method}, seed {result.seed}, " + (
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
     )
     table["origin"] = _origins(machine, was, how)
     head = [
         f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {how}.",
-        f"# Objective {result['objective']!r}, before {result['start_objective']!r}. A comment tells what moved.",
+        f"# Objective {result.objective!r}, before {result.start_objective!r}. A comment tells what moved.",
     ]
     return "\n".join([*head, "", *_lines(table, was)]) + "\n"
 

@@ -185,9 +185,112 @@ class CalibrationFound(Record):
     largest_inertia_range_N: float
 
 
+@dataclass(frozen=True)
+class Evaluations(Record):
+    """How often the objective was evaluated: its value, its gradient, its Hessian."""
+
+    objective: int
+    gradient: int
+    hessian: int
+
+
+@dataclass(frozen=True)
+class HeldBound(Record):
+    """A bound that holds the optimum, and what the objective would lose per unit of the box if it gave way."""
+
+    name: str
+    side: str
+    multiplier: float
+
+
+@dataclass(frozen=True)
+class HeldRequirement(Record):
+    """A requirement that holds the optimum, and what the objective would lose per unit of it if it gave way."""
+
+    name: str
+    side: str
+    multiplier: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Proof(Record):
+    """How sure an optimum is; requirements that hold it where the file has any."""
+
+    kkt_residual: float
+    active_bounds: list[HeldBound]
+    starts: int
+    agreeing_starts: int
+    spread: float
+    active_requirements: list[HeldRequirement] | None = None
+
+
+@dataclass(frozen=True)
+class OptimumFound(Record):
+    """An optimum, less its scores in both models."""
+
+    method: str
+    objective: float
+    design: Design
+    range_N: float
+    variance_N2: float
+    start_objective: float
+    evaluations: Evaluations
+    seconds: float
+    certificate: Proof
+    effective_parameters: int
+    insensitive: list[Direction]
+    requirements: list[Requirement] | None = None
+
+
+@dataclass(frozen=True)
+class Scores(Record):
+    """Objectives of the machine file's own design and of the optimum in one model."""
+
+    start: float
+    optimum: float
+
+
+@dataclass(frozen=True)
+class FrontPoint(Record):
+    """A design of which neither range nor variance can be made smaller without the other growing."""
+
+    range_N: float
+    variance_N2: float
+    design: Design
+
+
+@dataclass(frozen=True, kw_only=True)
+class OptimisationFound(Record):
+    """`planter optimise`: an optimum with its certificate, and both designs in both models."""
+
+    machine: str
+    model: str
+    method: str
+    objective: float
+    design: Design
+    range_N: float
+    variance_N2: float
+    start_objective: float
+    evaluations: Evaluations
+    seconds: float
+    certificate: Proof
+    effective_parameters: int
+    insensitive: list[Direction]
+    requirements: list[Requirement] | None = None
+    samples: int | str
+    seed: int
+    start_design: Design
+    start_range_N: float
+    start_variance_N2: float
+    cross: dict[str, Scores]
+    front: list[FrontPoint] | None = None
+
+
 COMMANDS = {
     "simulate": SimulationFound,
     "sensitivity": SensitivityFound,
     "validate": Validation,
     "calibrate": CalibrationFound,
+    "optimise": OptimisationFound,
 }

@@ -28,7 +28,7 @@ from planter.planting.model import Device
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 from planter.planting.response import Planting, sensitivity
-from planter.planting.results import Requirement
+from planter.planting.results import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof, Requirement
 from planter.progress import Listener, Progress
 
 
@@ -46,30 +46,35 @@ class Optimum(Result):
     insensitive: list[list[dict[str, float]]]
     requirements: list[Requirement]
 
-    def table(self, scale: Array) -> dict[str, Any]:
-        """The result as the interface gives it, less the scores in both models; `scale` (p,) SI per shown unit."""
-        shown = (self.design / scale).tolist()
-        return {
-            "method": self.method,
-            "objective": self.objective,
-            "design": dict(zip(self.names, shown, strict=True)),
-            "range_N": self.evaluation.look.range,
-            "variance_N2": self.evaluation.look.variance,
-            "start_objective": self.start_objective,
-            "evaluations": vars(self.evaluations).copy(),
-            "seconds": self.seconds,
-            "certificate": self._certificate(),
-            "effective_parameters": self.effective_parameters,
-            "insensitive": self.insensitive,
-            **({"requirements": [one.table() for one in self.requirements]} if self.requirements else {}),
-        }
+    def shown(self, scale: Array) -> OptimumFound:
+        """The optimum as results show it; `scale` (p,) is SI per shown unit."""
+        return OptimumFound(
+            method=self.method,
+            objective=self.objective,
+            design=dict(zip(self.names, (self.design / scale).tolist(), strict=True)),
+            range_N=self.evaluation.look.range,
+            variance_N2=self.evaluation.look.variance,
+            start_objective=self.start_objective,
+            evaluations=Evaluations(**vars(self.evaluations)),
+            seconds=self.seconds,
+            certificate=self._proof(),
+            effective_parameters=self.effective_parameters,
+            insensitive=self.insensitive,
+            requirements=self.requirements or None,
+        )
 
-    def _certificate(self) -> dict[str, Any]:
+    def _proof(self) -> Proof:
         """The certificate, with the requirements that hold the optimum where there are any to keep."""
-        found = vars(self.certificate).copy()
-        found["active_bounds"] = [vars(bound).copy() for bound in self.certificate.active_bounds]
-        active = [vars(one).copy() for one in found.pop("active_constraints")]
-        return found | ({"active_requirements": active} if self.requirements else {})
+        proof = self.certificate
+        held = [HeldRequirement(**vars(one)) for one in proof.active_constraints]
+        return Proof(
+            kkt_residual=proof.kkt_residual,
+            active_bounds=[HeldBound(**vars(bound)) for bound in proof.active_bounds],
+            starts=proof.starts,
+            agreeing_starts=proof.agreeing_starts,
+            spread=proof.spread,
+            active_requirements=held if self.requirements else None,
+        )
 
 
 Table = dict[str, Any]
@@ -82,7 +87,7 @@ class Interrupted(errors.Interrupted):
     """The user stopped an optimisation; `best` is the result so far, None if nothing was evaluated yet."""
 
     def __init__(self, best: Optimum | None, scale: Array) -> None:
-        super().__init__(None if best is None else best.table(scale))
+        super().__init__(None if best is None else best.shown(scale).table())
         self.best = best
 
 

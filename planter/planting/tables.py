@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planter import legible
 from planter.files import units
-from planter.planting.results import Requirement
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from planter.planting.results import (
         At,
         CalibrationFound,
+        OptimisationFound,
+        Requirement,
         SensitivityFound,
         SimulationFound,
         Validation,
         Warned,
     )
-
-Result = Mapping[str, Any]
 
 
 def design(console: Console, values: Mapping[str, float], title: str = "Design") -> None:
@@ -91,42 +90,42 @@ def sensitivity(console: Console, result: SensitivityFound) -> None:
         print(f"without effect: {text}")
 
 
-def optimisation(console: Console, result: Result) -> None:
+def optimisation(console: Console, result: OptimisationFound) -> None:
     """Optimum, certificate, both designs in both models."""
-    print(f"{result['machine']}, {result['model']} model, method {result['method']}\n")
-    bounds = {b["name"]: b["side"] for b in result["certificate"]["active_bounds"]}
-    free = {name for direction in result["insensitive"] if len(direction) == 1 for part in direction for name in part}
+    print(f"{result.machine}, {result.model} model, method {result.method}\n")
+    bounds = {b.name: b.side for b in result.certificate.active_bounds}
+    free = {name for direction in result.insensitive if len(direction) == 1 for part in direction for name in part}
     rows = []
-    for name, start in result["start_design"].items():
+    for name, start in result.start_design.items():
         note = "without effect" if name in free else f"at its {bounds[name]} bound" if name in bounds else ""
-        rows.append((name, start, result["design"][name], units.unit(name), note))
+        rows.append((name, start, result.design[name], units.unit(name), note))
     console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
     values = [
-        ("objective (31)", result["start_objective"], result["objective"], ""),
-        ("range", result["start_range_N"], result["range_N"], "N"),
-        ("variance", result["start_variance_N2"], result["variance_N2"], "N2"),
+        ("objective (31)", result.start_objective, result.objective, ""),
+        ("range", result.start_range_N, result.range_N, "N"),
+        ("variance", result.start_variance_N2, result.variance_N2, "N2"),
     ]
     console.table("Support force", ("", "start", "optimum", "unit"), values)
-    requirements(console, [Requirement(**one) for one in result.get("requirements", ())])
-    scores = ((model, score["start"], score["optimum"]) for model, score in result["cross"].items())
+    requirements(console, result.requirements)
+    scores = ((model, score.start, score.optimum) for model, score in result.cross.items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
-    if "front" in result:
-        front = ((one["range_N"], one["variance_N2"]) for one in result["front"])
+    if result.front:
+        front = ((one.range_N, one.variance_N2) for one in result.front)
         console.table("Front of range and variance", ("range / N", "variance / N2"), front)
     certificate(console, result)
 
 
-def certificate(console: Console, result: Result) -> None:
-    found, counts = result["certificate"], result["evaluations"]
+def certificate(console: Console, result: OptimisationFound) -> None:
+    found, counts = result.certificate, result.evaluations
     rows = [
-        ("KKT residual", found["kkt_residual"]),
-        ("starts", found["starts"]),
-        ("starts that reached the optimum", found["agreeing_starts"]),
-        ("spread of the starts' objectives", found["spread"]),
-        ("evaluations: objective", counts["objective"]),
-        ("evaluations: gradient", counts["gradient"]),
-        ("evaluations: Hessian", counts["hessian"]),
-        ("seconds", result["seconds"]),
+        ("KKT residual", found.kkt_residual),
+        ("starts", found.starts),
+        ("starts that reached the optimum", found.agreeing_starts),
+        ("spread of the starts' objectives", found.spread),
+        ("evaluations: objective", counts.objective),
+        ("evaluations: gradient", counts.gradient),
+        ("evaluations: Hessian", counts.hessian),
+        ("seconds", result.seconds),
     ]
     console.table("How sure", ("", "value"), rows)
 

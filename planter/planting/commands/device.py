@@ -126,7 +126,7 @@ def optimise(
             if stop.partial is not None:
                 keep(stop.partial, interrupted=True)
             raise
-        with kept(found.result):
+        with kept(found.result.table()):
             if out is not None:
                 report.write_optimum(out, device, found)
             if front:
@@ -135,7 +135,7 @@ def optimise(
                     report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))
         if out is not None:
-            with Console(as_json=False).outcome(), kept(found.result):
+            with Console(as_json=False).outcome(), kept(found.result.table()):
                 report.draw_optimum(out, device, found)
 
 

@@ -58,14 +58,14 @@ def write_optimum(out: Path, device: Device, found: Optimisation) -> None:
     samples = device.machine.objective.samples if sampling == "refined" else sampling
     turn = cycle.cycle(device, device.prologue(x), cycle.angles(samples))
     files.write_text(folder / "optimum.toml", optimum.text(device.machine, device.model, found.result, sampling))
-    _write_numbers(folder, device, found.result, turn, x, seed)
+    _write_numbers(folder, device, found.result.table(), turn, x, seed)
 
 
 def draw_optimum(out: Path, device: Device, found: Optimisation) -> None:
     """Writes figures and report.html of an optimum. Raises InputError for a folder that it cannot write."""
     folder, x = files.output_folder(out), found.found.design
     drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x)
-    _write_page(folder, device, found.result, drawn, found.found.seed)
+    _write_page(folder, device, found.result.table(), drawn, found.found.seed)
 
 
 def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
@@ -141,8 +141,8 @@ def _search(device: Device, found: Optimisation) -> dict[str, Figure]:
 def _front(device: Device, found: Optimisation) -> dict[str, Figure]:
     objective = weights(device.machine)
     marks = {
-        "machine file": (found.result["start_range_N"], found.result["start_variance_N2"]),
-        "optimum": (found.result["range_N"], found.result["variance_N2"]),
+        "machine file": (found.result.start_range_N, found.result.start_variance_N2),
+        "optimum": (found.result.range_N, found.result.variance_N2),
     }
     front = [one.evaluation.look for one in found.front]
     scored = [(one.range, one.variance) for one in (*front, *_cloud(device, found))]

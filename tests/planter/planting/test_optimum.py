@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,7 +69,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     changes = {"sun_kg": 0.5, "nozzle.hinge_A_mm[0]": 31.0}
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
-    result = {"design": design, "objective": 1.9, "start_objective": 2.0, "method": "ga", "seed": 3}
+    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3)
     text = optimum.text(machine, "exact", result, 360)
     back = file.Machine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
@@ -86,8 +87,8 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
 def test_a_value_at_its_bound_stays_within_it() -> None:
     machine = file.load("wang2017")
     upper = machine.bounds["R3_mm"][1]
-    result = {"design": {**machine.design, "R3_mm": np.nextafter(upper, 99)}, "objective": 1.9, "start_objective": 2.0,
-              "method": "ga", "seed": 3}  # fmt: skip
+    design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
+    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3)
     assert tomllib.loads(optimum.text(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
 
 

@@ -79,7 +79,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     with_front = optimisation.with_front(found)
     report.draw_optimum(tmp_path, device, with_front)
     assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers) - {NAME}
-    ranges = [one["range_N"] for one in with_front.result["front"]]
+    ranges = [one.range_N for one in with_front.result.front]
     assert ranges == sorted(ranges)
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
 

@@ -26,6 +26,7 @@ CALLS = {
     "pickup": ("yu2023", "--at", "0"),
     "simulate": ("wang2017-wide", "--at", "100"),
     "sensitivity": ("wang2017",),
+    "optimise": ("wang2017", "--method", "ipopt", "--starts", "1", "--samples", "24"),
     "validate": ("wang2017", "--set", "mass.sun_kg=100"),
 }
 """A call of every command that is over soon; those of the others are held to their schemas in their own tests."""
