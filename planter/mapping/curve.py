@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array
-from planter.mapping.linkage import TURN
+from planter.numerics.angles import TURN
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

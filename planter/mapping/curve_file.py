@@ -11,7 +11,7 @@ from planter.errors import InputError
 from planter.files import csv_rows, examples
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
-from planter.mapping.linkage import TURN
+from planter.numerics.angles import TURN
 
 HEADER = ("carrier_deg", "relative_deg")
 CLOSED = 1e-6

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.mapping import model
-from planter.mapping.linkage import TURN, FourBar
+from planter.mapping.linkage import FourBar
+from planter.numerics.angles import TURN, wrapped
 
 Whole = NDArray[np.int64]
 
@@ -39,7 +40,7 @@ def standings(linkage: FourBar, poses: Array) -> list[Standing]:
     theta, assembly = np.arctan2(dy, dx), linkage.assembly(first, second)
     phi = linkage.arm_angle(theta, assembly)
     missed = np.hypot(*(linkage.tip(theta, phi) - poses[:, :2].T))
-    turned = _wrapped(phi - poses[:, 2])
+    turned = wrapped(phi - poses[:, 2])
     transmission = linkage.transmission(theta, phi)
     return [
         Standing(float(theta[k]), int(assembly[k]), linkage.circuit(float(theta[k]), int(assembly[k])),
@@ -86,11 +87,6 @@ def in_order(angles: Sequence[float]) -> int:
     if np.isclose(steps.sum(), TURN):
         return 1
     return -1 if np.isclose((TURN - steps).sum(), TURN) else 0
-
-
-def _wrapped(angle: Array) -> Array:
-    """The angle within half a turn of zero."""
-    return np.mod(angle + np.pi, TURN) - np.pi
 
 
 @dataclass(frozen=True)

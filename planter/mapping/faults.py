@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from planter.mapping.linkage import TURN
 from planter.mapping.results import Warned
 from planter.mapping.train import GEARS, Train
+from planter.numerics.angles import turn_deg
 
 MOST_RATIO = 3.0
 """Ratio of a stage, or its reciprocal, from which on it is told: a pitch radius is a quarter of the distance."""
@@ -79,7 +79,7 @@ def _hollow(train: Train) -> Iterator[Warned]:
     for gear, name in enumerate(GEARS):
         if not train.convex[gear]:
             worst = int(np.argmin(kappa[gear]))
-            ranges = ", ".join(f"{_deg(a):.4g} to {_deg(b):.4g}" for a, b in train.concave(gear))
+            ranges = ", ".join(f"{turn_deg(a):.4g} to {turn_deg(b):.4g}" for a, b in train.concave(gear))
             module = _rooms(train, gear)[1]
             limit = f"; the tips of teeth meet there from a module of {module * _MM:.3g} mm on"
             yield _warning(
@@ -91,8 +91,4 @@ def _hollow(train: Train) -> Iterator[Warned]:
 
 
 def _warning(name: str, angle: float, what: str, so: str) -> Warned:
-    return Warned(name, _deg(angle), f"at carrier angle {_deg(angle):.5g} deg {what}{so}")
-
-
-def _deg(angle: float) -> float:
-    return float(np.degrees(angle % TURN))
+    return Warned(name, turn_deg(angle), f"at carrier angle {turn_deg(angle):.5g} deg {what}{so}")

@@ -18,9 +18,9 @@ import numpy as np
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.dyads import Dyad
+from planter.numerics.angles import TURN
 
 Type = Literal["crank-rocker", "double-crank", "double-rocker", "non-grashof"]
-TURN = 2 * np.pi
 _ROUNDING = 1e-12
 
 

@@ -22,9 +22,9 @@ from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn
 from planter.mapping.defects import one_turn
 from planter.mapping.dyads import Dyad
-from planter.mapping.linkage import TURN
 from planter.mapping.smooth import least_bent
 from planter.numerics import extremes
+from planter.numerics.angles import TURN, wrapped
 
 SLOPES = (0.1, 10.0)
 """Least and largest slope of the curve."""
@@ -77,7 +77,7 @@ def missed(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterato
     phi = curve.at(theta) + theta
     gaps = model.arm(theta, phi, dyad.vector) - _wanted(dyad, poses)
     for k, gap in enumerate(gaps.T):
-        turned = np.mod(phi[k] - poses[k, 2] + np.pi, TURN) - np.pi
+        turned = wrapped(phi[k] - poses[k, 2])
         yield Miss(float(theta[k]), float(np.hypot(*gap[:2])), float(np.hypot(*gap[2:])), float(turned))
 
 

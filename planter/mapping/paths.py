@@ -10,7 +10,8 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve, closed_turn, unwrapped
-from planter.mapping.linkage import TURN, FourBar
+from planter.mapping.linkage import FourBar
+from planter.numerics.angles import TURN
 
 
 @dataclass(frozen=True)

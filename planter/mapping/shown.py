@@ -11,9 +11,9 @@ from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
 from planter.mapping.defects import Reversal, Standing
 from planter.mapping.dyads import Dyad, Straight, misses
-from planter.mapping.linkage import TURN
 from planter.mapping.nearest import Miss
 from planter.mapping.results import AtPose, Back, DyadFound, Four, Missed, OneSense, Pair, StraightFound
+from planter.numerics.angles import TURN
 
 
 def pair(place: Array) -> Pair:

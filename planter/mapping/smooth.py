@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve, closed_turn
-from planter.mapping.linkage import TURN
+from planter.numerics.angles import TURN
 
 _GAP = TURN / 60
 """Largest distance of neighbouring points of the spline."""

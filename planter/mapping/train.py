@@ -18,7 +18,8 @@ from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad
-from planter.mapping.linkage import TURN
+from planter.numerics import quadrature
+from planter.numerics.angles import TURN
 
 GEARS = ("driver 1", "follower 1", "driver 2", "follower 2")
 RADII = ("r1", "r2", "r3", "r4")
@@ -55,12 +56,9 @@ class Train:
 
     def _cumulated(self, nodes: int, of_slope: Callable[[Array], Array]) -> tuple[Array, Array]:
         """Carrier angles (m,) of the ends of the panels and the integral of a function of the slope up to them."""
-        points, weights = np.polynomial.legendre.leggauss(nodes)
-        ends = self._panels
-        widths = np.diff(ends)
-        angles = ends[:-1, None] + widths[:, None] * (1 + points) / 2
+        angles, weights = quadrature.panels(self._panels, nodes)
         values = of_slope(self.curve.slopes(angles.ravel())[0]).reshape(angles.shape)
-        return ends, np.append(0.0, np.cumsum(values @ weights * widths / 2))
+        return self._panels, np.append(0.0, np.cumsum((values * weights).sum(axis=1)))
 
     @cached_property
     def _panels(self) -> Array:

@@ -12,10 +12,10 @@ from planter.mapping import faults, shown
 from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad, distinct, solve
 from planter.mapping.file import PoseFile
-from planter.mapping.linkage import TURN
 from planter.mapping.nearest import met_by
 from planter.mapping.results import Missed, TrainFound
 from planter.mapping.train import Train
+from planter.numerics.angles import TURN
 
 
 @dataclass(frozen=True)

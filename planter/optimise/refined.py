@@ -15,11 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics import quadrature
 from planter.numerics.arrays import Flags, Integers
 from planter.numerics.extremes import stationary
 from planter.numerics.latest import Latest
@@ -37,9 +38,6 @@ CLUSTER = 0.02
 NOWHERE: Array = np.empty(0)
 APART = 1e-8
 """Joints closer than this are one [rad]."""
-
-
-_legendre = cache(np.polynomial.legendre.leggauss)
 
 
 @dataclass(frozen=True)
@@ -83,17 +81,12 @@ class Panels:
 
     def _quadrature(self) -> tuple[Array, Array, Integers]:
         """Nodes, weights that sum to 1 and the panel of each node."""
-        x, w = _legendre(NODES)
-        starts, lengths, panel = [], [], []
-        for j, (low, high) in enumerate(zip(self.breaks[:-1], self.breaks[1:], strict=True)):
-            pieces = int(np.ceil((high - low) / PIECE))
-            edges = np.linspace(low, high, pieces + 1)
-            starts.append(edges[:-1])
-            lengths.append(np.diff(edges))
-            panel.append(np.full(pieces * NODES, j))
-        start, length = np.concatenate(starts)[:, None], np.concatenate(lengths)[:, None]
-        nodes, weights = start + length * (x + 1) / 2, length * w / 2
-        return nodes.ravel(), weights.ravel() / self.response.period, np.concatenate(panel)
+        pieces = np.ceil(np.diff(self.breaks) / PIECE).astype(int)
+        panels = zip(self.breaks[:-1], self.breaks[1:], pieces.tolist(), strict=True)
+        inner = [np.linspace(low, high, count, endpoint=False) for low, high, count in panels]
+        nodes, weights = quadrature.panels(np.append(np.concatenate(inner), self.breaks[-1]), NODES)
+        panel = np.repeat(np.arange(len(pieces)), pieces * NODES)
+        return nodes.ravel(), weights.ravel() / self.response.period, panel
 
     @cached_property
     def extremes(self) -> Extremes:

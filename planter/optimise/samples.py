@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.angles import wrapped
 from planter.numerics.arrays import Integers
 from planter.numerics.latest import Latest
 from planter.optimise import joints, moving
@@ -202,9 +203,3 @@ def _chosen(found: Joints, rows: SampledRows) -> tuple[Integers, Array]:
         chosen.append(int(np.where(found.events == hold.event, np.abs(gap), np.inf).argmin()))
         gaps.append(float(gap[chosen[-1]] + middle))
     return np.array(chosen, dtype=np.int64), np.array(gaps)
-
-
-def wrapped(gap: Array, period: float) -> Array:
-    """Differences of angles taken into [-period/2, period/2)."""
-    near: Array = np.mod(gap + period / 2, period) - period / 2
-    return near

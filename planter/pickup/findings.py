@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.angles import TURN
 from planter.pickup import gears
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import invert
-from planter.pickup.law import TURN, Dwell
+from planter.pickup.law import Dwell
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, push, requirements
 from planter.pickup.results import At, Extremes, LockingArcs, PickupFound, Push, Slope, Still, Warned, WholeTeeth

@@ -13,9 +13,10 @@ import numpy as np
 from planter.errors import GeometryError
 from planter.kernels import Array
 from planter.kernels.formulas import load
+from planter.numerics.angles import turn_deg
 from planter.pickup import limits
 from planter.pickup.file import Pickup
-from planter.pickup.law import MODEL, TURN
+from planter.pickup.law import MODEL
 from planter.pickup.model import Train
 from planter.pickup.results import Warned
 
@@ -44,7 +45,7 @@ def check(machine: Pickup, train: Train) -> None:
     if fault is not None:
         source = machine.points_source if train.found is not None else f"{machine.source}: law"
         raise GeometryError(
-            f"{source}: this cannot be a pair of gears: at t = {_deg(fault.t):.5g} deg from the farthest tip "
+            f"{source}: this cannot be a pair of gears: at t = {turn_deg(fault.t):.5g} deg from the farthest tip "
             f"{fault.what}; {_cause(machine, train, fault.t)}"
         )
 
@@ -113,8 +114,8 @@ def _doing(train: Train, t: float) -> str:
     if slopes[fast] < STEEP:
         return f"{told}: where the arm is to move it must change on steadily"
     return (
-        f"{told}; at t = {_deg(near[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} times as fast as the carrier, "
-        f"for there the path turns back so quickly that it all but lets the carrier stand still"
+        f"{told}; at t = {turn_deg(near[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} times as fast as the "
+        f"carrier, for there the path turns back so quickly that it all but lets the carrier stand still"
     )
 
 
@@ -128,8 +129,8 @@ def warnings(train: Train) -> Iterator[Warned]:
         yield _warning(
             "contact ratio", float(lost[0]),
             f"the contact ratio has no value at {len(lost)} of {len(t)} angles on the teeth, the first at t = "
-            f"{_deg(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of its teeth lie inside their "
-            f"base circle",
+            f"{turn_deg(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of its teeth lie inside "
+            f"their base circle",
         )  # fmt: skip
 
 
@@ -150,8 +151,8 @@ def _jumps(train: Train) -> Iterator[Warned]:
             )
             yield _warning(
                 f"velocity jumps at the dwell's {name}", t,
-                f"where the dwell {end}, at t = {_deg(t):.5g} deg, the tip's velocity jumps by {jump * _MM:.5g} mm/s "
-                f"(its speed from {told} mm/s): the acceleration is infinite there; {remedy}",
+                f"where the dwell {end}, at t = {turn_deg(t):.5g} deg, the tip's velocity jumps by {jump * _MM:.5g} "
+                f"mm/s (its speed from {told} mm/s): the acceleration is infinite there; {remedy}",
             )  # fmt: skip
 
 
@@ -171,7 +172,7 @@ def _transitions(train: Train) -> Iterator[Warned]:
     """Where the arm moves and no teeth can drive it."""
     for driven, toothed, name in zip(train.driven, train.toothed, ("end", "start"), strict=True):
         if driven != toothed:
-            first, last = sorted((_deg(driven), _deg(toothed)))
+            first, last = sorted((turn_deg(driven), turn_deg(toothed)))
             yield _warning(
                 f"no teeth at the dwell's {name}", driven,
                 f"from t = {first:.5g} to {last:.5g} deg the slope goes to zero, and the sun's pitch radius with it, "
@@ -180,8 +181,4 @@ def _transitions(train: Train) -> Iterator[Warned]:
 
 
 def _warning(name: str, t: float, message: str) -> Warned:
-    return Warned(name, _deg(t), message)
-
-
-def _deg(t: float) -> float:
-    return float(np.degrees(t) % 360 if t % TURN else 0.0)
+    return Warned(name, turn_deg(t), message)

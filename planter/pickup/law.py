@@ -10,8 +10,8 @@ from scipy.interpolate import BSpline
 
 from planter.kernels import Array
 from planter.kernels.formulas import load
+from planter.numerics.angles import TURN
 
-TURN = 2 * np.pi
 MODEL = "pickup_exact"
 """The generated formulas of the pick-up."""
 _ROUNDING = 1e-12

@@ -15,16 +15,16 @@ from scipy.optimize import brentq
 from planter.errors import GeometryError
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics import extremes
+from planter.numerics import extremes, quadrature
+from planter.numerics.angles import TURN
 from planter.pickup import limits
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import Inversion, invert
-from planter.pickup.law import MODEL, TURN, ArmLaw, CosineLaw, Dwell, toothed_range
+from planter.pickup.law import MODEL, ArmLaw, CosineLaw, Dwell, toothed_range
 from planter.pickup.smooth import SmoothLaw
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-PANELS = 96
-"""Panels over a range of angles for integrals; each has eight nodes."""
+PANELS, NODES = 96, 8
+"""Panels over a range of angles for integrals, and nodes in each."""
 _STEP = TURN / 2880
 BESIDE = np.radians(30)
 """How far from the dwell what cannot be gears is left to other means than teeth."""
@@ -177,9 +177,8 @@ class Train:
         joints = self.law.joints()
         joints = joints[(joints > first) & (joints < last)]
         ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), joints]))
-        half, middle = np.diff(ends) / 2, (ends[1:] + ends[:-1]) / 2
-        t = (middle[:, None] + half[:, None] * _NODES).ravel()
-        return float(np.sum(function(t) * (half[:, None] * _WEIGHTS).ravel()))
+        nodes, weights = quadrature.panels(ends, NODES)
+        return float(np.sum(function(nodes.ravel()) * weights.ravel()))
 
 
 def geometry_of(machine: Pickup, L1: float, L2: float) -> Geometry:

@@ -14,6 +14,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
+from planter.numerics.angles import TURN
 from planter.optimise.box import Box
 from planter.optimise.constraints import Named
 from planter.optimise.descent import Minimum, descend
@@ -23,7 +24,6 @@ from planter.optimise.result import Certificate, certified
 from planter.optimise.smooth import Smooth
 from planter.pickup.file import Pickup
 from planter.pickup.graph import Nodes, Sampled, nodes, sampled
-from planter.pickup.law import TURN
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, pick_angle_deg, push, requirements
 from planter.pickup.tray import Cell, Entry

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.angles import TURN, turn_deg
 from planter.pickup.file import Pickup
-from planter.pickup.law import TURN
 from planter.pickup.model import Train
 from planter.pickup.results import Demand
 from planter.pickup.tray import Cell, Entry
@@ -37,7 +37,7 @@ class Requirement:
     @property
     def t_deg(self) -> float | None:
         """Its place as it is shown [deg]; None where it has none."""
-        return None if self.t is None else float(np.degrees(self.t) % 360)
+        return None if self.t is None else turn_deg(self.t)
 
     def shown(self) -> Demand:
         return Demand(

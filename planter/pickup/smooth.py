@@ -10,7 +10,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from planter.kernels import Array
-from planter.pickup.law import TURN, Dwell, toothed_range
+from planter.numerics.angles import TURN
+from planter.pickup.law import Dwell, toothed_range
 
 _ROUNDING = 1e-9
 """Angles this close to a joint are on the teeth [rad]."""

@@ -15,8 +15,9 @@ import numpy as np
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics import extremes
+from planter.numerics.angles import TURN
 from planter.pickup.file import Pickup
-from planter.pickup.law import MODEL, TURN
+from planter.pickup.law import MODEL
 from planter.pickup.model import Train
 
 FLOOR_MM, BELOW_MM = 1.0, 500.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.mapping import model
-from planter.mapping.linkage import TURN
+from planter.numerics.angles import TURN
 from planter.report import style
 
 if TYPE_CHECKING:

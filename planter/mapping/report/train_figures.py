@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.mapping.linkage import TURN
 from planter.mapping.report.figures import MM, poses
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
+from planter.numerics.angles import TURN
 from planter.report import style
 
 if TYPE_CHECKING:

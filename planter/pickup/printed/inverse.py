@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 from planter.audit.registry import MM, Inputs, formula
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.pickup.law import MODEL, TURN, CosineLaw, Dwell
+from planter.numerics.angles import TURN
+from planter.pickup.law import MODEL, CosineLaw, Dwell
 from planter.pickup.spline import PathSpline
 
 _SAMPLES = 3600

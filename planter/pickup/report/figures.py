@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.numerics.angles import TURN
 from planter.pickup.findings import Locking, locking
-from planter.pickup.law import TURN
 from planter.pickup.requirements import push
 from planter.pickup.spline import PathSpline
 from planter.pickup.tray import Cell, Entry

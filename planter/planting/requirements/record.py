@@ -7,6 +7,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics import roots
+from planter.numerics.angles import turn_deg
 from planter.planting.model import Device
 from planter.planting.requirements.limits import limits, reserve, shown, shown_limits
 from planter.planting.requirements.measures import Measures, Row
@@ -51,7 +52,7 @@ def entry(measures: Measures, kind: Kind, row: Row, value: float, angle: float |
         lower=lower,
         upper=upper,
         margin=margin,
-        phi_deg=None if angle is None else float(np.degrees(angle) % 360),
+        phi_deg=None if angle is None else turn_deg(angle),
         wanted_margin=wanted,
         verdict=verdict(kind, margin, wanted),
         meaning=kind.meaning,

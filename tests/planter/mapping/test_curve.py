@@ -10,9 +10,10 @@ from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn, unwrapped
 from planter.mapping.curve_file import load_curve
 from planter.mapping.dyads import Dyad, solve
-from planter.mapping.linkage import TURN, FourBar
+from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import Nearest, met_by, missed, nearest, through_poses
 from planter.mapping.paths import Choice, of_paths
+from planter.numerics.angles import TURN
 from tests.planter.mapping.data import CORRECTED, si
 
 DYADS = solve(si(CORRECTED)).dyads

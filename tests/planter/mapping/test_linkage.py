@@ -6,7 +6,8 @@ import pytest
 from planter.mapping import model
 from planter.mapping.defects import defects, in_order, one_turn, reversals, standings
 from planter.mapping.dyads import solve
-from planter.mapping.linkage import TURN, FourBar
+from planter.mapping.linkage import FourBar
+from planter.numerics.angles import TURN
 from tests.planter.mapping.data import CORRECTED, bar, si
 
 # frame, crank, coupler, follower; the types are those of any textbook (Norton, Design of machinery, section 2.13)

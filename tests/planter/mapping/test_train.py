@@ -9,9 +9,9 @@ from planter.mapping import model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.curve_file import load_curve
 from planter.mapping.dyads import solve
-from planter.mapping.linkage import TURN
 from planter.mapping.train import RADII, Train
 from planter.mapping.training import polar_curves
+from planter.numerics.angles import TURN
 from tests.planter.mapping.data import CORRECTED, si
 
 A = 0.07

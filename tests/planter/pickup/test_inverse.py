@@ -10,8 +10,8 @@ import planter.pickup.inverse
 import planter.pickup.plateau
 import planter.pickup.spline
 from planter.errors import InputError
+from planter.numerics.angles import TURN
 from planter.pickup.inverse import Inversion, invert
-from planter.pickup.law import TURN
 from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 
 T = np.linspace(0, TURN, 2001)
