@@ -192,7 +192,7 @@ class ClosedForm:
 
     name: str
     inputs: tuple[Vector | Quantity, ...]
-    steps: tuple[Let, ...]
+    steps: tuple[Step, ...]
     outputs: Vector
 
     def __post_init__(self) -> None:

@@ -7,6 +7,9 @@ import json
 from ..model import System
 from ..quantity import Quantity, Vector
 
+DATA = "data"
+"""The packed input that holds what the statement gives values of."""
+
 
 def of_system(system: System) -> dict[str, str]:
     """`NAME.toml` of a model whose statement gives values; nothing of any other."""
@@ -14,9 +17,7 @@ def of_system(system: System) -> dict[str, str]:
 
 
 def _text(system: System) -> str:
-    lane = system.lane
-    packed = [v for v in lane.inputs if isinstance(v, Vector)] if lane else []
-    data = [quantity for vector in packed for quantity in vector]
+    data = next(v.quantities for v in system.vectors if isinstance(v, Vector) and v.name == DATA)
     bounds = {q: system.data[q.name].bounds for q in data if q.name in system.data and system.data[q.name].bounds}
     lines = [
         f"# Values of {system.title}, as its statement gives them; copy this file to change them.",

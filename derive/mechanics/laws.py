@@ -22,26 +22,18 @@ def power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
     """Power of actions, weights and inertia of all bodies [W]."""
     world, motion = ground.frame, assembly.motion
 
-    def spin(body: Body) -> Vec:
-        return motion.spin(body.frame).resolved(world)
-
-    def velocity(body: Body, at: Point) -> Vec:
-        """That of the body's own matter at a point."""
-        if body == ground:
-            return zero(world)
-        arm = displacement(anchor(body), at, world)
-        return _velocity(motion, anchor(body), world) + spin(body).cross(arm)
-
     def of_action(action: Action) -> Expr:
-        slip = velocity(action.on, action.at) - velocity(action.by, action.at)
-        turn = spin(action.on) - spin(action.by)
+        slip = material(motion, action.on, ground, anchor, action.at) - material(
+            motion, action.by, ground, anchor, action.at
+        )
+        turn = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
         return action.force.resolved(world).dot(slip) + action.moment.resolved(world).dot(turn)
 
     terms = [of_action(action) for action in assembly.actions]
     for body in assembly.bodies:
         for part in body.parts:
-            fall = assembly.gravity.resolved(world) - motion.acceleration(part.centroid, world)
-            terms.append(part.mass * fall.dot(_velocity(motion, part.centroid, world)))
+            fall = assembly.gravity - motion.acceleration(part.centroid, world)
+            terms.append(part.mass * fall.dot(velocity(motion, part.centroid, world)))
             rate = motion.derivative(part.momentum(motion.spin(body.frame)))
             terms.append(-rate.dot(motion.spin(body.frame)))
     return sp.Add(*terms)
@@ -56,11 +48,20 @@ def momentum(assembly: Assembly, ground: Body) -> dict[str, Expr]:
             total = total - action.sign(ground) * action.force.resolved(world)
     for body in assembly.bodies:
         for part in body.parts:
-            fall = assembly.gravity.resolved(world) - assembly.motion.acceleration(part.centroid, world)
-            total = total + part.mass * fall
+            total = total + part.mass * (assembly.gravity - assembly.motion.acceleration(part.centroid, world))
     return dict(zip(AXES, total.components, strict=True))
 
 
-def _velocity(motion: Motion, point: Point, world: Frame) -> Vec:
+def velocity(motion: Motion, point: Point, world: Frame) -> Vec:
+    """A point's velocity, in the world."""
     origin = next(iter(point.chain()))
     return motion.derivative(displacement(origin, point, world))
+
+
+def material(motion: Motion, body: Body, ground: Body, anchor: Anchor, at: Point) -> Vec:
+    """Velocity of a body's own matter at a point, in the world."""
+    world = ground.frame
+    if body == ground:
+        return zero(world)
+    arm = displacement(anchor(body), at, world)
+    return velocity(motion, anchor(body), world) + motion.spin(body.frame).resolved(world).cross(arm)

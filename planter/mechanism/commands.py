@@ -12,11 +12,14 @@ from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 app = typer.Typer()
 
 
+MechanismArgument = Annotated[
+    str, typer.Argument(help="a mechanism's file (TOML), or its name: NAME.toml here or in generated/")
+]
+
+
 @app.command()
 def turn(
-    mechanism: Annotated[
-        str, typer.Argument(help="a mechanism's file (TOML), or its name: NAME.toml here or in generated/")
-    ],
+    mechanism: MechanismArgument,
     samples: Annotated[
         int | None, typer.Option(min=4, max=100_000, help="samples of the turn, else those of the file")
     ] = None,
@@ -33,7 +36,34 @@ def turn(
         machine = file.load(mechanism, changes(set_))
         found = turns.turn(model.Model(machine), samples)
         if out is not None:
-            from planter.mechanism import report
+            from planter.mechanism.report import results
 
-            report.write(out, found, machine, console.progress)
+            results.write_turn(out, found, machine, console.progress)
         console.result(found.table(), lambda: tables.show(console, found))
+
+
+@app.command()
+def move(
+    mechanism: MechanismArgument,
+    until: Annotated[float, typer.Option(metavar="S", min=1e-9, help="end of the motion [s]")],
+    points: Annotated[int, typer.Option(min=2, max=100_000, help="instants that are told")] = 201,
+    tolerance: Annotated[float, typer.Option(min=1e-13, max=1e-2, help="relative tolerance of the integrator")] = 1e-9,
+    rest: Annotated[
+        bool, typer.Option("--rest", help="also a state of rest near the start, and its eigenvalues")
+    ] = False,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """The free motion of a mechanism of your own that no angle drives: from its start on, on its constraints."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.mechanism import dynamics, file, motion, tables
+
+        machine = file.load(mechanism, changes(set_))
+        found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest)
+        if out is not None:
+            from planter.mechanism.report import results
+
+            results.write_motion(out, found, machine, console.progress)
+        console.result(found.table(), lambda: tables.show_motion(console, found))

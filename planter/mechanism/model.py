@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.errors import ComputationError
+from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.loops import Loops
@@ -25,6 +25,8 @@ class Model:
 
     def __init__(self, file: MechanismFile, data: Array | None = None) -> None:
         self.file, self.formulas = file, file.model
+        if "speed" not in self.formulas.sidecar:
+            raise InputError(f"{file.source}: {file.name} moves by itself, no angle drives it; `planter move` takes it")
         self.data = file.data() if data is None else data
 
     @property

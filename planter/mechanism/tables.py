@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from planter.files import units
+from planter.mechanism.motion import Motion
 from planter.mechanism.turn import Quantity, Turn
 from planter.report.labels import name
 from planter.terminal.console import Console
@@ -26,3 +28,19 @@ def show(console: Console, found: Turn) -> None:
         console.table("Work of a turn", ("by", "J"), [(key.removesuffix("_J"), v) for key, v in found.work.items()])
     laws = [(law.law, law.violation, law.unit) for law in found.laws]
     console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
+
+
+def show_motion(console: Console, found: Motion) -> None:
+    """Quantities, energy, constraints, and the state of rest if it was asked for."""
+    rows = [(name(key), v.min(), v.max(), v[-1], units.unit(key)) for key, v in found.columns.items()]
+    console.table(
+        f"{found.machine}: motion until {found.times[-1]:g} s", ("quantity", "min", "max", "last", "unit"), rows
+    )
+    energy = [(name(key), value) for key, value in found.energy_J.items()]
+    console.table("Energy of weights, springs and motion", ("", "J"), energy)
+    if found.redundant:
+        console.say(f"{found.redundant} constraints follow from the others; multipliers are those of least squares")
+    if found.equilibrium is not None and found.eigenvalues is not None:
+        console.table("State of rest", ("coordinate", "value", "unit"),
+                      [(name(key), value, units.unit(key)) for key, value in found.equilibrium.items()])  # fmt: skip
+        console.table("Eigenvalues there", ("real / 1/s", "imaginary / 1/s"), found.eigenvalues)

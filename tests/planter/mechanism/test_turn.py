@@ -120,7 +120,7 @@ def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
     assert result["quantities"]["gamma_deg"].keys() == {"unit", "min", "max", "mean", "rms", "min_deg", "max_deg"}
     written = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert written["quantities"] == result["quantities"]
-    assert {"turn.csv", "report.html", "figures"} <= {path.name for path in (tmp_path / "run").iterdir()}
+    assert {"values.csv", "report.html", "figures"} <= {path.name for path in (tmp_path / "run").iterdir()}
 
 
 @pytest.mark.parametrize(

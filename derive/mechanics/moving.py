@@ -1,0 +1,183 @@
+"""A mechanism that moves by itself: what its accelerations follow from, by the principle of virtual power.
+
+    inertia accelerations = forces + slopes^T multipliers,    slopes accelerations = bends
+
+Every body and every given action is projected on the rates of the coordinates; joints do no virtual work and stay out.
+Gaps of closed loops and slips of rolling bodies vanish. Source: W. Schiehlen, "Multibody system dynamics: roots and
+perspectives", Multibody Syst. Dyn. 1 (1997) 149-188, section 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+from sympy import Expr, S
+
+from ..chain import ordered
+from ..model import ClosedForm, Let, Step, needed, sorted_steps
+from ..quantity import Quantity, Vector
+from .bodies import Action, Body
+from .frames import Point, Vec
+from .laws import material, velocity
+from .loops import Coordinate
+from .statement import MechanismError, Statement, let, quantity
+
+_OF = {"rad": "m", "m": "1", "1": "m"}
+_FORCE = {"rad": "N m", "m": "N", "1": "N m"}
+_INERTIA = {("rad", "rad"): "kg m2", ("m", "rad"): "kg m", ("m", "m"): "kg"}
+
+
+def freely(stated: Statement, time: Quantity, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
+    """The functions that an integrator needs, and what is reported of a state and its accelerations.
+
+    Raises MechanismError, ChainError or DimensionError where they cannot be derived.
+    """
+    if not stated.loops.coordinates:
+        raise MechanismError(f"{stated.name}: it has neither an angle to move along nor a coordinate to move in")
+    return Free(stated, time).functions(reported)
+
+
+class Free:
+    """A statement read as one of free motion."""
+
+    def __init__(self, stated: Statement, time: Quantity) -> None:
+        self.stated, self.motion, self.coordinates = stated, stated.motion, stated.loops.coordinates
+        self.state = Vector("state", (*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates)))
+        self.accelerations = Vector("accelerations", tuple(c.acceleration for c in self.coordinates))
+        self.inputs: tuple[Vector | Quantity, ...] = (time, stated.data(time), self.state)
+        self._moving = self._followed()
+
+    def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
+        names, held = [str(c.value) for c in self.coordinates], self._held()
+        residuals = self._residuals()
+        found = {
+            "inertia": [
+                self._let(f"inertia_{a}_{b.value}", self._inertia_unit(c, b), -residual.diff(b.acceleration))
+                for a, c, residual in zip(names, self.coordinates, residuals, strict=True)
+                for b in self.coordinates
+            ],
+            "forces": [
+                self._let(f"force_{a}", _FORCE[c.value.unit], self._resting(residual))
+                for a, c, residual in zip(names, self.coordinates, residuals, strict=True)
+            ],
+            "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
+            "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in held.items()],
+            "slopes": [
+                self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], speed.diff(c.rate))
+                for name, speed in held.items()
+                for c in self.coordinates
+            ],
+            "bends": [
+                self._let(f"bend_{name}", "m/s2", -self._resting(self._plain(self.motion.rate(speed))))
+                for name, speed in held.items()
+            ],
+        }
+        forms = [self._form(name, self.inputs, steps) for name, steps in found.items() if steps]
+        return (self._start(), *forms, self._outputs(reported))
+
+    def _start(self) -> ClosedForm:
+        start = self.stated.loops.start | self.stated.start
+        steps = tuple(let(q, start.get(q, S.Zero)) for q in self.state)
+        return ClosedForm("start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities))
+
+    def _outputs(self, reported: Sequence[str | Quantity] | None) -> ClosedForm:
+        stated = self.stated
+        self._report_energy()
+        stated.name_accelerations()
+        asked = None if reported is None else set(map(str, reported))
+        unknowns = [u for u in stated.assembly.unknowns if asked is None or u.name in asked]
+        forces = ordered(stated.equations(), stated.assembly.unknowns, unknowns).steps() if unknowns else ()
+        known = [*(n.symbol for n in stated.named), *unknowns, *(r.symbol for r in stated.reports)]
+        told = Vector("outputs", stated.chosen(known, reported))
+        steps = sorted_steps(needed((*stated.defined, *forces, *stated.reports), frozenset(told)))
+        return ClosedForm("lane", (*self.inputs, self.accelerations), steps, told)
+
+    def _report_energy(self) -> None:
+        """Kinetic energy, and potential energy of weights and springs [J]."""
+        stated, world = self.stated, self.stated.world
+        kinetic, potential = S.Zero, sp.Add(*stated.potentials)
+        for body in stated.assembly.bodies:
+            for part in body.parts:
+                speed, spin = velocity(self.motion, part.centroid, world), self.motion.spin(body.frame)
+                kinetic += part.mass * speed.dot(speed) / 2 + part.momentum(spin).dot(spin) / 2
+                place = self.motion.arm(stated.O, part.centroid, world)
+                potential -= part.mass * stated.assembly.gravity.dot(place)
+        stated.report("kinetic", "J", "kinetic energy", kinetic)
+        stated.report("potential", "J", "potential energy of weights and springs", potential)
+
+    def _residuals(self) -> list[Expr]:
+        """Virtual power of weights, inertia and given actions on each coordinate's rate; zero in free motion."""
+        total = [S.Zero] * len(self.coordinates)
+        for load, speed in self._loads():
+            parts = [self._plain(component) for component in speed.components]
+            pushes = [self._plain(component) for component in load.components]
+            for j, coordinate in enumerate(self.coordinates):
+                total[j] += sum(
+                    (push * part.diff(coordinate.rate) for push, part in zip(pushes, parts, strict=True)), S.Zero
+                )
+        return total
+
+    def _loads(self) -> list[tuple[Vec, Vec]]:
+        """Forces and moments with the velocities that they work on."""
+        stated, motion, world = self.stated, self.motion, self.stated.world
+        found = []
+        for action in self._given():
+            spin = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
+            slip = self._velocity(action.on, action.at) - self._velocity(action.by, action.at)
+            found += [(action.force.resolved(world), slip), (action.moment.resolved(world), spin)]
+        for body in stated.assembly.bodies:
+            for part in body.parts:
+                fall = stated.assembly.gravity - motion.acceleration(part.centroid, world)
+                found.append((part.mass * fall, velocity(motion, part.centroid, world)))
+                own = motion.spin(body.frame)
+                found.append((-motion.derivative(part.momentum(own)), own))
+        return found
+
+    def _given(self) -> list[Action]:
+        """Actions without an unknown."""
+        unknowns = set(self.stated.assembly.unknowns)
+        return [
+            a
+            for a in self.stated.assembly.actions
+            if not any(e.free_symbols & unknowns for e in (*a.force.components, *a.moment.components))
+        ]
+
+    def _velocity(self, body: Body, at: Point) -> Vec:
+        return material(self.motion, body, self.stated.ground, self.stated.anchor, at)
+
+    def _held(self) -> Mapping[str, Expr]:
+        """Speeds that vanish: the rates of the gaps, then slips."""
+        rates = {name: self.motion.rate(gap) for name, gap in self.stated.loops.gaps.items()}
+        return {name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()}
+
+    def _followed(self) -> dict[Quantity, Expr]:
+        """Named steps that hold rates or accelerations, told in those of the coordinates."""
+        speeds = {q for c in self.coordinates for q in (c.rate, c.acceleration)}
+        found: dict[Quantity, Expr] = {}
+        for step in self.stated.named:
+            plain = step.expr.xreplace(found)
+            if plain.free_symbols & speeds:
+                found[step.symbol] = plain
+        return found
+
+    def _plain(self, expr: Expr) -> Expr:
+        return sp.sympify(expr).xreplace(self._moving)
+
+    def _resting(self, expr: Expr) -> Expr:
+        """What is left without accelerations."""
+        return expr.xreplace(dict.fromkeys(self.accelerations, S.Zero))
+
+    def _form(self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]) -> ClosedForm:
+        told = Vector(f"{name}_outputs", tuple(step.symbol for step in steps))
+        everything: tuple[Step, ...] = needed((*self.stated.named, *steps), frozenset(told))
+        return ClosedForm(name, inputs, everything, told)
+
+    @staticmethod
+    def _let(name: str, unit: str, expr: Expr) -> Let:
+        return let(quantity(name, unit, name.replace("_", " ")), expr)
+
+    @staticmethod
+    def _inertia_unit(a: Coordinate, b: Coordinate) -> str:
+        pair = sorted("rad" if c.value.unit == "1" else c.value.unit for c in (a, b))
+        return _INERTIA[pair[0], pair[1]]

@@ -1,0 +1,157 @@
+"""What is stated of a mechanism: coordinates, loops, bodies, actions, and the names that expressions get."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
+
+import sympy as sp
+from sympy import Expr, S
+
+from ..dimensions import DimensionError, dimension, of_unit
+from ..equations import Balance, Equation, Kind
+from ..model import Event, Let, Step
+from ..quantity import Quantity, Vector
+from ..table import Quantities
+from .bodies import AXES, Assembly, Body, Pin
+from .frames import Frame, Motion, Point, Triple, Vec
+from .loops import Loops
+
+PLANAR: tuple[tuple[Kind, int], ...] = (("force", 0), ("force", 1), ("moment", 2))
+"""Balances of a body that moves in the plane across z."""
+
+
+class MechanismError(ValueError):
+    """A mechanism is stated so that nothing can be derived of it."""
+
+
+class Statement:
+    """A mechanism as it was stated, for the derivations; `Mechanism` is how it is stated."""
+
+    def __init__(self, name: str, given: Quantities, motion: Motion, gravity: Sequence[Expr], spatial: bool) -> None:
+        self.name, self.given, self.motion, self.spatial = name, given, motion, spatial
+        self.world, self.O = Frame("world"), Point("O")
+        self.assembly = Assembly(motion, Vec(self.world, triple(gravity)))
+        self.ground = self.assembly.add(Body("ground", self.world))
+        self.loops = Loops()
+        self.slips: dict[str, Expr] = {}
+        self.start: dict[Quantity, Expr] = {}
+        self.potentials: list[Expr] = []
+        self.named: list[Let] = []
+        self.reports: list[Let] = []
+        self.events: list[Event] = []
+        self.about: dict[Body, Point] = {}
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes of the world along which anything moves."""
+        return AXES if self.spatial else AXES[:2]
+
+    def data(self, *besides: Quantity | None) -> Vector:
+        """The quantities of the table as a packed input, less some."""
+        return Vector("data", tuple(q for q in self.given.values() if q not in besides))
+
+    def name_(self, name: str, unit: str, meaning: str, expr: Expr) -> Quantity:
+        """Name an expression of the motion."""
+        symbol = quantity(name, unit, meaning)
+        self.named.append(let(symbol, expr))
+        return symbol
+
+    def report(self, name: str, unit: str, meaning: str, expr: Expr) -> Quantity:
+        """Name an expression, so that it is told with the results."""
+        symbol = quantity(name, unit, meaning)
+        self.reports.append(let(symbol, expr))
+        return symbol
+
+    def balance(self, body: Body, kind: Kind, axis: str = "z") -> Balance:
+        """What an equation may claim to be: a body's balance of forces or moments, along an axis of the world."""
+        pin = self.pin_of(body)
+        return Balance(body.name, kind, axis, pin.axes.name, pin.at.name if kind == "moment" else "")
+
+    def equations(self) -> list[Equation]:
+        """The laws of contacts, and the balances of every body but the ground. Raises DimensionError."""
+        bodies = [body for body in self.assembly.bodies if body != self.ground]
+        wanted = None if self.spatial else PLANAR
+        found = [e for body in bodies for e in self.assembly.balanced(body, self.pin_of(body), wanted)]
+        return [_consistent(e) for e in (*self.assembly.definitions(), *found) if e.residual != 0]
+
+    def pin_of(self, body: Body) -> Pin:
+        """Where a body's moments are taken: where it was told, at a joint (the ground's first), at its centroid."""
+        joints = sorted((a for a in self.assembly.actions if a.sign(body)), key=lambda a: not a.sign(self.ground))
+        own = [*(a.at for a in joints), *(part.centroid for part in body.parts)]
+        at = self.about.get(body) or next(iter(own), None)
+        if at is None:
+            raise MechanismError(f"body {body.name} has neither a joint nor a mass")
+        return Pin(at, self.world, not self.spatial)
+
+    def anchor(self, body: Body) -> Point:
+        """A point that is fixed in a body: its centroid, or the point of its first joint."""
+        return body.parts[0].centroid if body.parts else self.pin_of(body).at
+
+    def name_accelerations(self) -> None:
+        """Give the accelerations of all centroids names of their own."""
+        for body in self.assembly.bodies:
+            for part in body.parts:
+                if part.centroid not in self.motion.accelerations:
+                    self._name_acceleration(body, part.centroid)
+
+    def _name_acceleration(self, body: Body, centroid: Point) -> None:
+        named: list[Expr] = []
+        for axis, component in zip(AXES, self.motion.acceleration(centroid, self.world).components, strict=True):
+            meaning = f"acceleration of the centroid of {body}, {axis}"
+            name = f"a_{word(body.name)}_{axis}"
+            named.append(S.Zero if component == 0 else self.name_(name, "m/s2", meaning, component))
+        self.motion.accelerations[centroid] = Vec(self.world, triple(named))
+
+    def chosen(self, known: Iterable[Quantity], asked: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
+        """What is asked for among what is known, all of it without a question; raises MechanismError."""
+        by_name: Mapping[str, Quantity] = {q.name: q for q in known}
+        names = list(by_name) if asked is None else list(map(str, asked))
+        for name in names:
+            if name not in by_name:
+                close = get_close_matches(name, by_name, 1)
+                hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(by_name)}"
+                raise MechanismError(f"{self.name}: nothing is called {name}; {hint}")
+        return tuple(by_name[name] for name in names)
+
+    @property
+    def defined(self) -> tuple[Step, ...]:
+        """The named steps of the motion, each in the unit of its name. Raises DimensionError."""
+        return tuple(map(_in_unit, self.named))
+
+
+def quantity(name: str, unit: str, meaning: str) -> Quantity:
+    of_unit(unit)
+    return Quantity(name, unit, meaning, f"derived: {meaning}")
+
+
+def let(symbol: Quantity, expr: Expr) -> Let:
+    return Let(symbol, sp.sympify(expr), f"derived: {symbol.meaning}")
+
+
+def triple(components: Sequence[Expr]) -> Triple:
+    x, y, z = map(sp.sympify, components)
+    return x, y, z
+
+
+def word(name: str) -> str:
+    """A name as part of another."""
+    return "_".join("".join(c if c.isalnum() else " " for c in name).split())
+
+
+def _in_unit(step: Let) -> Let:
+    try:
+        found = dimension(step.expr)
+    except DimensionError as error:
+        raise DimensionError(f"{step.symbol}: {error}") from None
+    if found is not None and found != of_unit(step.symbol.unit):
+        raise DimensionError(f"{step.symbol} is in {step.symbol.unit}, and {step.expr} is not")
+    return step
+
+
+def _consistent(equation: Equation) -> Equation:
+    try:
+        dimension(equation.residual)
+    except DimensionError as error:
+        raise DimensionError(f"{equation.number}: {error}") from None
+    return equation

@@ -1,0 +1,65 @@
+"""A mechanism that is driven along an angle at a constant speed: its motion, then the forces from the balances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..chain import ordered
+from ..model import ClosedForm, Lane, Let, LinearSolve, Step, needed, sorted_steps
+from ..quantity import Quantity, Vector
+from . import laws
+from .statement import MechanismError, Statement
+
+
+def along(
+    stated: Statement, angle: Quantity, speed: Quantity, reported: Sequence[str | Quantity] | None
+) -> tuple[Lane, tuple[ClosedForm, ...]]:
+    """The lane with what is reported (everything, unless told), and the functions that close its loops.
+
+    Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
+    """
+    motion = _motion(stated)
+    _report_laws(stated)
+    outputs = stated.chosen(_known(stated, motion, reported is None), reported)
+    forces = _forces(stated)
+    steps = sorted_steps(needed((*motion, *forces, *stated.reports), frozenset(outputs)))
+    tested = [s for s in needed((*motion, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
+    pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
+    told, data = Vector("outputs", (*outputs, *pivots)), stated.data(angle)
+    lane = Lane(angle, (data,), steps, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
+    return lane, stated.loops.functions(angle, data, stated.named)
+
+
+def _motion(stated: Statement) -> tuple[Step, ...]:
+    """Coordinates, loops, and the accelerations of all centroids, which get names."""
+    loops = stated.loops.steps(stated.motion)
+    stated.name_accelerations()
+    return (*loops, *stated.defined)
+
+
+def _known(stated: Statement, motion: Sequence[Step], told: bool) -> list[Quantity]:
+    """What can be reported; on its own only what has a meaning to a person is."""
+    steps = [s.symbol for s in (stated.named if told else motion) if isinstance(s, Let)]
+    reports = [report.symbol for report in stated.reports]
+    return [*stated.loops.all, *steps, *stated.assembly.unknowns, *reports]
+
+
+def _forces(stated: Statement) -> tuple[Step, ...]:
+    """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep."""
+    equations, unknowns = stated.equations(), stated.assembly.unknowns
+    chain = ordered(equations, unknowns, unknowns)
+    if left := [e.number for e in equations if e.number not in chain.spent]:
+        raise MechanismError(
+            f"{stated.name}: {len(equations)} balances for {len(unknowns)} forces and torques, so a joint or a drive "
+            f"is lacking: nothing is left to keep {'; '.join(left)}"
+        )
+    return chain.steps()
+
+
+def _report_laws(stated: Statement) -> None:
+    power = laws.power(stated.assembly, stated.ground, stated.anchor)
+    stated.report("law_power", "W", "power of all forces and of inertia, which vanishes", power)
+    found = laws.momentum(stated.assembly, stated.ground)
+    for axis in stated.axes:
+        meaning = f"rate of momentum less outer forces, {axis}, which vanishes"
+        stated.report(f"law_force_{axis}", "N", meaning, found[axis])

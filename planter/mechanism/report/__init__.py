@@ -1,0 +1,1 @@
+"""The files that commands for mechanisms of one's own leave in a folder."""

@@ -1,0 +1,51 @@
+"""What pages of mechanisms of one's own share: model, inputs, provenance, and how a folder is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from planter.kernels import Array
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.report.figures import Course, curves
+from planter.progress import Listener
+from planter.report import bundle, files
+from planter.report.html import Block, FigureSvg, Items, Keys, Section, Text, page
+from planter.report.inputs import inputs
+
+
+def write(
+    out: Path, title: str, machine: MechanismFile, table: Mapping[str, Any], told: Iterable[Section],
+    columns: Mapping[str, Array], course: Course, progress: Listener | None,
+) -> None:  # fmt: skip
+    """Writes summary.json, values.csv, figures and report.html, whole or not at all.
+
+    `told` are the sections that come first. Raises InputError for a folder that it cannot write.
+    """
+    files.output_folder(out)
+    drawn = bundle.drawn(dict(curves(columns, course)), progress)
+    provenance = files.provenance(machine)
+    heads = [f"mechanism: {machine.name}", f"machine_sha256: {provenance['machine_sha256']}"]
+    figures = Section("Figures", [FigureSvg(figure.svg, "") for figure in drawn.values()])
+    texts = {
+        "summary.json": files.summary_text({**table, "input": machine.table(), "provenance": provenance}),
+        "values.csv": files.cycle_csv(
+            "values.csv", heads, {course.label.replace(" / ", "_"): course.values, **columns}
+        ),
+        "report.html": page(title, [*told, figures, *_end(machine, provenance)], machine.description),
+    }
+    bundle.write(out, texts, drawn)
+
+
+def _end(machine: MechanismFile, provenance: Mapping[str, Any]) -> Iterator[Section]:
+    yield Section("Model", list(_model(machine)))
+    meanings = {entry["shown"]: entry["meaning"] for entry in machine.entries}
+    yield Section("Inputs", list(inputs(machine, meanings, ("turn",))))
+    yield Section("Provenance", [Keys({key: str(value) for key, value in provenance.items()})])
+
+
+def _model(machine: MechanismFile) -> Iterator[Block]:
+    sidecar = machine.model.sidecar
+    yield Text(f"{sidecar['title']}, from {sidecar['source']}. It assumes:")
+    yield Items(sidecar["assumptions"])

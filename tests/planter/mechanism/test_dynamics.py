@@ -1,0 +1,155 @@
+"""Free motion: the pendulum in closed form, the same stated by loops, what is redundant, rest and small motions."""
+
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import scipy.integrate
+
+from derive.__main__ import main as derive
+from planter.errors import InputError
+from planter.mechanism.dynamics import Dynamics
+from planter.mechanism.file import load
+from planter.mechanism.model import Model
+from tests.support.cli import answer
+
+HEAD = '''
+from sympy import Rational, cos, sin
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g | m/s2  | free fall | 9.81
+    l | mm    | length    | 400
+    m | kg    | rod       | 1.5
+""")
+m = Mechanism("NAME", q, gravity=q.g)
+'''
+ANGLE = (
+    HEAD
+    + """
+a = m.coordinate("a", "rad", "angle from the horizontal")
+rod = m.frame("rod", a)
+body = m.body("rod", rod, q.m, m.point("C", m.O, rod, q.l / 2), q.m * q.l**2 / 12)
+m.pin("O", body, m.ground, m.O)
+m.begin({a: Rational(-1, 2)})
+SYSTEM = m.system()
+"""
+)
+LOOP = (
+    HEAD
+    + """
+a = m.coordinate("a", "rad", "angle from the horizontal")
+x, y = m.coordinate("x", "m", "centroid, x"), m.coordinate("y", "m", "centroid, y")
+rod, C = m.frame("rod", a), m.point("C", m.O, m.world, x, y)
+end = m.point("end", C, rod, -q.l / 2)
+body = m.body("rod", rod, q.m, C, q.m * q.l**2 / 12)
+m.pin("O", body, m.ground, end)
+start = {a: Rational(-1, 2), x: q.l * cos(Rational(1, 2)) / 2, y: -q.l * sin(Rational(1, 2)) / 2}
+m.close(end, m.O, start=start)
+MORE
+SYSTEM = m.system(reported=["kinetic", "potential"])
+"""
+)
+DISC = '''
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g | m/s2  | free fall          | 9.81
+    r | mm    | radius             | 100
+    m | kg    | disc               | 2
+    k | N/m   | spring at the hub  | 50
+    d | N s/m | damper at the hub  | 0
+    w | m     | anchor of spring   | 3
+    l | m     | spring at rest     | 1
+""")
+m = Mechanism("disc", q, gravity=q.g)
+x, a = m.coordinate("x", "m", "hub"), m.coordinate("a", "rad", "turn of the disc")
+hub, wall = m.point("hub", m.O, m.world, x, q.r), m.point("wall", m.O, m.world, q.w, q.r)
+disc = m.body("disc", m.frame("disc", a), q.m, hub, q.m * q.r**2 / 2)
+m.roll("x", m.rate(x) + q.r * m.rate(a))
+m.spring("spring", disc, m.ground, (hub, wall), q.k, q.l, damping=q.d)
+m.begin({x: 1})
+SYSTEM = m.system(reported=["kinetic", "potential", "F_spring"])
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("own")
+    twice = "m.constrain('again', x - q.l * cos(a) / 2, start={})"
+    texts = {"swing": ANGLE, "held": LOOP.replace("MORE", ""), "twice": LOOP.replace("MORE", twice), "disc": DISC}
+    for name, text in texts.items():
+        (place / f"{name}.py").write_text(text.replace("NAME", name), encoding="utf-8")
+        assert derive([str(place / f"{name}.py")]) == 0
+    return place / "generated"
+
+
+def dynamics(folder: Path, name: str, **values: float) -> Dynamics:
+    return Dynamics(load(folder / f"{name}.toml", values))
+
+
+def test_a_pendulum_swings_as_elliptic_functions_say(folder: Path) -> None:
+    """Release at rest: sin(theta/2) = k sn(K - w t, k^2), w^2 = 3 g / (2 l) (Whittaker, Analytical dynamics, 44)."""
+    times = np.linspace(0, 3, 31)
+    found = dynamics(folder, "swing").run(times, 1e-12).states[0] + np.pi / 2
+    top, rate = np.pi / 2 - 0.5, mpmath.sqrt(mpmath.mpf(3) * 9.81 / 0.8)
+    k = mpmath.sin(top / 2)
+    quarter = mpmath.ellipk(k**2)
+    exact = [float(2 * mpmath.asin(k * mpmath.ellipfun("sn", quarter - rate * t, m=k**2))) for t in times]
+    assert np.abs(found - exact).max() < 1e-10
+
+
+def test_the_same_by_a_loop_and_with_constraints_twice(folder: Path) -> None:
+    times = np.linspace(0, 2, 21)
+    plain = dynamics(folder, "swing").run(times, 1e-11).states[0]
+    for name, redundant in (("held", 0), ("twice", 1)):
+        one = dynamics(folder, name)
+        run = one.run(times, 1e-11)
+        assert run.states[0] == pytest.approx(plain, abs=1e-8)
+        assert one.redundant(run.states[:, 0]) == redundant
+        total = run.results["kinetic"] + run.results["potential"]
+        assert np.ptp(total) < 1e-8
+
+
+def test_a_motion_that_leaves_its_constraint_would_be_seen(folder: Path) -> None:
+    """Without projection the drift is far above what a projected motion shows."""
+    one = dynamics(folder, "held")
+    free = scipy.integrate.solve_ivp(one._rates, (0, 40), one.start(), rtol=1e-4, atol=1e-6)
+    gap = one._kernel(time=0.0, state=free.y[:, -1])["gaps"]
+    kept = one._kernel(time=0.0, state=one.run(np.array([0.0, 40.0]), 1e-4).states[:, -1])["gaps"]
+    assert np.abs(kept).max() < 1e-11
+    assert np.abs(gap).max() > 1e-6
+
+
+def test_rest_and_small_motions_are_those_of_the_textbook(folder: Path) -> None:
+    rate = np.sqrt(3 * 9.81 / 0.8)
+    for name, count in (("swing", 1), ("held", 3)):
+        one = dynamics(folder, name)
+        rest = one.equilibrium(one.projected(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)])))
+        assert np.sin(rest[0]) == pytest.approx(-1, abs=1e-12)
+        assert np.sort(one.eigenvalues(rest).imag) == pytest.approx([-rate, rate], rel=1e-9)
+
+
+def test_a_rolling_disc_weighs_one_and_a_half(folder: Path) -> None:
+    """A spring on the hub of a disc that rolls: w^2 = k / (3 m / 2), and a damper takes the energy."""
+    times = np.linspace(0, 2, 41)
+    run = dynamics(folder, "disc").run(times, 1e-11)
+    assert run.states[0] == pytest.approx(2 - np.cos(np.sqrt(50 / 3) * times), abs=1e-8)
+    assert run.states[1] == pytest.approx(-(run.states[0] - 1) / 0.1, abs=1e-7)
+    damped = dynamics(folder, "disc", d_N_s_m=4.0).run(times, 1e-10)
+    total = damped.results["kinetic"] + damped.results["potential"]
+    assert np.all(np.diff(total) < 0)
+
+
+def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
+    found = answer("move", str(folder / "held.toml"), "--until", "0.5", "--rest", "--out", str(tmp_path / "run"))
+    assert found["energy"]["most_J"] - found["energy"]["least_J"] < 1e-6
+    assert found["redundant_constraints"] == 0
+    assert len(found["eigenvalues_per_s"]) == 2
+    assert {"values.csv", "report.html"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_each_command_sends_to_the_other(folder: Path) -> None:
+    with pytest.raises(InputError, match="swing moves by itself, no angle drives it; `planter move` takes it"):
+        Model(load(folder / "swing.toml"))
