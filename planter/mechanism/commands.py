@@ -39,7 +39,7 @@ def turn(
             from planter.mechanism.report import results
 
             results.write_turn(out, found, machine, console.progress)
-        console.result(found.table(), lambda: tables.show(console, found))
+        console.result(found.result, lambda: tables.turn(console, found.result))
 
 
 @app.command()
@@ -66,4 +66,4 @@ def move(
             from planter.mechanism.report import results
 
             results.write_motion(out, found, machine, console.progress)
-        console.result(found.table(), lambda: tables.show_motion(console, found))
+        console.result(found.result, lambda: tables.motion(console, found.result))

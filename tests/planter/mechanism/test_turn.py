@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ from derive.__main__ import main as derive
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
+from planter.records import schema
 from tests.support.cli import answer
 
 STATEMENT = '''
@@ -113,6 +115,7 @@ def test_a_start_at_the_other_assembly_is_kept(folder: Path) -> None:
 def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
     file = folder / "generated" / "four_bar.toml"
     result = answer("turn", str(file), "--samples", "45", "--out", str(tmp_path / "run"), "--set", "omega_rad_s=20")
+    jsonschema.validate(result, json.loads((schema.FOLDER / "turn.json").read_text(encoding="utf-8")))
     assert (result["machine"], result["samples"]) == ("four_bar", 45)
     assert {law["unit"] for law in result["laws"]} == {"W", "N"}
     assert max(law["violation"] for law in result["laws"]) < 1e-9
