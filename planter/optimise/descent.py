@@ -166,11 +166,13 @@ def _choices(touching: list[int]) -> list[list[int]]:
     return [touching, *([i] for i in touching)] if len(touching) > 1 else [touching]
 
 
+def at(problem: Problem, u: Array, iterations: int) -> Minimum:
+    """What a point is as a minimum."""
+    residual = certificate.kkt_residual(problem, u)
+    return Minimum(u, problem.evaluate(u), residual, iterations, problem.violation(u))
+
+
 def _minimum(problem: Problem, u: Array, iterations: int) -> Minimum:
     """A point, with coordinates beside their bounds set onto them: an interior point is never quite there."""
     points = {p.tobytes(): p for p in (problem.box.snapped(u, s) for s in SNAPS)}
-    found = [
-        Minimum(p, problem.evaluate(p), certificate.kkt_residual(problem, p), iterations, problem.violation(p))
-        for p in points.values()
-    ]
-    return min(found, key=lambda minimum: minimum.rank)
+    return min((at(problem, p, iterations) for p in points.values()), key=lambda minimum: minimum.rank)

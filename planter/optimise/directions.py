@@ -21,12 +21,14 @@ class Insensitive:
     """Numerical rank of the curve's Jacobian, and its null space.
 
     `effective_parameters` is the rank; `directions` spans the null space, each {name: weight} in parts of the box
-    width with the largest weight 1; `zero` (p,) marks parameters that have no effect alone.
+    width with the largest weight 1; `zero` (p,) marks parameters that have no effect alone; `space` (k, p) spans the
+    null space by directions in shares of the box, at right angles to each other.
     """
 
     effective_parameters: int
     directions: list[dict[str, float]]
     zero: Flags
+    space: Array
 
     @property
     def named(self) -> list[list[dict[str, float]]]:
@@ -47,7 +49,7 @@ def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
     limit = THRESHOLD * values[0]
     rank = int((values > limit).sum())
     zero: Flags = np.linalg.norm(columns, axis=0) <= limit
-    return Insensitive(rank, _directions(response.names, right[rank:], zero), zero)
+    return Insensitive(rank, _directions(response.names, right[rank:], zero), zero, right[rank:])
 
 
 def _directions(names: tuple[str, ...], space: Array, zero: Flags) -> list[dict[str, float]]:

@@ -58,6 +58,9 @@ class Objective(Protocol):
     def conditions(self, x: Array) -> Conditions:
         """First-order data at a design; gradients in the design."""
 
+    def flat(self, x: Array) -> Array:
+        """Directions (k, p) in the design that the objective does not feel at one, to first order."""
+
 
 def evaluation(objective: Objective, look: Look) -> Evaluation:
     """What an objective makes of a look at a design."""

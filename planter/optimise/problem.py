@@ -16,6 +16,8 @@ from planter.optimise.constraints import KEPT, Constrained, Constraints
 from planter.optimise.objective import Evaluation, Objective, evaluation
 from planter.optimise.samples import Hold
 
+FELT = 1e-6
+"""Part of a direction that counts as none of it."""
 MOST_STEPS = 1e3
 """Violations above this many steps are all as bad."""
 
@@ -144,6 +146,16 @@ class Problem:
     def scale(self) -> float:
         """Unit of the objective in residuals and tolerances."""
         return self.objective.unit or self.reference.objective or 1.0
+
+    def flat(self, u: Array) -> Array:
+        """Directions (k, p) at right angles that the objective does not feel at a point, of the free coordinates."""
+        directions = self.objective.flat(self.design(u)) / self.box.unit
+        fixed = np.setdiff1d(np.arange(len(u)), self.free)
+        if not len(directions) or not len(fixed):
+            return np.linalg.qr(directions.T)[0].T
+        _, sizes, right = np.linalg.svd(directions[:, fixed].T)
+        kept = right[int((sizes > FELT).sum()) :] @ directions
+        return np.linalg.qr(kept.T)[0].T
 
     def conditions(self, u: Array) -> Conditions:
         """First-order data at a point; gradients with respect to u."""

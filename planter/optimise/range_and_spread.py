@@ -54,6 +54,10 @@ class RangeAndSpread:
     def conditions(self, x: Array) -> Conditions:
         return self.turn.conditions(x)
 
+    def flat(self, x: Array) -> Array:
+        response = self.response
+        return sensitivity(response, x, angles_of(self.sampling)).space * (response.upper - response.lower)
+
 
 def angles_of(sampling: Sampling) -> int:
     """Angles of a turn at which the directions are judged that a response does not feel."""

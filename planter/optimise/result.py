@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from planter.kernels import Array
-from planter.optimise import certificate
+from planter.optimise import certificate, flat
 from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
@@ -84,13 +84,14 @@ class Candidates:
 def result(problem: Problem, method: str, seed: int, found: Candidates, seconds: float) -> Result:
     """The best of the points that were found, with its certificate.
 
-    Of equal objectives the one with the least residual is taken. The evaluations needed here are not counted.
+    Of equal objectives the one with the least residual is taken, and of all that flat directions join to it the one
+    nearest to the design to start from. The evaluations needed here are not counted.
     """
     judged = problem.anew()
     points = [u for u in found.points if judged.kept(u)]
     least = min(judged.evaluate(u).objective for u in points)
     ties = [u for u in points if judged.evaluate(u).objective == least]
-    u = min(ties, key=lambda point: certificate.kkt_residual(judged, point))
+    u = flat.nearest(judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point)))
     return Result(
         method=method, seed=seed, design=judged.design(u), evaluation=judged.evaluate(u),
         start_objective=problem.reference.objective, evaluations=found.counts, seconds=seconds,

@@ -63,3 +63,6 @@ class Smooth:
     def conditions(self, x: Array) -> Conditions:
         nothing = self._nothing
         return Conditions(NO_ROWS, nothing, NO_ROWS, nothing, self.function.gradient(x), nothing)
+
+    def flat(self, x: Array) -> Array:
+        return self._nothing

@@ -23,7 +23,7 @@ def _families() -> Iterable[str]:
 @app.command(cls=listing(pair=_families))
 def compare(
     machine: MachineArgument,
-    starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 2,
+    starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 3,
     seed: Annotated[int, typer.Option(min=0, help="seed of everything random")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="go on with what is in the folder of --out")] = False,
     pair: Annotated[

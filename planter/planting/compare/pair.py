@@ -11,8 +11,9 @@ from planter.errors import ComputationError
 from planter.gearing.families import own_parameters
 from planter.gearing.stage import names
 from planter.kernels import Array
+from planter.optimise import flat
 from planter.optimise.constraints import KEPT
-from planter.optimise.descent import STATIONARY, Minimum, descend
+from planter.optimise.descent import STATIONARY, Minimum, at, descend
 from planter.optimise.elastic import Least, least_violation
 from planter.optimise.feasible import least_of
 from planter.optimise.problem import Problem
@@ -26,7 +27,7 @@ from planter.planting.requirements.verdict import infeasible
 
 ITERATIONS = 60
 """Most iterations of a descent."""
-MORE_STARTS, ABOUT = 3, 0.25
+MORE_STARTS, ABOUT = 6, 0.25
 """Starts about the best minimum, and how far: this share of the way from it to points anywhere in the box."""
 AT_LIMIT = 1e-4
 """A requirement binds whose row is this close to its bound, in steps."""
@@ -41,7 +42,7 @@ def optimised(own: Machine, pair: box.Pair, starts: int, seed: int) -> dict[str,
     ends, least = _searched(problem, required, starts, seed)
     entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(ends)}
     if ends:
-        best = ends[0]
+        ends[0] = best = at(problem, flat.nearest(problem, ends[0].u), ends[0].iterations)
         entry |= _found(problem, required, best.u)
         entry |= {"objectives": [m.objective for m in ends], "kkt_residual": best.residual, "violations": [],
                   "agreeing_starts": len(_agreeing(problem, ends)), "lacks": _lacks(problem, ends)}  # fmt: skip

@@ -34,7 +34,7 @@ Task = tuple[str, str] | None
 
 def compare(
     own: Machine,
-    starts: int = 2,
+    starts: int = 3,
     seed: int = 0,
     out: Path | None = None,
     resume: bool = False,

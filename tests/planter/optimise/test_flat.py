@@ -1,0 +1,59 @@
+"""Of equal optima the one nearest to the start is told, wherever a search ended."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter.optimise import flat
+from planter.optimise.constraints import Named
+from planter.optimise.descent import descend
+from planter.optimise.expressions import Expressions
+from planter.optimise.range_and_spread import problem as over_turn
+from tests.planter.optimise import toys
+from tests.planter.optimise.toy import Toy
+
+STARTS = ([0.1, 0.2, 0.3], [0.9, 0.8, 0.1], [0.5, 0.1, 0.9], [0.2, 0.9, 0.6])
+
+
+def scaled() -> Toy:
+    """Least range at x0 / x1 = 1/6, whatever their size; x2 is not felt at all."""
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
+    return Toy(phi, x, ca.cos(phi) - x[0] / x[1] * ca.cos(3 * phi), lower=[0.1, 1.0, 0.0], upper=[0.5, 3.0, 1.0])
+
+
+def limited(most: float) -> Expressions:
+    """x1 <= most."""
+    x = ca.SX.sym("x", 3)
+    bounds = np.full(1, -np.inf), np.array([most])
+    return Expressions(x, x[1], bounds, [Named("limit", ("max",))], np.zeros(1, dtype=np.int64))
+
+
+def nearest_on_the_ray(problem) -> np.ndarray:
+    """By a scan of all the optima."""
+    ray = np.array([[r / 6, r, problem.box.design[2]] for r in np.linspace(1.0, 3.0, 200_001)])
+    shares = (ray - problem.box.lower) / problem.box.unit
+    return shares[((shares - problem.start) ** 2).sum(axis=1).argmin()]
+
+
+def test_searches_that_end_apart_tell_the_same_design():
+    problem = over_turn(scaled(), toys.RANGE, "refined")
+    ends = [descend(problem, np.array(start)).u for start in STARTS]
+    assert max(np.abs(end - ends[0]).max() for end in ends) > 1e-2
+    told = [flat.nearest(problem, end) for end in ends]
+    for u in told:
+        assert u == pytest.approx(nearest_on_the_ray(problem), abs=1e-5)
+        assert problem.evaluate(u).objective == pytest.approx(problem.evaluate(ends[0]).objective, abs=1e-9)
+
+
+@pytest.mark.parametrize("most", [2.5, 1.4])
+def test_the_rule_keeps_constraints(most):
+    problem = over_turn(scaled(), toys.RANGE, "refined", limited(most))
+    told = [flat.nearest(problem, descend(problem, np.array(start)).u) for start in STARTS]
+    assert all(problem.kept(u) for u in told)
+    assert max(np.abs(u - told[0]).max() for u in told) < 1e-5
+
+
+def test_what_is_felt_is_not_moved():
+    problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
+    u = descend(problem, np.array([0.9])).u
+    assert flat.nearest(problem, u) == pytest.approx(u, abs=0)
