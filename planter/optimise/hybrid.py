@@ -1,5 +1,6 @@
-"""The three methods: `ga`, `ipopt`, and `hybrid`, which runs both as they are, polishes the best individuals by IPOPT
-and returns the best of all, so that it is never worse than either alone at the same seed.
+"""The three methods: `ga`, `ipopt`, which is descents from several starts, and `hybrid`, which runs both as they are,
+descends from the best individuals and returns the best of all, so that it is never worse than either alone at the same
+seed.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ from planter.optimise.problem import Problem
 from planter.progress import Listener, Phase
 
 DEFAULT_STARTS = 8
+ONE = 1e-7
+"""Starts closer than this in every coordinate, in the box's unit, are one."""
 AGREEING = 1e-6
 """Starts agree whose objectives differ by less than this share of the problem's scale."""
 
@@ -47,5 +49,9 @@ def descents(problem: Problem, count: int, seed: int, progress: Listener | None 
 
 
 def descents_from(problem: Problem, starts: Sequence[Array], most_iterations: int = MOST_ITERATIONS) -> list[Minimum]:
-    """The local minima from points u (p,) as they are."""
-    return [descend(problem, start, most_iterations) for start in starts]
+    """The local minima from points u (p,) as they are; starts that are one point descend as one."""
+    found: list[Minimum] = []
+    for start in starts:
+        twins = (end for other, end in zip(starts, found, strict=False) if np.abs(other - start).max() <= ONE)
+        found.append(next(twins, None) or descend(problem, start, most_iterations))
+    return found

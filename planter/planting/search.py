@@ -103,7 +103,7 @@ def run(
     """The best design of a device within its bounds, with its certificate.
 
     `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts`
-    is the number of IPOPT's starts, `progress` is told how far the search is, `keep` the best so far as it is found.
+    is the number of descents, `progress` is told how far the search is, `keep` the best so far as it is found.
 
     Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.

@@ -86,7 +86,7 @@ def optimise(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
     method: Annotated[
-        Method, typer.Option(help="genetic algorithm, IPOPT from several starts, or both")
+        Method, typer.Option(help="genetic algorithm, descents from several starts, or both")
     ] = Method.hybrid,
     samples: Annotated[
         str | None,
@@ -97,7 +97,7 @@ def optimise(
         ),
     ] = None,
     seed: SeedOption = 0,
-    starts: Annotated[int | None, typer.Option(min=1, help="starts of IPOPT", show_default=False)] = None,
+    starts: Annotated[int | None, typer.Option(min=1, help="starts of the descents", show_default=False)] = None,
     front: Annotated[
         bool, typer.Option("--front", help="also the front of range and variance, by more searches")
     ] = False,
