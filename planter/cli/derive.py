@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from planter.cli.results import Derived
 from planter.errors import ComputationError, InputError
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption
@@ -38,4 +39,4 @@ def derive(source: FileArgument, out: FolderOption = None, as_json: JsonOption =
             error = InputError if done.returncode == InputError.exit_code else ComputationError
             raise error(done.stderr.strip())
         written = sorted(str(path) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
-        console.result({"folder": str(folder), "files": written}, lambda: print("\n".join(written)))
+        console.result(Derived(str(folder), written), lambda: print("\n".join(written)))

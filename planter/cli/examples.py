@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.cli.results import Example, Examples
 from planter.files import examples
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption
@@ -23,7 +24,7 @@ def example(
     with console.outcome():
         if name is None:
             known = examples.names()
-            console.result({"examples": known}, lambda: print("\n".join(known)))
+            console.result(Examples(known), lambda: print("\n".join(known)))
         else:
             text = examples.example(name)
-            console.result({"name": name, "text": text}, lambda: print(text, end=""))
+            console.result(Example(name, text), lambda: print(text, end=""))

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.cli.results import Listed
 from planter.errors import InputError
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption
@@ -29,7 +30,7 @@ def schema(
         known, name = schemas.results(), " ".join(command or ())
         if not name:
             listed = sorted(known)
-            console.result({"commands": listed}, lambda: print("\n".join(listed)))
+            console.result(Listed(listed), lambda: print("\n".join(listed)))
             return
         if name not in known:
             close = paths.close(name, known)

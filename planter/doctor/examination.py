@@ -7,13 +7,23 @@ import platform
 import shutil
 import subprocess
 import threading
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from planter.doctor.results import (
+    Advice,
+    Cache,
+    CompilerFound,
+    Cuda,
+    Examination,
+    KernelFound,
+    NoCompilerFound,
+    Processor,
+    Versions,
+)  # fmt: skip
 from planter.kernels import Kernel, backends, builds, toolchain
 from planter.kernels.toolchain import Compiler, NoCompiler, Refused
 from planter.planting import file
@@ -29,10 +39,8 @@ VECTOR_ARCTANGENT = (2, 35)
 """The version of the C library from which on it has an arc tangent for vectors."""
 WAIT_S = 20
 
-Report = dict[str, Any]
 
-
-def examine(build: bool = False) -> Report:
+def examine(build: bool = False) -> Examination:
     """Versions, compiler, cache, the way of each function of the built-in machine, and advice.
 
     Compiles only with `build`.
@@ -41,18 +49,18 @@ def examine(build: bool = False) -> Report:
     if build:
         for device in devices.values():
             _build(device)
-    compiler, cache = _compiler(), _cache()
-    refused = cache.pop("refused")
-    usable, filled = "path" in compiler and cache["problem"] is None, cache["files"] > 0
+    compiler, (cache, refused) = _compiler(), _cache()
+    usable, filled = isinstance(compiler, CompilerFound) and cache.problem is None, cache.files > 0
     kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled, refused)]
-    found: Report = {
-        "versions": {"planter": __version__, "python": platform.python_version(), "casadi": metadata.version("casadi"),
-                     "numpy": np.__version__, "c_library": " ".join(platform.libc_ver()).strip() or None},
-        "processor": {"machine": platform.machine(), "cores": os.cpu_count()},
-        "compiler": compiler, "cache": cache, "machine": MACHINE, "kernels": kernels, "cuda": _cuda(),
-    }  # fmt: skip
-    strange = [{"missing": reason, "do": "remove it"} for reason in refused.values()]
-    return found | {"advice": [*strange, *_advice(found)]}
+    return Examination(
+        versions=Versions(
+            planter=__version__, python=platform.python_version(), casadi=metadata.version("casadi"),
+            numpy=np.__version__, c_library=" ".join(platform.libc_ver()).strip() or None,
+        ),
+        processor=Processor(platform.machine(), os.cpu_count()),
+        compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels, cuda=_cuda(),
+        advice=[*(Advice(reason, "remove it") for reason in refused.values()), *_advice(compiler, cache, kernels)],
+    )  # fmt: skip
 
 
 def _build(device: Device) -> None:
@@ -74,28 +82,24 @@ def _used(device: Device) -> tuple[Kernel, ...]:
             force.slopes_kernel, force.hessian_kernel)  # fmt: skip
 
 
-def _kernels(model: str, device: Device, usable: bool, filled: bool, refused: Collection[Path]) -> Iterator[Report]:
+def _kernels(
+    model: str, device: Device, usable: bool, filled: bool, refused: Collection[Path]
+) -> Iterator[KernelFound]:
     for kernel in _used(device):
         work = kernel.work
         way = backends.foreseen(work) if usable else backends.NAMES[-1]
         if refused and way != backends.NAMES[-1] and backends.place(work, way) in refused:
             way = backends.NAMES[-1]
         compiled = filled and way != backends.NAMES[-1] and backends.kept(work)
-        yield {"model": model, "name": str(work.function.name()), "instructions": work.size, "way": way,
-               "compiled": compiled}  # fmt: skip
+        yield KernelFound(model, str(work.function.name()), work.size, way, compiled)
 
 
-def _compiler() -> Report:
+def _compiler() -> CompilerFound | NoCompilerFound:
     try:
         found = toolchain.compiler()
     except NoCompiler as reason:
-        return {"problem": str(reason)}
-    return {
-        "path": found.path,
-        "version": found.version,
-        "flags": [*found.flags, *found.order],
-        "vector_bits": _bits(found),
-    }
+        return NoCompilerFound(str(reason))
+    return CompilerFound(found.path, found.version, [*found.flags, *found.order], _bits(found))
 
 
 def _bits(compiler: Compiler) -> int:
@@ -104,20 +108,18 @@ def _bits(compiler: Compiler) -> int:
     return next((bits for name, bits in VECTORS.items() if name in said), 64)
 
 
-def _cache() -> Report:
-    """The folder as it is; it is not made here. `refused` says of each strange thing in it what it is."""
+def _cache() -> tuple[Cache, dict[Path, str]]:
+    """The folder as it is, which is not made here; and of each strange thing in it what it is."""
     try:
         folder = toolchain.cache_path()
         there = folder.exists()
         problem = _obstacle(folder) if there else _unmakeable(folder)
     except (OSError, RuntimeError) as error:
-        return {"folder": None, "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": str(error),
-                "refused": {}}  # fmt: skip
+        return Cache(folder=None, exists=False, files=0, bytes=0, damaged=0, problem=str(error)), {}
     libraries = sorted(folder.resolve().glob("*.so")) if there and problem is None else []
     damaged, refused = _strange(libraries)
-    return {"folder": str(folder), "exists": there, "files": len(libraries),
-            "bytes": sum(path.lstat().st_size for path in libraries),
-            "damaged": damaged, "problem": problem, "refused": refused}  # fmt: skip
+    size = sum(path.lstat().st_size for path in libraries)
+    return Cache(str(folder), there, len(libraries), size, damaged, problem), refused
 
 
 def _strange(libraries: Iterable[Path]) -> tuple[int, dict[Path, str]]:
@@ -149,12 +151,12 @@ def _unmakeable(folder: Path) -> str | None:
     return f"{folder} cannot be made: {parent} cannot be written"
 
 
-def _cuda() -> Report:
+def _cuda() -> Cuda:
     compiler = shutil.which("nvcc")
     version = _said([compiler, "--version"]) if compiler else []
     devices = [line.strip() for line in _said(["nvidia-smi", "-L"]) if line.startswith("GPU")]
     release = next((line.strip() for line in version if "release" in line), None)
-    return {"compiler": compiler, "version": release, "devices": devices}
+    return Cuda(compiler, release, devices)
 
 
 def _said(command: list[str]) -> list[str]:
@@ -165,30 +167,35 @@ def _said(command: list[str]) -> list[str]:
         return []
 
 
-def _advice(found: Report) -> Iterator[Report]:
+def _advice(
+    compiler: CompilerFound | NoCompilerFound, cache: Cache, kernels: Sequence[KernelFound]
+) -> Iterator[Advice]:
     """What is missing, and what to do about it."""
-    compiler, cache, kernels = found["compiler"], found["cache"], found["kernels"]
     limited = os.environ.get("PLANTER_KERNELS")
-    if "problem" in compiler:
-        yield {"missing": compiler["problem"],
-               "do": "install gcc (12 or newer) or clang, or name a compiler in the variable CC"}  # fmt: skip
-    elif "clang" in compiler["version"] and platform.machine() == "x86_64":
-        yield {"missing": "clang has no vector form of the arc tangent: the loops run one angle at a time",
-               "do": "install gcc and set CC=gcc"}  # fmt: skip
+    if isinstance(compiler, NoCompilerFound):
+        yield Advice(compiler.problem, "install gcc (12 or newer) or clang, or name a compiler in the variable CC")
+    elif "clang" in compiler.version and platform.machine() == "x86_64":
+        yield Advice(
+            "clang has no vector form of the arc tangent: the loops run one angle at a time",
+            "install gcc and set CC=gcc",
+        )
     elif platform.machine() == "x86_64" and _library() < VECTOR_ARCTANGENT:
-        yield {"missing": "the C library has no arc tangent for vectors: the loops run one angle at a time",
-               "do": "use a system with glibc 2.35 or newer"}  # fmt: skip
-    if cache["problem"] is not None:
-        yield {"missing": cache["problem"],
-               "do": "name a private folder, on a disk that allows execution, in PLANTER_CACHE"}  # fmt: skip
-    if cache["damaged"]:
-        yield {"missing": f"{cache['damaged']} compiled functions are damaged", "do": "nothing: they are built again"}
+        yield Advice(
+            "the C library has no arc tangent for vectors: the loops run one angle at a time",
+            "use a system with glibc 2.35 or newer",
+        )
+    if cache.problem is not None:
+        yield Advice(cache.problem, "name a private folder, on a disk that allows execution, in PLANTER_CACHE")
+    if cache.damaged:
+        yield Advice(f"{cache.damaged} compiled functions are damaged", "nothing: they are built again")
     if limited in backends.NAMES[1:]:
-        yield {"missing": f"the variable PLANTER_KERNELS allows nothing faster than {limited}", "do": "unset it"}
-    waiting = [kernel for kernel in kernels if kernel["way"] != backends.NAMES[-1] and not kernel["compiled"]]
+        yield Advice(f"the variable PLANTER_KERNELS allows nothing faster than {limited}", "unset it")
+    waiting = [kernel for kernel in kernels if kernel.way != backends.NAMES[-1] and not kernel.compiled]
     if waiting:
-        yield {"missing": f"{len(waiting)} functions of {found['machine']} are not compiled yet",
-               "do": "planter doctor --build, or wait at their first use"}  # fmt: skip
+        yield Advice(
+            f"{len(waiting)} functions of {MACHINE} are not compiled yet",
+            "planter doctor --build, or wait at their first use",
+        )
 
 
 def _library() -> tuple[int, ...]:
@@ -197,20 +204,26 @@ def _library() -> tuple[int, ...]:
     return tuple(map(int, version.split(".")[:2])) if name == "glibc" else (0,)
 
 
-def tables(console: Console, found: Report) -> None:
-    compiler, cache, cuda = found["compiler"], found["cache"], found["cuda"]
-    rows: list[tuple[str, object]] = [*found["versions"].items(), *found["processor"].items()]
-    rows += [("compiler", compiler.get("version", compiler.get("problem"))), ("compiler's path", compiler.get("path")),
-             ("flags", " ".join(compiler.get("flags", ())) or None), ("vector, bits", compiler.get("vector_bits")),
-             ("compiled functions in", cache["folder"]), ("files", cache["files"]),
-             ("size, MB", cache["bytes"] / 1e6), ("CUDA compiler", cuda["version"] or cuda["compiler"]),
-             ("graphics processors", ", ".join(cuda["devices"]) or None)]  # fmt: skip
+def tables(console: Console, found: Examination) -> None:
+    cache, cuda = found.cache, found.cuda
+    rows: list[tuple[str, object]] = [*found.versions.table().items(), *found.processor.table().items()]
+    rows += [*_compiler_rows(found.compiler),
+             ("compiled functions in", cache.folder), ("files", cache.files),
+             ("size, MB", cache.bytes / 1e6), ("CUDA compiler", cuda.version or cuda.compiler),
+             ("graphics processors", ", ".join(cuda.devices) or None)]  # fmt: skip
     console.table("This installation", ["", "found"], [(name, cell_text(cell)) for name, cell in rows])
     console.table(
-        f"Functions of {found['machine']}",
+        f"Functions of {found.machine}",
         ["model", "function", "instructions", "way", "compiled"],
-        [(k["model"], k["name"], k["instructions"], k["way"], "yes" if k["compiled"] else "no")
-         for k in found["kernels"]],
-    )  # fmt: skip
-    if found["advice"]:
-        console.table("What would help", ["missing", "what to do"], [(a["missing"], a["do"]) for a in found["advice"]])
+        [(k.model, k.name, k.instructions, k.way, "yes" if k.compiled else "no") for k in found.kernels],
+    )
+    if found.advice:
+        console.table("What would help", ["missing", "what to do"], [(a.missing, a.do) for a in found.advice])
+
+
+def _compiler_rows(found: CompilerFound | NoCompilerFound) -> list[tuple[str, object]]:
+    names = ("compiler", "compiler's path", "flags", "vector, bits")
+    if isinstance(found, NoCompilerFound):
+        return list(zip(names, (found.problem, None, None, None), strict=True))
+    values = found.version, found.path, " ".join(found.flags) or None, found.vector_bits
+    return list(zip(names, values, strict=True))

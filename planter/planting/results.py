@@ -287,10 +287,95 @@ class OptimisationFound(Record):
     front: list[FrontPoint] | None = None
 
 
+@dataclass(frozen=True)
+class Violation(Record):
+    """A requirement that has to give way: by `amount` in `unit`, its limit of `key` to `relaxed`."""
+
+    name: str
+    amount: float
+    unit: str
+    phi_deg: float | None
+    value: float
+    key: str
+    limit: float
+    relaxed: float
+
+
+@dataclass(frozen=True)
+class ComparedPair(Record):
+    """A pair of gear families; only one that is settled has a rank, `lacks` says what the others do not have."""
+
+    rank: int | None
+    stage1: str
+    stage2: str
+    feasible: bool
+    objective: float
+    range_N: float
+    variance_N2: float
+    design: Design
+    binding: list[str]
+    requirements: list[Requirement]
+    objectives: list[float]
+    kkt_residual: float | None
+    violations: list[Violation]
+    agreeing_starts: int
+    lacks: list[str]
+    settled: bool
+    seconds: float
+
+
+@dataclass(frozen=True)
+class NarrowBox(Record):
+    """The machine's own pair within its own bounds, no requirement kept, and what that makes of them."""
+
+    objective: float
+    range_N: float
+    variance_N2: float
+    requirements: list[Requirement]
+    design: Design
+    feasible: bool
+    binding: list[str]
+
+
+@dataclass(frozen=True)
+class Proposal(Record):
+    """What every pair breaks, and limits that the nearest pair keeps but for `violation`, in steps."""
+
+    conflicting: list[str]
+    limits: dict[str, float]
+    stage1: str
+    stage2: str
+    violation: float
+
+
+@dataclass(frozen=True)
+class ComparisonFound(Record):
+    """`planter compare`: pairs by rank; a proposal where none keeps the requirements."""
+
+    machine: str
+    starts: int
+    seed: int
+    settled: int
+    devices: list[ComparedPair]
+    narrow: NarrowBox
+    proposal: Proposal | None
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Written(Record):
+    """`planter export c` and `cuda`: the files that were written."""
+
+    files: list[str]
+
+
 COMMANDS = {
     "simulate": SimulationFound,
     "sensitivity": SensitivityFound,
     "validate": Validation,
     "calibrate": CalibrationFound,
+    "compare": ComparisonFound,
+    "export c": Written,
+    "export cuda": Written,
     "optimise": OptimisationFound,
 }

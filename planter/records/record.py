@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from planter.records import frames, html
 
@@ -26,6 +26,13 @@ class Record:
         """The record as its JSON has it: dicts, lists, numbers in the units that their keys end in, texts."""
         values = ((field, getattr(self, field.name)) for field in fields(self))
         return {field.name: _plain(value) for field, value in values if field.default is MISSING or value is not None}
+
+    @classmethod
+    def read(cls, table: Mapping[str, Any]) -> Self:
+        """The record that `table` gives, or that its JSON has. Raises ValueError for keys and types of another."""
+        from pydantic import TypeAdapter
+
+        return TypeAdapter(cls).validate_python(table)
 
     def to_frame(self, rows: str | None = None) -> DataFrame:
         """The rows of a list of this record as a table of pandas, columns in the units that their names end in.

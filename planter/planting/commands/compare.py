@@ -48,6 +48,6 @@ def compare(
             if out is not None:
                 from planter.planting.report import compare as report
 
-                with kept(result):
+                with kept(result.table()):
                     report.write(out, own, result)
         console.result(result, lambda: tables.comparison(console, result))

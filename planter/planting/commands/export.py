@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.planting.commands.options import MachineArgument, Model, ModelOption, SpeedOption, device_of
+from planter.planting.results import Written
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, SetOption
 
@@ -69,4 +70,4 @@ def _written(console: Console, folder: Path, texts: dict[str, str]) -> None:
     for name, text in texts.items():
         write_bytes(target / name, text.encode())
     paths = [str(target / name) for name in texts]
-    console.result({"files": paths}, lambda: print("\n".join(paths)))
+    console.result(Written(paths), lambda: print("\n".join(paths)))

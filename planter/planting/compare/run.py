@@ -11,6 +11,7 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.progress import Listener, Phase
 from planter.report import files
 from planter.report.folder import keep
@@ -41,7 +43,7 @@ def compare(
     pairs: Sequence[box.Pair] | None = None,
     progress: Listener | None = None,
     cores: int | None = None,
-) -> dict[str, Any]:
+) -> ComparisonFound:
     """Devices of all pairs, feasible ones first, best first; and the machine's own narrow box beside them.
 
     Those that are settled come before those that are not, and only they have a `rank`.
@@ -73,11 +75,17 @@ def compare(
     source = {"machine": machine.table(), "source": machine.source, "starts": starts, "seed": seed}
     narrow = {**source, "machine": own.table(), "source": own.source}
     _run([(task, {**(source if task else narrow), "pair": task}) for task in todo], finished, cores)
-    devices = [entry for task in chosen if (entry := done[task]) is not None]
-    ranked = _ranked(devices)
-    result = {"machine": own.name, "starts": starts, "seed": seed, "settled": sum(d["settled"] for d in devices),
-              "devices": ranked, "narrow": done[None]}  # fmt: skip
-    return result | {"proposal": proposal(machine, ranked), "seconds": time.perf_counter() - begun}
+    ranked = _ranked([entry for task in chosen if (entry := done[task]) is not None])
+    return ComparisonFound(
+        machine=own.name,
+        starts=starts,
+        seed=seed,
+        settled=sum(one.settled for one in ranked),
+        devices=ranked,
+        narrow=NarrowBox.read(done[None] or {}),
+        proposal=proposal(machine, ranked),
+        seconds=time.perf_counter() - begun,
+    )
 
 
 class Store:
@@ -117,16 +125,16 @@ def _said(found: dict[str, Any]) -> str:
     return "does not keep " + ", ".join(found["binding"])
 
 
-def _ranked(devices: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def _ranked(devices: Sequence[dict[str, Any]]) -> list[ComparedPair]:
     places = itertools.count(1)
-    return [{"rank": next(places) if one["settled"] else None, **one} for one in sorted(devices, key=_order)]
+    found = sorted((ComparedPair.read({"rank": None, **one}) for one in devices), key=_order)
+    return [replace(one, rank=next(places)) if one.settled else one for one in found]
 
 
-def _order(entry: dict[str, Any]) -> tuple[bool, bool, int, float]:
+def _order(entry: ComparedPair) -> tuple[bool, bool, int, float]:
     """Feasible ones by objective, then the others by how many requirements they break, and by how much of the first."""
-    violations = entry["violations"]
-    size = violations[0]["amount"] if violations else entry["objective"]
-    return not entry["feasible"], not entry["settled"], len(violations), size
+    size = entry.violations[0].amount if entry.violations else entry.objective
+    return not entry.feasible, not entry.settled, len(entry.violations), size
 
 
 def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None], cores: int | None) -> None:

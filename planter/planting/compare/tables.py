@@ -3,64 +3,63 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
 
-Entry = Mapping[str, Any]
 WIDTH = 80
 HEADER = ("", "sun, gear 6", "objective", "range / N", "var. / N2", "KKT")
 
 
-def comparison(console: Console, result: Mapping[str, Any]) -> None:
+def comparison(console: Console, result: ComparisonFound) -> None:
     """Devices by rank, those that are not settled apart, the narrow box, and what conflicts."""
-    devices = result["devices"]
-    settled, others = ([one for one in devices if one["settled"] is is_settled] for is_settled in (True, False))
+    devices = result.devices
+    settled, others = ([one for one in devices if one.settled is is_settled] for is_settled in (True, False))
     _say(statement(result))
-    narrow = result["narrow"]
-    extra = [] if narrow is None else [("-", "the paper's narrow box", *_numbers(narrow))]
-    rows = [(str(one["rank"]), name(one), *_numbers(one)) for one in settled]
-    console.table(f"{result['machine']}: settled pairs, true extremes and integrals", HEADER, [*rows, *extra])
+    narrow = result.narrow
+    own = ("-", "the paper's narrow box", *_numbers(narrow))
+    rows = [(str(one.rank), name(one), *_numbers(one)) for one in settled]
+    console.table(f"{result.machine}: settled pairs, true extremes and integrals", HEADER, [*rows, own])
     if others:
         console.table("Not settled, the best points that were reached", HEADER,
                       [("?", name(one), *_numbers(one)) for one in others])  # fmt: skip
     for one in devices:
         _say(f"{name(one)}: {'; '.join(told(one))}")
     _say("")
-    found = result["proposal"]
+    found = result.proposal
     if found is not None:
-        told_of = ", ".join(found["conflicting"]) or "no single one"
-        limits = ", ".join(f"{key} = {value:.6g}" for key, value in found["limits"].items())
+        told_of = ", ".join(found.conflicting) or "no single one"
+        limits = ", ".join(f"{key} = {value:.6g}" for key, value in found.limits.items())
         _say(f"No pair keeps all requirements; every pair breaks: {told_of}.")
-        _say(f"{found['stage1']} with {found['stage2']} keeps them with {limits}.")
-    _say(f"{result['seconds']:.3g} s")
+        _say(f"{found.stage1} with {found.stage2} keeps them with {limits}.")
+    _say(f"{result.seconds:.3g} s")
 
 
-def statement(result: Mapping[str, Any]) -> str:
+def statement(result: ComparisonFound) -> str:
     """How many pairs are settled, and what that means."""
     return (
-        f"{result['settled']} of {len(result['devices'])} pairs are settled: a KKT residual below 1e-6 and a second "
+        f"{result.settled} of {len(result.devices)} pairs are settled: a KKT residual below 1e-6 and a second "
         "start that agrees, or a violation that is least to first order. The others are only the best points reached."
     )
 
 
-def name(entry: Entry) -> str:
-    return f"{entry['stage1']}, {entry['stage2']}".replace("_", " ")
+def name(entry: ComparedPair) -> str:
+    return f"{entry.stage1}, {entry.stage2}".replace("_", " ")
 
 
-def told(entry: Entry) -> Iterator[str]:
+def told(entry: ComparedPair) -> Iterator[str]:
     """What holds an entry or is broken by it, and what it lacks to be settled."""
-    amounts = [f"{one['name']} by {one['amount']:.3g} {one['unit']}" for one in entry.get("violations", [])]
-    names = ", ".join(amounts or entry["binding"])
-    yield f"{'held by' if entry['feasible'] else 'breaks'} {names}" if names else "all kept"
-    if entry.get("lacks"):
-        yield f"lacks {' and '.join(entry['lacks'])}"
+    amounts = [f"{one.name} by {one.amount:.3g} {one.unit}" for one in entry.violations]
+    names = ", ".join(amounts or entry.binding)
+    yield f"{'held by' if entry.feasible else 'breaks'} {names}" if names else "all kept"
+    if entry.lacks:
+        yield f"lacks {' and '.join(entry.lacks)}"
 
 
-def _numbers(entry: Entry) -> tuple[str, str, str, str]:
-    residual = entry.get("kkt_residual")
-    numbers = (f"{entry[key]:.5g}" for key in ("objective", "range_N", "variance_N2"))
+def _numbers(entry: ComparedPair | NarrowBox) -> tuple[str, str, str, str]:
+    residual = getattr(entry, "kkt_residual", None)
+    numbers = (f"{value:.5g}" for value in (entry.objective, entry.range_N, entry.variance_N2))
     objective, span, variance = numbers
     return objective, span, variance, "-" if residual is None else f"{residual:.0e}"
 

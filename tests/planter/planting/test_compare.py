@@ -6,9 +6,11 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -22,7 +24,9 @@ from planter.planting.compare import box, pair, run, tables
 from planter.planting.compare.proposal import left, proposal
 from planter.planting.compare.run import compare
 from planter.planting.model import Device
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
+from tests.support.schemas import committed
 
 PAIRS = ("ellipse+ellipse", "eccentric_circle+ellipse", "ellipse+eccentric_circle")
 KEYS = {"stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "design", "binding"}
@@ -56,13 +60,14 @@ def test_nothing_is_lost_and_nothing_done_twice(resumed: tuple[dict, dict[str, i
     after = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
     assert set(after) == {f"{pair}.json" for pair in PAIRS} | {"narrow.json"}
     assert {name: after[name] for name in before} == before
-    assert f"{len(before)} of 4 were done before" in said
+    assert f"device {len(before)} of 4, done before" in said
     assert len(result["devices"]) == 3
 
 
 def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     result, _, out, _ = resumed
     assert result["seconds"] > 0
+    jsonschema.validate(result, committed("compare"))
     assert all(set(entry) >= KEYS for entry in result["devices"])
     feasible = [entry["feasible"] for entry in result["devices"]]
     assert feasible == sorted(feasible, reverse=True)
@@ -79,7 +84,7 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
     assert result["settled"] == sum(entry["settled"] for entry in result["devices"])
     page = (out / "report.html").read_text()
     assert "Comparison of gear families" in page
-    assert all(tables.name(entry) in page for entry in result["devices"])
+    assert all(tables.name(ComparedPair.read(entry)) in page for entry in result["devices"])
     assert (out / "figures" / "comparison.svg").exists()
     assert len((out / "devices.csv").read_text().splitlines()) == 2 + 3
 
@@ -127,22 +132,27 @@ def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str
 def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
     strict = file.load(box.REFERENCE, {"funnel_speed_margin_m_s": 0.05})
     found = compare(strict, starts=1, pairs=[("ellipse", "ellipse")])
-    entry = found["devices"][0]
-    assert not entry["feasible"]
-    assert entry["settled"] is (entry["lacks"] == [])
-    told = found["proposal"]
-    assert told["conflicting"] == [one["name"] for one in entry["violations"]]
-    assert told["violation"] < 1e-6
-    half = {one["key"]: (one["limit"] + one["relaxed"]) / 2 for one in entry["violations"]}
+    entry = found.devices[0]
+    assert not entry.feasible
+    assert entry.settled is (entry.lacks == [])
+    told = found.proposal
+    assert told.conflicting == [one.name for one in entry.violations]
+    assert told.violation < 1e-6
+    half = {one.key: (one.limit + one.relaxed) / 2 for one in entry.violations}
     assert left(strict, entry, half) > 1e-3
-    assert proposal(strict, [{**entry, "feasible": True}]) is None
+    assert proposal(strict, [replace(entry, feasible=True)]) is None
+
+
+VIOLATION = {"name": "depth", "amount": 1.0, "unit": "mm", "phi_deg": None, "value": 1.0, "key": "depth_min_mm",
+             "limit": 2.0, "relaxed": 1.0}  # fmt: skip
 
 
 def _entry(objective: float, **more: object) -> dict:
     given = {"stage1": "eccentric_circle", "stage2": "eccentric_circle", "feasible": True, "settled": True,
              "objective": objective, "range_N": 1.23456789, "variance_N2": 1234567.8, "kkt_residual": 1e-9,
              "binding": ["seedling_clearance", "curvature_radius", "nozzle_distance", "contact_ratio"],
-             "violations": [], "lacks": []}  # fmt: skip
+             "violations": [], "lacks": [], "design": {}, "requirements": [], "objectives": [objective],
+             "agreeing_starts": 2, "seconds": 1.0}  # fmt: skip
     return given | more
 
 
@@ -150,10 +160,11 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     lacks = ["a KKT residual below 1e-06 (4e-01)", "a second start that agrees (the next ended at 1.23456)"]
     ranked = run._ranked(
         [_entry(3.0), _entry(1.0, settled=False, lacks=lacks, kkt_residual=0.4), _entry(2.0),
-         _entry(1.5, feasible=False, settled=False, violations=[{"amount": 1.0, "name": "depth", "unit": "mm"}])]
+         _entry(1.5, feasible=False, settled=False, violations=[VIOLATION])]
     )  # fmt: skip
-    assert [(one["rank"], one["objective"]) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
-    result = {"machine": "m", "devices": ranked, "settled": 2, "narrow": None, "proposal": None, "seconds": 1.0}
+    assert [(one.rank, one.objective) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
+    narrow = NarrowBox(2.5, 1.0, 1.0, [], {}, feasible=False, binding=[])
+    result = ComparisonFound("m", 2, 0, 2, ranked, narrow, None, 1.0)
     tables.comparison(Console(as_json=False), result)
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80

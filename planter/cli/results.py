@@ -1,0 +1,40 @@
+"""What the commands of no machine return, key by key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planter.records import Record
+
+
+@dataclass(frozen=True)
+class Examples(Record):
+    """`planter example`: names of the built-in files."""
+
+    examples: list[str]
+
+
+@dataclass(frozen=True)
+class Example(Record):
+    """`planter example NAME`: a built-in file."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Derived(Record):
+    """`planter derive FILE`: the folder that was written to, and the files there."""
+
+    folder: str
+    files: list[str]
+
+
+@dataclass(frozen=True)
+class Listed(Record):
+    """`planter schema`: commands whose results have a schema."""
+
+    commands: list[str]
+
+
+COMMANDS = {"example": Examples | Example, "derive": Derived, "schema": Listed}
