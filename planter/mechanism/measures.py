@@ -79,7 +79,11 @@ def hold(text: str) -> Hold:
     if match is None:
         raise InputError(complaint)
     measure, sign = _measure(match["term"], complaint), 1 if match["sign"] == "<=" else -1
-    if measure.weight != 1 or (measure.size and sign < 0) or (measure.size and measure.kind in ("mean", "variance", "at")):
+    if (
+        measure.weight != 1
+        or (measure.size and sign < 0)
+        or (measure.size and measure.kind in ("mean", "variance", "at"))
+    ):
         raise InputError(complaint)
     if (measure.kind, sign) in (("max", -1), ("min", 1), ("range", -1)):
         raise InputError(f"--hold {text!r} is not allowed: only max <=, min >= and range <= are limits")
