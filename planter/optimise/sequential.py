@@ -33,17 +33,18 @@ from planter.optimise.samples import Hold
 MOST_ITERATIONS = 100
 RADIUS, GREATEST, LEAST = 0.1, 0.5, 1e-11
 """Of a step in any coordinate, in the box's unit: at first, at most, and where the search gives up."""
-GOOD, POOR, ACCEPTED = 0.75, 0.25, 0.05
-"""Shares of the predicted fall: the radius grows, it shrinks, the step is taken at all."""
+GOOD, POOR, ACCEPTED, GROWTH = 0.75, 0.25, 0.05, 2.5
+"""Shares of the predicted fall at which the radius grows, it shrinks, the step is taken at all; and how it grows."""
 NOISE, LAST = 1e-12, 3
 """Predicted falls that rounding hides, the problem's scale being 1, and how many such steps are taken."""
 ROUNDING = 1e-12
 """Coordinates closer to their bounds are on them."""
 PENALTY, RAISED, MOST_PENALTY = 1.0, 4.0, 1e6
+"""Of the worst violation in steps: at first, by what it grows where it holds the constraints back, and at most."""
 FLOOR = 1e-9
 """Least curvature of a model, as a share of its greatest."""
-CARRIES = 1e-7
-"""Multipliers above this belong to active rows."""
+CARRIES, SMALL = 1e-7, 1e-9
+"""Multipliers above the first belong to active rows; singular values below this share of the largest are none."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,8 @@ class _Step:
 
 
 class _Search:
+    """One search, with the radius of its steps and the price of a violation."""
+
     def __init__(self, problem: Problem, holds: Sequence[Hold]) -> None:
         self.problem, self.holds = problem, holds
         self.radius, self.penalty = RADIUS, PENALTY
@@ -128,7 +131,7 @@ class _Search:
             self._reprice(here, first)
             model = _convex(here.curvature(first.rows), _normals(here, first))
             following, fall = self._taken(here, model)
-            small = fall <= NOISE * self.penalty
+            small = self._noise(fall)
             if small and here.violation > KEPT and self.penalty < MOST_PENALTY:
                 self.penalty *= RAISED
                 continue
@@ -175,21 +178,35 @@ class _Search:
             if step is None:
                 return None, np.inf
             fall = step.fall
-            trial = self._trial(here, step.move)
-            share = self._share(here, trial, fall)
-            if share < POOR and fall > NOISE * self.penalty and trial is not None:
-                corrected = self._corrected(here, model, step, trial)
-                if corrected is not None and corrected.merit(self.penalty) < trial.merit(self.penalty):
-                    trial, share = corrected, self._share(here, corrected, fall)
+            trial, share = self._tried(here, model, step)
             length = float(np.abs(step.move[: here.n]).max(initial=0.0))
-            if share > ACCEPTED or (fall <= NOISE * self.penalty and trial is not None):
-                if share > GOOD and length > 0.9 * self.radius:
-                    self.radius = min(2.5 * self.radius, GREATEST)
-                elif share < POOR and fall > NOISE * self.penalty:
-                    self.radius = max(self.radius, length) / 2
+            if trial is not None and (share > ACCEPTED or self._noise(fall)):
+                self._resize(share, length, fall)
                 return trial, fall
             self.radius = min(self.radius, length) / 3
         return None, fall
+
+    def _noise(self, fall: float) -> bool:
+        """Whether rounding hides a predicted fall."""
+        return fall <= NOISE * self.penalty
+
+    def _resize(self, share: float, length: float, fall: float) -> None:
+        """The radius after a step that was taken: larger where the model holds as far as it went, smaller if not."""
+        if share > GOOD and length > 0.9 * self.radius:
+            self.radius = min(GROWTH * self.radius, GREATEST)
+        elif share < POOR and not self._noise(fall):
+            self.radius = max(self.radius, length) / 2
+
+    def _tried(self, here: _Point, model: Array, step: _Step) -> tuple[_Point | None, float]:
+        """Where a step leads, corrected if that is better, and what part of the predicted fall it makes true."""
+        trial = self._trial(here, step.move)
+        share = self._share(here, trial, step.fall)
+        if trial is None or share >= POOR or self._noise(step.fall):
+            return trial, share
+        corrected = self._corrected(here, model, step, trial)
+        if corrected is None or corrected.merit(self.penalty) >= trial.merit(self.penalty):
+            return trial, share
+        return corrected, self._share(here, corrected, step.fall)
 
     def _trial(self, here: _Point, move: Array) -> _Point | None:
         z = here.z.copy()
@@ -235,7 +252,7 @@ def _convex(hessian: Array, normals: Array) -> Array:
     """
     floor = FLOOR * max(1.0, float(np.abs(hessian).max()))
     _, sizes, right = np.linalg.svd(normals)
-    rank = int((sizes > 1e-9 * sizes.max(initial=0.0)).sum())
+    rank = int((sizes > SMALL * sizes.max(initial=0.0)).sum())
     along, free = right[:rank].T, right[rank:].T
     total = hessian.copy()
     values, vectors = np.linalg.eigh(free.T @ hessian @ free)
