@@ -1,4 +1,4 @@
-"""CSV text as rows that know their lines, so that every complaint can name its place.
+"""CSV text as rows that know their lines, so that every complaint can name its place; and rows as such a text.
 
 Lines that start with `#` are comments wherever they stand, and empty lines do not count. The first line that is left is
 the header; columns are separated by commas, and decimals written with a point.
@@ -7,11 +7,13 @@ the header; columns are separated by commas, and decimals written with a point.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from planter import legible
 from planter.errors import InputError
 
 LARGEST = 1e100
@@ -21,6 +23,17 @@ LONGEST = 1000
 _SHOWN = 60
 _OTHER_KIND = re.compile(r"\s*(\[[^\],]*\]\s*(#.*)?|\[\[.*|[\w.-]+\s*=.*|\{.*)")
 """The first line of a TOML or JSON file."""
+
+
+def written(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Comment lines that start with `#`, the header and rows; None is an empty cell."""
+    text = io.StringIO()
+    for comment in comments:
+        text.writelines(f"# {line}".rstrip() + "\n" for line in legible.text(comment).split("\n"))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(map(legible.line, head))
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import io
 import json
 import math
 import platform
@@ -15,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter import legible
 from planter.errors import ComputationError
-from planter.files import paths
+from planter.files import csv_rows, paths
 from planter.report import folder
 from planter.report.folder import output_folder as output_folder
 from planter.version import __version__
@@ -58,13 +56,7 @@ def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | 
     """
     arrays = {column: np.asarray(values, dtype=float) for column, values in columns.items()}
     _check_columns(name, arrays)
-    text = io.StringIO()
-    for comment in comments:
-        text.writelines(f"# {line}".rstrip() + "\n" for line in legible.text(comment).split("\n"))
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(map(legible.line, arrays))
-    writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
-    return text.getvalue()
+    return csv_rows.written(comments, arrays, zip(*(array.tolist() for array in arrays.values()), strict=True))
 
 
 def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
@@ -132,11 +124,10 @@ def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     return found if seed is None else found | {"seed": seed}
 
 
-def comments(machine: Document, model: str, design: Mapping[str, float], seed: int | None = None) -> Iterator[str]:
-    """The lines that head a CSV: machine, model, design and what `provenance` tells."""
-    yield f"machine: {machine.name} ({machine.description})"
-    yield f"model: {model}"
-    yield "design: " + ", ".join(f"{name} = {float(value)!r}" for name, value in design.items())
+def comments(machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None) -> Iterator[str]:
+    """The lines that head a CSV: the machine, under the name of its kind, `more`, and what `provenance` tells."""
+    yield f"{kind}: {machine.name} ({machine.description})"
+    yield from more
     told = provenance(machine, seed)
     yield "versions: " + ", ".join(f"{name} {told[name]}" for name in ("planter", "casadi", "numpy", "python"))
     yield f"machine_sha256: {told['machine_sha256']}"

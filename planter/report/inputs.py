@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planter.files import units
-from planter.report.html import Block, Cell, Folded, Table, Text
-from planter.report.labels import spaced
+from planter.report.html import Block, Cell, Folded, Keys, Section, Table, Text
+from planter.report.labels import flat, spaced
 
 if TYPE_CHECKING:
     from planter.files.document import Document
@@ -24,3 +24,8 @@ def inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[s
     yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
     for section, rows in by_section.items():
         yield Folded(spaced(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])
+
+
+def provenance_section(found: Mapping[str, Any]) -> Section:
+    """Versions, hash and seed, as `planter.report.files.provenance` has them."""
+    return Section("Provenance", [Keys({name: flat(value) for name, value in found.items()})])

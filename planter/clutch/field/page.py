@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,6 +14,7 @@ from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
 from planter.clutch.results import FieldTest
+from planter.files import csv_rows
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
@@ -34,7 +33,7 @@ def write(out: str | Path, found: Evaluation, progress: Listener | None = None) 
     files.output_folder(out)
     summary = files.summary_text({**found.result.table(), "provenance": provenance(found)})
     listing = {
-        f"{name}.csv": _csv([f"data: {found.result.source}"], head, rows)
+        f"{name}.csv": csv_rows.written([f"data: {found.result.source}"], head, rows)
         for name, (head, rows) in listed(found.result).items()
     }
     drawn = bundle.drawn(drawings(found), progress)
@@ -69,16 +68,6 @@ def listed(result: FieldTest) -> dict[str, tuple[Sequence[str], Rows]]:
     if pairs:
         found["comparison"] = (tuple(pairs[0].table()), [tuple(pair.table().values()) for pair in pairs])
     return found
-
-
-def _csv(comments: Sequence[str], head: Sequence[str], rows: Rows) -> str:
-    """Comments, head and rows; what there is none of is an empty cell."""
-    text = io.StringIO()
-    text.writelines(f"# {' '.join(comment.split())}\n" for comment in comments)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def drawings(found: Evaluation) -> dict[str, Figure]:

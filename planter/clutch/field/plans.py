@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,16 +61,13 @@ def plan(
     columns |= {response: [""] * len(codes) for response in responses}
     comments = [f"Plan {chosen.name}, {'in standard order' if seed is None else f'shuffled by seed {seed}'}."]
     comments += [f"factor {f.name}: = {', '.join(f.levels)}" for f in factors if not _numeric(f.levels)]
-    return Plan(chosen.name, [f.name for f in factors], blanks, columns, _csv(comments, columns))
-
-
-def _csv(comments: Sequence[str], columns: Mapping[str, Sequence[str]]) -> str:
-    text = io.StringIO()
-    text.writelines(f"# {comment}\n" for comment in comments)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue()
+    return Plan(
+        chosen.name,
+        [f.name for f in factors],
+        blanks,
+        columns,
+        csv_rows.written(comments, columns, zip(*columns.values(), strict=True)),
+    )
 
 
 def _assigned(chosen: OrthogonalArray, factors: Sequence[Wanted]) -> list[int]:

@@ -16,7 +16,7 @@ from planter.kernels import formulas
 from planter.report import files, style
 from planter.report.folder import renews
 from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs
+from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
 
 if TYPE_CHECKING:
@@ -67,15 +67,14 @@ def write(
     parts = [
         *_sections(result, saved),
         Section("Inputs", list(inputs(clutch, {}))),
-        Section("Provenance", [Keys(_text(told))]),
+        provenance_section(told),
     ]
     files.write_text(folder / "report.html", page(f"Engagement of the clutch {clutch.name}", parts, clutch.description))
 
 
 def _motions(folder: Path, clutch: Clutch, runs: Mapping[str, Switching]) -> None:
     """One CSV for each clutch and way: time, link angle, sleeve, load, output speed."""
-    told = files.provenance(clutch)
-    comments = [f"clutch: {clutch.name} ({clutch.description})", f"machine_sha256: {told['machine_sha256']}"]
+    comments = list(files.comments(clutch, "clutch"))
     for name, switching in runs.items():
         for way, run in (("engagement", switching.engagement), ("cut_off", switching.cut_off)):
             columns = {
@@ -112,7 +111,3 @@ def model_assumptions() -> list[str]:
     """What the one-mode engagement assumes."""
     found: list[str] = formulas.load("clutch_beam").sidecar["assumptions"]
     return found
-
-
-def _text(told: Mapping[str, Any]) -> dict[str, str]:
-    return {name: str(value) for name, value in told.items()}

@@ -20,7 +20,7 @@ from planter.kernels import formulas
 from planter.report import files, style
 from planter.report.folder import renews
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs
+from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
 
 if TYPE_CHECKING:
@@ -124,7 +124,8 @@ def _poses(folder: Path, clutch: Clutch, rotor: Rotor, side: float) -> None:
     at = rotor.path(theta)
     columns = {f"{name}_mm": 1e3 * values for name, values in at.items()}
     columns["overlap_mm"] = 1e3 * model()("path", theta=theta, a=side)["e_3"]
-    files.write_cycle_csv(folder / "poses.csv", _comments(clutch), {"theta_deg": np.degrees(theta), **columns})
+    table = {"theta_deg": np.degrees(theta), **columns}
+    files.write_cycle_csv(folder / "poses.csv", files.comments(clutch, "clutch"), table)
 
 
 def _way(folder: Path, clutch: Clutch, linkage: Linkage, travel: float, gear: float) -> None:
@@ -140,14 +141,7 @@ def _way(folder: Path, clutch: Clutch, linkage: Linkage, travel: float, gear: fl
         "tooth_force_N": push["tooth_force"],
         "side_force_N": push["side_force"],
     }
-    files.write_cycle_csv(folder / "way.csv", _comments(clutch), columns)
-
-
-def _comments(clutch: Clutch) -> Iterator[str]:
-    told = files.provenance(clutch)
-    yield f"clutch: {clutch.name} ({clutch.description})"
-    yield "versions: " + ", ".join(f"{name} {told[name]}" for name in ("planter", "casadi", "numpy", "python"))
-    yield f"machine_sha256: {told['machine_sha256']}"
+    files.write_cycle_csv(folder / "way.csv", files.comments(clutch, "clutch"), columns)
 
 
 def _finish(folder: Path, title: str, clutch: Clutch | None, result: Record, drawn: Mapping[str, Figure]) -> None:
@@ -181,8 +175,7 @@ def _sections(
     yield Section("Model", [Text("First principles. It assumes:"), Items(assumptions)])
     if clutch is not None:
         yield Section("Inputs", list(inputs(clutch, _meanings())))
-        told = {name: str(value) for name, value in summary["provenance"].items()}
-        yield Section("Provenance", [Keys(told)])
+        yield provenance_section(summary["provenance"])
 
 
 def _results(result: Result) -> Iterator[Block]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planter.mapping import model
 from planter.mapping.train import GEARS
 from planter.report.html import Block, Cell, FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import provenance_section
 
 if TYPE_CHECKING:
     from planter.mapping.results import LinkageFound, Missed, SynthesisFound
@@ -128,4 +129,4 @@ def _figures(figures: Mapping[str, str]) -> Iterator[Block]:
 
 def _last(provenance: Summary) -> Iterator[Section]:
     yield Section("Model", [Text("It assumes:"), Items(model.assumptions())])
-    yield Section("Provenance", [Keys({name: str(value) for name, value in provenance.items()})])
+    yield provenance_section(provenance)

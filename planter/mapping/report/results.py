@@ -40,7 +40,7 @@ def write_synthesis(out: Path, found: Synthesis, progress: Listener | None = Non
     """
     files.output_folder(out)
     provenance = files.provenance(found.file)
-    heads = [f"poses: {found.file.name}", f"machine_sha256: {provenance['machine_sha256']}"]
+    heads = list(files.comments(found.file, "poses"))
     rendered = bundle.drawn(_synthesis_figures(found), progress)
     texts = {
         "summary.json": _summary(found.result, {"input": found.file.table(), "provenance": provenance}),

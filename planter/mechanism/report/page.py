@@ -11,8 +11,8 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.report.figures import Course, curves
 from planter.progress import Listener
 from planter.report import bundle, files
-from planter.report.html import Block, FigureSvg, Items, Keys, Section, Text, page
-from planter.report.inputs import inputs
+from planter.report.html import Block, FigureSvg, Items, Section, Text, page
+from planter.report.inputs import inputs, provenance_section
 
 
 def write(
@@ -26,13 +26,11 @@ def write(
     files.output_folder(out)
     drawn = bundle.drawn(dict(curves(columns, course)), progress)
     provenance = files.provenance(machine)
-    heads = [f"mechanism: {machine.name}", f"machine_sha256: {provenance['machine_sha256']}"]
+    every = {course.label.replace(" / ", "_"): course.values, **columns}
     figures = Section("Figures", [FigureSvg(figure.svg, "") for figure in drawn.values()])
     texts = {
         "summary.json": files.summary_text({**table, "input": machine.table(), "provenance": provenance}),
-        "values.csv": files.cycle_csv(
-            "values.csv", heads, {course.label.replace(" / ", "_"): course.values, **columns}
-        ),
+        "values.csv": files.cycle_csv("values.csv", files.comments(machine, "mechanism"), every),
         "report.html": page(title, [*told, figures, *_end(machine, provenance)], machine.description),
     }
     bundle.write(out, texts, drawn)
@@ -42,7 +40,7 @@ def _end(machine: MechanismFile, provenance: Mapping[str, Any]) -> Iterator[Sect
     yield Section("Model", list(_model(machine)))
     meanings = {entry["shown"]: entry["meaning"] for entry in machine.entries}
     yield Section("Inputs", list(inputs(machine, meanings, ("turn",))))
-    yield Section("Provenance", [Keys({key: str(value) for key, value in provenance.items()})])
+    yield provenance_section(provenance)
 
 
 def _model(machine: MechanismFile) -> Iterator[Block]:

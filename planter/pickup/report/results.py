@@ -15,6 +15,7 @@ from planter.pickup.tables import GROUPS
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import provenance_section
 from planter.report.labels import label
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ def write(out: Path, found: Outcome, progress: Listener | None = None) -> None:
 
 def _tables(found: Outcome) -> Iterator[tuple[str, str]]:
     """CSV files by their names."""
-    comments = [f"pick-up: {found.machine.name}", f"driven by its {found.result.driven_by}"]
+    comments = list(files.comments(found.machine, "pick-up", [f"driven by its {found.result.driven_by}"]))
     turn, teeth = findings.cycle(found.train, STEPS), findings.pitch(found.train, STEPS)
     path = {"x_mm": turn["tip_x_mm"], "y_mm": turn["tip_y_mm"]}
     for name, columns in (("cycle.csv", turn), ("pitch.csv", teeth), ("path.csv", path)):
@@ -99,8 +100,7 @@ def _sections(found: Outcome, drawn: Mapping[str, str]) -> Iterator[Section]:
     sidecar = load(MODEL).sidecar
     yield Section("Model", [Text(f"{sidecar['title']}. It assumes:"), Items(sidecar["assumptions"])])
     yield Section("Inputs", list(_inputs(found.machine)))
-    kept = {name: str(value) for name, value in files.provenance(found.machine).items()}
-    yield Section("Provenance", [Keys(kept)])
+    yield provenance_section(files.provenance(found.machine))
 
 
 def _mechanism(result: PickupFound) -> Iterator[Block]:

@@ -10,10 +10,10 @@ from planter.kernels import generated
 from planter.planting.compare.tables import name, statement, told
 from planter.planting.report.page import meanings
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
-from planter.report import files, labels, style
+from planter.report import files, style
 from planter.report.folder import renews
-from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs
+from planter.report.html import FigureSvg, Items, Section, Table, Text, page
+from planter.report.inputs import inputs, provenance_section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,7 +52,7 @@ def text(machine: Machine, result: ComparisonFound, drawn: str, provenance: Mapp
         Section("Figure", [FigureSvg(drawn, "Objective of every pair, by rank.")]),
         Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])]),
         Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds")))),
-        Section("Provenance", [Keys({key: labels.flat(value) for key, value in provenance.items()})]),
+        provenance_section(provenance),
     ]
     return page(f"Comparison of gear families in the planting device {machine.name}", parts, machine.description)
 

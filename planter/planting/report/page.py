@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planter.files import units
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs
+from planter.report.inputs import inputs, provenance_section
 
 if TYPE_CHECKING:
     from planter.planting.file import Machine
@@ -93,7 +93,7 @@ def sections(
     )
     yield Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds"))))
     if provenance is not None:
-        yield Section("Provenance", [Keys({name: labels.flat(value) for name, value in provenance.items()})])
+        yield provenance_section(provenance)
 
 
 def target(summary: Summary) -> Iterator[Block]:

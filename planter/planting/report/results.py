@@ -79,7 +79,9 @@ def _write_numbers(
     folder: Path, device: Device, result: Mapping[str, Any], turn: cycle.Cycle, x: Array, seed: int | None = None
 ) -> None:
     files.write_summary(folder / "summary.json", _summary(device, result, seed))
-    comments = files.comments(device.machine, device.model, device.named(x), seed)
+    design = ", ".join(f"{name} = {value!r}" for name, value in device.named(x).items())
+    more = (f"model: {device.model}", f"design: {design}")
+    comments = files.comments(device.machine, "machine", more, seed)
     files.write_cycle_csv(folder / "cycle.csv", comments, turn.columns())
 
 

@@ -121,8 +121,8 @@ def test_provenance_tells_every_change_of_a_value() -> None:
 
 def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
     found = file.load("wang2017", {"sun_kg": 0.5})
-    text = "\n".join(files.comments(found, "exact", {"m31": 1.542, "k6": 0.1 + 0.2}, seed=3))
-    for part in ("wang2017", "model: exact", "m31 = 1.542", "k6 = 0.30000000000000004", "casadi", "mass.sun_kg", "3"):
+    text = "\n".join(files.comments(found, "machine", ["model: exact"], seed=3))
+    for part in ("machine: wang2017", "model: exact", "casadi", "command line: mass.sun_kg", "seed: 3"):
         assert part in text
     assert files.provenance(found)["machine_sha256"] in text
 
