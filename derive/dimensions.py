@@ -26,11 +26,11 @@ class DimensionError(ValueError):
 
 
 def of_unit(unit: str) -> Dimension:
-    """Exponents of kg, m, s in a unit such as ``kg m2`` or ``m/s2``; angles are pure numbers."""
+    """Exponents of kg, m, s in a unit such as ``kg m2``, ``m/s2`` or ``N/m1.5``; angles are pure numbers."""
     total = NONE
     for sign, part in zip((1, -1), unit.split("/"), strict=False):
-        for name, power in re.findall(r"([A-Za-z]+|1)(\d*)", part):
-            total = _plus(total, _times(_dimension(_BASE[name]), Fraction(sign * int(power or 1))))
+        for name, power in re.findall(r"([A-Za-z]+|1)(\d*(?:\.\d+)?)", part):
+            total = _plus(total, _times(_dimension(_BASE[name]), sign * Fraction(power or 1)))
     return total
 
 

@@ -159,6 +159,26 @@ def curvature(terms: int) -> Function:
     return Function("curvature", [u, parameters, hoisted], outputs, ["u", "parameters", "hoisted"], ["gear_first", "conjugate_first", "gear_second", "conjugate_second"])
 
 
+def polar() -> Function:
+    """11 operations. Outputs:
+
+        t_first [rad] polar angle at u on the first segment
+        t_second [rad] polar angle at u on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    m = parameters[2]  # [1] deformation coefficient
+    c1 = 1 / m
+    # deformation, inverted
+    t_first = u * c1
+    # deformation, inverted
+    t_second = -c1 * (2 * m * u - 2 * pi * m - u)
+    outputs = [
+        t_first, t_second
+    ]
+    return Function("polar", [u, parameters], outputs, ["u", "parameters"], ["t_first", "t_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)

@@ -5,7 +5,7 @@ Source: wang2017 (1)-(31), taken literally.
 Assumes: rigid bodies, no clearance, no backlash; constant carrier speed; balanced carrier; no friction but at
 the teeth and at the cam; tooth force at the pitch point; point follower: the roller has no radius; return
 spring and coupling of the nozzle halves without mass; no soil forces, no air drag.
-Operations: prologue 29, lane 577, events 484, frame 53.
+Operations: prologue 29, lane 577, events 484, frame 53, weight 10, pair1 35, pair2 46.
 
 `stage1` and `stage2` are contact functions of pitch curves, (t, parameters, hoisted) ->
 (r, dr, ddr, ratio, dratio, turned). Inputs:
@@ -70,6 +70,17 @@ machine (49)
     delta_f1 [rad] end of the fall
     S0 [N] preload of the return spring
     k_s [N/m] rate of the return spring
+t1 [rad] sun's polar angle at contact P
+T1 [rad] rotation of gear 5 since the sun's polar angle was zero
+a1 [m] centre distance of stage 1
+point (3)
+    on_curve [rad] polar angle of the inner gear at a point of its pitch curve
+    on_radius [m] pitch radius there
+    on_turned [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+gamma [rad] angle between the two centre lines
+t2 [rad] gear 6's polar angle at contact Q
+T2 [rad] rotation of the planet since gear 6's polar angle was zero
+a2 [m] centre distance of stage 2
 """
 
 from casadi import (
@@ -182,9 +193,9 @@ def prologue(stage1: Function, stage2: Function) -> Function:
 
 
 def lane(stage1: Function, stage2: Function) -> Function:
-    """side, 33 entries:
+    """side, 36 entries:
 
-    side (33)
+    side (36)
         phi52 [rad] rotation of the middle body relative to the carrier
         phi72 [rad] rotation of the planet relative to the carrier
         alpha [rad] angle from x down to x'; the nozzle points straight down at 90 deg
@@ -215,6 +226,9 @@ def lane(stage1: Function, stage2: Function) -> Function:
         y_A1 [m] A1, y
         x_B1 [m] B1, x
         y_B1 [m] B1, y
+        t1 [rad] sun's polar angle at contact P
+        t2 [rad] gear 6's polar angle at contact Q
+        x_tip_machine [m] tip, x, as the machine sees it
         x_P [m] contact P, x
         y_P [m] contact P, y
         M_T [N m] resisting moment of the rocker on the end-face cam
@@ -439,8 +453,10 @@ def lane(stage1: Function, stage2: Function) -> Function:
     x_CB = c_CBx * c60 + c_CBy * c58 - c47
     # derived: centroid of planet, shaft and funnel, y
     y_CB = -c_CBx * c58 + c_CBy * c60 + c49
+    # derived: tip, x, as the machine sees it
+    x_tip_machine = L_tip * c60 + x_B1
     # derived: tip, x
-    x_tip = L_tip * c60 + x_B1 + phi * v_f / omega
+    x_tip = x_tip_machine + phi * v_f / omega
     # derived: tip, y
     y_tip = -L_tip * c58 + y_B1
     # derived: force of the return spring
@@ -535,8 +551,8 @@ def lane(stage1: Function, stage2: Function) -> Function:
     F_E_loss = -F_Ex * (-Omega * R_b + R_b * omega + theta1_dot * c57) + F_Ez * theta1_dot * c56
     side = vertcat(
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
-        F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, x_P, y_P,
-        M_T
+        F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
+        x_tip_machine, x_P, y_P, M_T
     )
     inputs = [phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted]
     return Function("lane", inputs, [side], ["phi", "mounting", "parameters1", "hoisted1", "parameters2", "hoisted2", "machine", "hoisted"], ["side"])
@@ -871,8 +887,8 @@ def frame() -> Function:
         M_L [N m] torque of the motor on the carrier
         M_1 [N m] torque of the frame on the sun
     """
-    side1 = SX.sym("side1", 33)
-    side2 = SX.sym("side2", 33)
+    side1 = SX.sym("side1", 36)
+    side2 = SX.sym("side2", 36)
     machine = SX.sym("machine", 49)
     F_B1x = side1[12]  # [N] force of the carrier on the planet's shaft, x
     F_B1y = side1[13]  # [N] force of the carrier on the planet's shaft, y
@@ -884,18 +900,18 @@ def frame() -> Function:
     y_A1 = side1[27]  # [m] A1, y
     x_B1 = side1[28]  # [m] B1, x
     y_B1 = side1[29]  # [m] B1, y
-    x_P = side1[30]  # [m] contact P, x
-    y_P = side1[31]  # [m] contact P, y
-    M_T = side1[32]  # [N m] resisting moment of the rocker on the end-face cam
+    x_P = side1[33]  # [m] contact P, x
+    y_P = side1[34]  # [m] contact P, y
+    M_T = side1[35]  # [N m] resisting moment of the rocker on the end-face cam
     F_B1x_2 = side2[12]  # [N] force of the carrier on the planet's shaft, x; side 2
     F_B1y_2 = side2[13]  # [N] force of the carrier on the planet's shaft, y; side 2
     F_A1x_2 = side2[14]  # [N] force of the carrier on the middle shaft, x; side 2
     F_A1y_2 = side2[15]  # [N] force of the carrier on the middle shaft, y; side 2
     F_Px_2 = side2[24]  # [N] force of gear 5 on the sun, x; side 2
     F_Py_2 = side2[25]  # [N] force of gear 5 on the sun, y; side 2
-    x_P_2 = side2[30]  # [m] contact P, x; side 2
-    y_P_2 = side2[31]  # [m] contact P, y; side 2
-    M_T_2 = side2[32]  # [N m] resisting moment of the rocker on the end-face cam; side 2
+    x_P_2 = side2[33]  # [m] contact P, x; side 2
+    y_P_2 = side2[34]  # [m] contact P, y; side 2
+    M_T_2 = side2[35]  # [N m] resisting moment of the rocker on the end-face cam; side 2
     g = machine[1]  # [m/s2] gravity
     m1 = machine[6]  # [kg] mass of the sun
     m4 = machine[9]  # [kg] mass of the carrier
@@ -925,3 +941,114 @@ def frame() -> Function:
     )
     inputs = [side1, side2, machine]
     return Function("frame", inputs, [totals], ["side1", "side2", "machine"], ["totals"])
+
+
+def weight() -> Function:
+    """carried, 1 entries:
+
+    carried (1)
+        weight [N] weight of everything that the frame carries
+    """
+    machine = SX.sym("machine", 49)
+    g = machine[1]  # [m/s2] gravity
+    m1 = machine[6]  # [kg] mass of the sun
+    m2 = machine[7]  # [kg] mass of the middle body
+    m3 = machine[8]  # [kg] mass of planet, shaft and funnel
+    m4 = machine[9]  # [kg] mass of the carrier
+    m_C1 = machine[10]  # [kg] mass of the rocker
+    m_C2 = machine[11]  # [kg] mass of the nozzle half
+    # derived: sun, carrier and both sides
+    weight = g * (m1 + 2 * m2 + 2 * m3 + m4 + 4 * m_C1 + 4 * m_C2)
+    carried = vertcat(
+        weight
+    )
+    inputs = [machine]
+    return Function("weight", inputs, [carried], ["machine"], ["carried"])
+
+
+def pair1() -> Function:
+    """pair1_points, 4 entries:
+
+    pair1_points (4)
+        x_inner [m] the point on the inner gear, x
+        y_inner [m] the point on the inner gear, y
+        x_outer [m] its mate on the outer gear, x
+        y_outer [m] its mate on the outer gear, y
+    """
+    phi = SX.sym("phi")
+    t1 = SX.sym("t1")
+    T1 = SX.sym("T1")
+    a1 = SX.sym("a1")
+    point = SX.sym("point", 3)
+    on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
+    on_radius = point[1]  # [m] pitch radius there
+    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    c1 = sin(phi)
+    c2 = on_curve - t1
+    c3 = cos(c2)
+    c4 = cos(phi)
+    c5 = on_radius * sin(c2)
+    # derived: gears roll
+    x_inner = -on_radius * c1 * c3 - c4 * c5
+    # derived: gears roll
+    y_inner = on_radius * c3 * c4 - c1 * c5
+    c6 = a1 - on_radius
+    c7 = T1 - on_turned
+    c8 = c6 * sin(c7)
+    c9 = a1 - c6 * cos(c7)
+    # derived: gears roll
+    x_outer = -c1 * c9 + c4 * c8
+    # derived: gears roll
+    y_outer = c1 * c8 + c4 * c9
+    pair1_points = vertcat(
+        x_inner, y_inner, x_outer, y_outer
+    )
+    inputs = [phi, t1, T1, a1, point]
+    return Function("pair1", inputs, [pair1_points], ["phi", "t1", "T1", "a1", "point"], ["pair1_points"])
+
+
+def pair2() -> Function:
+    """pair2_points, 4 entries:
+
+    pair2_points (4)
+        x_inner [m] the point on the inner gear, x
+        y_inner [m] the point on the inner gear, y
+        x_outer [m] its mate on the outer gear, x
+        y_outer [m] its mate on the outer gear, y
+    """
+    phi = SX.sym("phi")
+    gamma = SX.sym("gamma")
+    t2 = SX.sym("t2")
+    T2 = SX.sym("T2")
+    a1 = SX.sym("a1")
+    a2 = SX.sym("a2")
+    point = SX.sym("point", 3)
+    on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
+    on_radius = point[1]  # [m] pitch radius there
+    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    c1 = a1 * sin(phi)
+    c2 = on_curve - t2
+    c3 = cos(c2)
+    c4 = gamma + phi
+    c5 = sin(c4)
+    c6 = on_radius * c5
+    c7 = cos(c4)
+    c8 = sin(c2)
+    # derived: gears roll
+    x_inner = on_radius * c7 * c8 - c1 - c3 * c6
+    c9 = a1 * cos(phi)
+    # derived: gears roll
+    y_inner = on_radius * c3 * c7 + c6 * c8 + c9
+    c10 = a2 - on_radius
+    c11 = T2 - on_turned
+    c12 = c10 * sin(c11)
+    c13 = a2 - c10 * cos(c11)
+    # derived: gears roll
+    x_outer = -c1 - c12 * c7 - c13 * c5
+    # derived: gears roll
+    y_outer = -c12 * c5 + c13 * c7 + c9
+    pair2_points = vertcat(
+        x_inner, y_inner, x_outer, y_outer
+    )
+    inputs = [phi, gamma, t2, T2, a1, a2, point]
+    return Function("pair2", inputs, [pair2_points], ["phi", "gamma", "t2", "T2", "a1", "a2", "point"], ["pair2_points"])

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
-from .. import papers, systems
+from .. import gearing, papers, systems
 from ..audit.verdicts import cases, verdicts
 from ..discovery import GROUPS, TARGETS, installed, loaded, modules, offered
 from ..emit.folder import texts
@@ -24,7 +24,7 @@ NOTHING = (
 
 def code() -> dict[str, str]:
     """Path inside `generated/` -> content: models, families and targets of our own, none of an installed package."""
-    return texts(models((*modules(systems), *modules(papers))), FAMILIES.values(), built_in())
+    return texts(models((*modules(gearing), *modules(systems), *modules(papers))), FAMILIES.values(), built_in())
 
 
 def code_of(what: str) -> tuple[dict[str, str], Path]:

@@ -43,6 +43,11 @@ def curvature(curve: PitchCurve) -> Emitted:
     return Emitted("curvature", (meshing.u, parameters_of(curve), HOISTED), steps, meshing.CURVATURE)
 
 
+def polar(curve: PitchCurve) -> Emitted:
+    """Polar angles at which the deformed curve has the parameter u, one on each segment."""
+    return Emitted("polar", (meshing.u, parameters_of(curve)), share(meshing.polar_steps(), prefix="c"), meshing.POLAR)
+
+
 def conditions(curve: PitchCurve) -> Emitted:
     """Expressions that must be positive."""
     positive = tuple(c.positive for c in all_conditions(curve))
@@ -78,7 +83,7 @@ def functions_of(curve: PitchCurve) -> list[Emitted]:
     """All but the prologue. Raises ValueError where a parameter has a name that the prologue needs."""
     if taken := sorted(q.name for q in curve.parameters if q.name in LOCALS):
         raise ValueError(f"family {curve.name}: its prologue needs the name {taken[0]}; call the parameter otherwise")
-    return [contact(curve), curvature(curve), conditions(curve), *convexity(curve), relative(curve)]
+    return [contact(curve), curvature(curve), polar(curve), conditions(curve), *convexity(curve), relative(curve)]
 
 
 def in_closed_form(curve: PitchCurve) -> bool:

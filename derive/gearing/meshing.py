@@ -17,8 +17,8 @@ from . import families
 from .pitch_curve import FAMILIES, STEEPER, BySeries, Condition, PitchCurve, a, m, swing, t, u
 
 __all__ = [
-    "CONTACT", "CURVATURE", "FAMILIES", "STEEPER", "BySeries", "Condition", "PitchCurve", "a", "contact_steps",
-    "curvature_steps", "m", "parameter_steps", "swing", "t", "u",
+    "CONTACT", "CURVATURE", "FAMILIES", "POLAR", "STEEPER", "BySeries", "Condition", "PitchCurve", "a", "contact_steps",
+    "curvature_steps", "m", "parameter_steps", "polar_steps", "swing", "t", "u",
 ]  # fmt: skip
 
 
@@ -46,6 +46,25 @@ def parameter_steps() -> tuple[Let, ...]:
         Let(m2, m / (2 * m - 1), "deformation: closure of the two segments"),
         Let(u, switch(first, m * tau, m2 * (2 * pi - tau)), "deformation: parameter"),
         Let(du, switch(first, m, -m2), "deformation: slope of the parameter"),
+    )
+
+
+POLAR = Vector(
+    "polar",
+    tuple(
+        Quantity(f"t_{which}", "rad", f"polar angle at u on the {which} segment", _SOURCE)
+        for which in ("first", "second")
+    ),
+)
+
+
+def polar_steps() -> tuple[Let, ...]:
+    """Polar angles at the parameter u: where each segment has it."""
+    slope, parameter = parameter_steps()[1], parameter_steps()[2]
+    cases = [value for value, _ in parameter.expr.args]
+    angles = (sp.solve(case.xreplace({m2: slope.expr}) - u, tau)[0] for case in cases)
+    return tuple(
+        Let(symbol, sp.factor(angle), "deformation, inverted") for symbol, angle in zip(POLAR, angles, strict=True)
     )
 
 

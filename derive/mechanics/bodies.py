@@ -99,6 +99,10 @@ class Assembly:
         self.bodies.append(body)
         return body
 
+    def weight(self) -> Vec:
+        """Of all parts of all bodies."""
+        return sp.Add(*(part.mass for body in self.bodies for part in body.parts)) * self.gravity
+
     def equations(self) -> list[Equation]:
         """Laws of the contacts as definitions, then the balances of every body that has a pin."""
         return [*self.definitions(), *(e for body in self.bodies if body.pin for e in self.balanced(body, body.pin))]

@@ -62,11 +62,37 @@ def mesh(mechanism: Assembly, tag: str, inner: Body, outer: Body, contact: GearC
 def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, radius: Expr, slope: Expr) -> Expr:
     """Angle from a gear's radius vector at the contact to its pitch curve's tangent, counter-clockwise, in (0, pi).
 
-    ``slope`` is along the curve's own parameter; whether that runs with the polar angle of the gear or against it
-    follows from the motion of the line of centres and the gear.
+    ``slope`` is along the curve's own parameter, whose sense follows from the motion.
     """
+    return sp.atan2(radius, polar_sense(motion, line, gear, parameter) * slope)
+
+
+def polar_sense(motion: Motion, line: Frame, gear: Frame, parameter: Expr) -> Expr:
+    """1 where a curve's parameter at the contact runs with the polar angle of its gear, -1 where against it."""
     polar_rate = (motion.spin(line) - motion.spin(gear).resolved(line))[2]
-    return sp.atan2(radius, sp.cancel(motion.rate(parameter) / polar_rate) * slope)
+    return sp.cancel(motion.rate(parameter) / polar_rate)
+
+
+@dataclass(frozen=True)
+class PitchPoint:
+    """A point of a pitch curve: polar angle, radius, and how far its conjugate has turned when it is in contact."""
+
+    polar: Expr
+    radius: Expr
+    turned: Expr
+
+
+def pitch_places(line: Frame, distance: Expr, sense: Expr, point: PitchPoint, now: PitchPoint) -> tuple[Vec, Vec]:
+    """A point of the inner gear and its mate on the outer one while ``now`` is in contact, from the inner's centre.
+
+    Both are as far from the line of centres as their gears have still to turn, or have turned since, the one against
+    the other.
+    """
+    inner = Frame("radius of the inner gear", line, Z, sense * (point.polar - now.polar))
+    outer = Frame("radius of the outer gear", line, Z, sp.pi - sense * (point.turned - now.turned))
+    mate = Vec(outer, (distance - point.radius, S.Zero, S.Zero)).resolved(line)
+    place = Vec(inner, (point.radius, S.Zero, S.Zero)).resolved(line)
+    return place, Vec(line, (distance, S.Zero, S.Zero)) + mate
 
 
 def follower(

@@ -119,7 +119,7 @@ def clamped_mode(xp, beam):
 
 
 def extremes(xp, M_1, K_1, struck):
-    """extremes: 7 entries in the order of the CasADi function."""
+    """extremes: 8 entries in the order of the CasADi function."""
     m1 = struck[0]  # [kg] mass of the engaging body
     F_M = struck[1]  # [N] driving force on the engaging body
     Delta_omega = struck[2]  # [rad/s] speed of the engaging body less that of the output shaft
@@ -143,9 +143,11 @@ def extremes(xp, M_1, K_1, struck):
     # derived: beam
     t_max = c4 * (lag + xp.pi / 2)
     # derived: beam
+    period = 2 * xp.pi * c4
+    # derived: beam
     t_loss = c4 * (lag + xp.arcsin(xp.minimum(1, F_M / swing)) + xp.pi)
     return (
-        B1, B2, swing, N_0, N_max, t_max, t_loss,
+        B1, B2, swing, N_0, N_max, t_max, t_loss, period,
     )
 
 
@@ -169,4 +171,33 @@ def motion(xp, t, B1, B2, struck):
     rate = B2 * c5 + c3 * c6
     return (
         y_max, rate, N,
+    )
+
+
+def start(xp, struck):
+    """at_start: 1 entries in the order of the CasADi function."""
+    Delta_omega = struck[2]  # [rad/s] speed of the engaging body less that of the output shaft
+    r1 = struck[3]  # [m] turning radius of the contact point
+    # derived: speed of the contact point at the start
+    v_0 = Delta_omega * r1
+    return (
+        v_0,
+    )
+
+
+def energy(xp, y_max, rate, M_1, K_1, struck):
+    """energies: 2 entries in the order of the CasADi function."""
+    m1 = struck[0]  # [kg] mass of the engaging body
+    F_M = struck[1]  # [N] driving force on the engaging body
+    Delta_omega = struck[2]  # [rad/s] speed of the engaging body less that of the output shaft
+    r1 = struck[3]  # [m] turning radius of the contact point
+    # derived: speed of the contact point at the start
+    v_0 = Delta_omega * r1
+    # derived: beam
+    given = F_M * y_max
+    c1 = M_1 / 2 + m1 / 2
+    # derived: beam
+    kept = K_1 * y_max**2 / 2 + rate**2 * c1 - v_0**2 * c1
+    return (
+        given, kept,
     )

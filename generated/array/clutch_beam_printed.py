@@ -7,7 +7,7 @@ inputs are indexed along their first axis, so an entry may itself be an array.
 
 
 def extremes(xp, E, I, l, m2, struck):
-    """extremes: 7 entries in the order of the CasADi function."""
+    """extremes: 8 entries in the order of the CasADi function."""
     m1 = struck[0]  # [kg] mass of the engaging body
     F_M = struck[1]  # [N] driving force on the engaging body
     Delta_omega = struck[2]  # [rad/s] speed of the engaging body less that of the output shaft
@@ -31,7 +31,9 @@ def extremes(xp, E, I, l, m2, struck):
     # derived: beam
     t_max = c4 * (lag + xp.pi / 2)
     # derived: beam
+    period = 2 * xp.pi * c4
+    # derived: beam
     t_loss = c4 * (lag + xp.arcsin(xp.minimum(1, F_M / swing)) + xp.pi)
     return (
-        B1, B2, swing, N_0, N_max, t_max, t_loss,
+        B1, B2, swing, N_0, N_max, t_max, t_loss, period,
     )

@@ -109,6 +109,19 @@ def curvature(xp, u, parameters, hoisted):
     )
 
 
+def polar(xp, u, parameters):
+    """t_first, t_second."""
+    m = parameters[2]  # [1] deformation coefficient
+    c1 = 1 / m
+    # deformation, inverted
+    t_first = u * c1
+    # deformation, inverted
+    t_second = -c1 * (2 * m * u - 2 * xp.pi * m - u)
+    return (
+        t_first, t_second,
+    )
+
+
 def conditions(xp, parameters):
     """g0, g1, g2."""
     l = parameters[0]  # [m] mean radius of the limacon

@@ -196,31 +196,6 @@ def pitch(xp, slopes, phi5, phi2, a1):
     )
 
 
-def contact(xp, kappa1, kappa2, teeth):
-    """contact_outputs: 3 entries in the order of the CasADi function."""
-    m = teeth[0]  # [m] module of the non-circular pair
-    ha1 = teeth[1]  # [1] addendum coefficient of the sun
-    ha2 = teeth[2]  # [1] addendum coefficient of the intermediate gear
-    alpha0 = teeth[3]  # [rad] angle from the pitch curves' common tangent to the line of action
-    c1 = 2 * m
-    c2 = ha1 * c1
-    c3 = m**2
-    c4 = ha1**2 * c3
-    c5 = xp.sin(alpha0)
-    c6 = c5**2
-    # derived: path of action from the pitch point to the sun's addendum
-    g1 = (kappa1 * c4 + c2) / (c5 + xp.sqrt(kappa1**2 * c4 + kappa1 * c2 + c6))
-    c7 = ha2 * c1
-    c8 = ha2**2 * c3
-    # derived: path of action from the pitch point to the intermediate gear's addendum
-    g2 = (kappa2 * c8 + c7) / (c5 + xp.sqrt(kappa2**2 * c8 + kappa2 * c7 + c6))
-    # derived: contact ratio
-    epsilon = (g1 + g2) / xp.pi / m / xp.cos(alpha0)
-    return (
-        g1, g2, epsilon,
-    )
-
-
 def entry(xp, x_S, y_S, x_bottom, y_bottom, axis):
     """entry_outputs: 2 entries in the order of the CasADi function."""
     c1 = xp.cos(axis)

@@ -61,7 +61,7 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
 
 
 def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted, stage1, stage2):
-    """side: 34 entries in the order of the CasADi function."""
+    """side: 37 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -266,8 +266,10 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     x_CB = c_CBx * c58 + c_CBy * c56 - c45
     # derived: centroid of planet, shaft and funnel, y
     y_CB = -c_CBx * c56 + c_CBy * c58 + c47
+    # derived: tip, x, as the machine sees it
+    x_tip_machine = L_tip * c58 + x_B1
     # derived: tip, x
-    x_tip = L_tip * c58 + x_B1 + phi * v_f / omega
+    x_tip = x_tip_machine + phi * v_f / omega
     c64 = -y_B1
     # derived: tip, y
     y_tip = -L_tip * c56 - c64
@@ -419,8 +421,8 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     F_B1y = F_Qy - c110 - c111 - c116
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
-        F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, F_Aox,
-        F_Aoy, x_E, y_E,
+        F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
+        x_tip_machine, F_Aox, F_Aoy, x_E, y_E,
     )
 
 
@@ -785,8 +787,8 @@ def frame(xp, side1, side2, machine):
     y_A1 = side1[27]  # [m] A1, y
     x_B1 = side1[28]  # [m] B1, x
     y_B1 = side1[29]  # [m] B1, y
-    x_E = side1[32]  # [m] roller centre, x'
-    y_E = side1[33]  # [m] roller centre, y'
+    x_E = side1[35]  # [m] roller centre, x'
+    y_E = side1[36]  # [m] roller centre, y'
     alpha_2 = side2[2]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg; side 2
     F_Ex_2 = side2[9]  # [N] force of the cam on the roller, planet frame, x; side 2
     M_P_2 = side2[11]  # [N m] moment about A1 of the sun's action on gear 5; side 2
@@ -800,8 +802,8 @@ def frame(xp, side1, side2, machine):
     y_A1_2 = side2[27]  # [m] A1, y; side 2
     x_B1_2 = side2[28]  # [m] B1, x; side 2
     y_B1_2 = side2[29]  # [m] B1, y; side 2
-    x_E_2 = side2[32]  # [m] roller centre, x'; side 2
-    y_E_2 = side2[33]  # [m] roller centre, y'; side 2
+    x_E_2 = side2[35]  # [m] roller centre, x'; side 2
+    y_E_2 = side2[36]  # [m] roller centre, y'; side 2
     g = machine[1]  # [m/s2] gravity
     m1 = machine[6]  # [kg] mass of the sun
     m4 = machine[9]  # [kg] mass of the carrier
@@ -840,4 +842,78 @@ def frame(xp, side1, side2, machine):
     F_support_x = F_O1x + F_Ox
     return (
         F_Ox, F_Oy, F_O1x, F_O1y, F_support, F_support_x, M_L, M_1,
+    )
+
+
+def weight(xp, machine):
+    """carried: 1 entries in the order of the CasADi function."""
+    g = machine[1]  # [m/s2] gravity
+    m1 = machine[6]  # [kg] mass of the sun
+    m2 = machine[7]  # [kg] mass of the middle body
+    m3 = machine[8]  # [kg] mass of planet, shaft and funnel
+    m4 = machine[9]  # [kg] mass of the carrier
+    m_C1 = machine[10]  # [kg] mass of the rocker
+    m_C2 = machine[11]  # [kg] mass of the nozzle half
+    # derived: sun, carrier and both sides
+    weight = g * (m1 + 2 * m2 + 2 * m3 + m4 + 4 * m_C1 + 4 * m_C2)
+    return (
+        weight,
+    )
+
+
+def pair1(xp, phi, t1, T1, a1, point):
+    """pair1_points: 4 entries in the order of the CasADi function."""
+    on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
+    on_radius = point[1]  # [m] pitch radius there
+    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    c1 = xp.sin(phi)
+    c2 = on_curve - t1
+    c3 = xp.cos(c2)
+    c4 = xp.cos(phi)
+    c5 = on_radius * xp.sin(c2)
+    # derived: gears roll
+    x_inner = -on_radius * c1 * c3 - c4 * c5
+    # derived: gears roll
+    y_inner = on_radius * c3 * c4 - c1 * c5
+    c6 = a1 - on_radius
+    c7 = T1 - on_turned
+    c8 = c6 * xp.sin(c7)
+    c9 = a1 - c6 * xp.cos(c7)
+    # derived: gears roll
+    x_outer = -c1 * c9 + c4 * c8
+    # derived: gears roll
+    y_outer = c1 * c8 + c4 * c9
+    return (
+        x_inner, y_inner, x_outer, y_outer,
+    )
+
+
+def pair2(xp, phi, gamma, t2, T2, a1, a2, point):
+    """pair2_points: 4 entries in the order of the CasADi function."""
+    on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
+    on_radius = point[1]  # [m] pitch radius there
+    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    c1 = a1 * xp.sin(phi)
+    c2 = on_curve - t2
+    c3 = xp.cos(c2)
+    c4 = gamma + phi
+    c5 = xp.sin(c4)
+    c6 = on_radius * c5
+    c7 = xp.cos(c4)
+    c8 = xp.sin(c2)
+    # derived: gears roll
+    x_inner = on_radius * c7 * c8 - c1 - c3 * c6
+    c9 = a1 * xp.cos(phi)
+    # derived: gears roll
+    y_inner = on_radius * c3 * c7 + c6 * c8 + c9
+    c10 = a2 - on_radius
+    c11 = T2 - on_turned
+    c12 = c10 * xp.sin(c11)
+    c13 = a2 - c10 * xp.cos(c11)
+    # derived: gears roll
+    x_outer = -c1 - c12 * c7 - c13 * c5
+    # derived: gears roll
+    y_outer = -c12 * c5 + c13 * c7 + c9
+    return (
+        x_inner, y_inner, x_outer, y_outer,
     )

@@ -71,6 +71,11 @@ class Stage:
         """(u, parameters, hoisted) -> curvatures [1/m] of the gear and its conjugate on both segments, u in [0, pi]."""
         return Kernel(families.module(self.family).curvature(self.terms), lanes=["u"])
 
+    @cached_property
+    def polar(self) -> Kernel:
+        """(u, parameters) -> polar angles of the gear [rad] at u on both segments."""
+        return Kernel(families.module(self.family).polar(), lanes=["u"])
+
     def least_curvature(self, parameters: Array) -> dict[str, float]:
         """Least curvature [1/m] of the gear and its conjugate on both segments; negative where a curve is hollow."""
         hoisted = self.prologue(parameters=parameters)["hoisted"]

@@ -40,8 +40,21 @@ class Formulas:
 
     def outputs(self, stage: str) -> list[str]:
         """Names of what a stage gives, in their order."""
-        vector = self.sidecar["functions"][stage]["output"]
+        return self.entries(self.sidecar["functions"][stage]["output"])
+
+    def entries(self, vector: str) -> list[str]:
+        """Names in a packed input or output, in their order."""
         return [entry["name"] for entry in self.sidecar["vectors"][vector]]
+
+    def composed(self, stage: str, known: Mapping[str, Any]) -> dict[str, Any]:
+        """A stage as part of a graph: its outputs by name, from what is known by name, entries of packed inputs too."""
+        function = self.function(stage)
+        packed = self.sidecar["vectors"]
+        given = [
+            ca.vertcat(*(known[entry] for entry in self.entries(name))) if name in packed else known[name]
+            for name in function.name_in()
+        ]
+        return dict(zip(self.outputs(stage), ca.vertsplit(function(*given)), strict=True))
 
     def __call__(self, stage: str, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (n,): single inputs are numbers or (n,), packed ones (rows,) or (rows, n).

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
+from planter.gearing.teeth import TEETH
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics import extremes, quadrature
@@ -105,10 +106,9 @@ class Train:
         teeth[0] = teeth[0] if module is None else module
         teeth[1:3] = teeth[1:3] if addendum is None else addendum
         curves = self.pitch(t)
-        bends = np.array([curves["kappa1"], curves["kappa2"]])
-        meet = np.all(1 + bends * teeth[1:3, None] * teeth[0] >= np.cos(teeth[3]), axis=0)
-        kappa1, kappa2 = np.where(meet, bends, 0.0)
-        return np.where(meet, load(MODEL)("contact", kappa1=kappa1, kappa2=kappa2, teeth=teeth)["epsilon"], np.nan)
+        found = TEETH("contact_ratio", kappa1=curves["kappa1"], kappa2=curves["kappa2"], teeth=teeth)
+        meet = np.minimum(found["outside1"], found["outside2"]) >= 0
+        return np.where(meet, found["epsilon"], np.nan)
 
     @property
     def driven(self) -> tuple[float, float]:

@@ -74,10 +74,8 @@ def centre_distances(device: Device, at: Prologue) -> Array:
 
 
 def weight(device: Device) -> float:
-    """Weight of everything that moves, and the sun [N]: two sides, each with two nozzle halves."""
-    mass, g = device.machine.mass, device.machine.operation.gravity_m_s2
-    side = mass.middle_kg + mass.planet_kg + 2 * (mass.half_C1_kg + mass.half_C2_kg)
-    return g * (mass.sun_kg + mass.carrier_kg + 2 * side)
+    """Weight of everything that the frame carries [N]."""
+    return device.formulas.at("weight", machine=device.constants)["weight"]
 
 
 ONE_SIDED = {

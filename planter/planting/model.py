@@ -13,7 +13,7 @@ from planter.errors import InputError
 from planter.files import paths, units
 from planter.gearing import families, stage
 from planter.gearing.stage import Candidate
-from planter.kernels import Array, Kernel, generated
+from planter.kernels import Array, Kernel, formulas
 from planter.planting.file import Machine
 from planter.planting.functions import Functions, Model, Prologue
 from planter.planting.support_force import SupportForce
@@ -34,7 +34,8 @@ class Device:
         self.machine, self.model = machine, model
         self.compiled = False
         self.kernels: dict[tuple[str, bool], Kernel] = {}
-        self.sidecar = generated.sidecar(f"planting_{model}")
+        self.formulas = formulas.load(f"planting_{model}")
+        self.sidecar = self.formulas.sidecar
         pair = [
             families.checked(stage.family, f"{machine.source}: stage{i}.family")
             for i, stage in enumerate((machine.stage1, machine.stage2), 1)
@@ -150,6 +151,16 @@ class Device:
     def cycle(self, at: Prologue, phi: Array) -> dict[str, Array]:
         """`side1`, `side2` and `totals` at carrier angles phi (n,) [rad]: a row (n,) for each quantity [SI]."""
         return self._cycle(phi=phi, x=at.x, c=self.constants, h=at.h)
+
+    def side(self, x: Array, phi: Array) -> dict[str, Array]:
+        """Quantities of side 1 by their names, in SI, at carrier angles (n,)."""
+        names = self.formulas.entries("side")
+        return dict(zip(names, self.cycle(self.prologue(x), phi)["side1"], strict=True))
+
+    def of_stage(self, stage: int, x: Array) -> Array:
+        """The parameters of a gear stage, 0 or 1, in a design (p,)."""
+        sizes = [len(self._vectors["mounting"]), *(len(part.names) for part in self.stages)]
+        return np.split(x, np.cumsum(sizes))[1 + stage]
 
     def prologue_curvature(self, x: Array, weights: Array) -> Array:
         """Hessian (p, p) of weights (k,) . h in the design x (p,) [SI]."""

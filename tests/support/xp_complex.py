@@ -6,11 +6,12 @@ Branches follow the real part. Analytic functions are NumPy's own; the others ar
 from collections.abc import Callable
 
 import numpy as np
-from numpy import arctan, cos, exp, log, logical_and, logical_not, logical_or, pi, sin, sqrt, tan, where
+from numpy import arccos, arcsin, arctan, cos, exp, log, logical_and, logical_not, logical_or, pi, sin, sqrt, tan, where
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
-    "absolute", "arctan", "arctan2", "cos", "divide", "exp", "floor", "log", "logical_and", "logical_not",
+    "absolute", "arccos", "arcsin", "arctan", "arctan2", "cos", "divide", "exp", "floor", "log", "logical_and",
+    "logical_not",
     "logical_or", "maximum", "minimum", "pi", "sign", "sin", "slopes", "sqrt", "tan", "where",
 ]  # fmt: skip
 

@@ -44,6 +44,9 @@ N_0 = _found("N_0", "N", "contact load at the start")
 T_MAX = _found("t_max", "s", "time of the largest load")
 T_LOSS = _found("t_loss", "s", "time at which contact is lost; after a full swing to zero where it never is")
 RATE = _found("rate", "m/s", "speed of tooth and shaft end")
+PERIOD = _found("period", "s", "time of a full swing")
+GIVEN = _found("given", "J", "work of the driving force since the start")
+KEPT = _found("kept", "J", "kinetic and strain energy less that at the start")
 
 BEAM = Vector("beam", (FLATS, q.E, q.rho, q.l))
 STRUCK = Vector("struck", (q.m1, q.F_M, q.Delta_omega, q.r1))
@@ -144,9 +147,10 @@ def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> C
         Let(N_0, found.subs(q.t, 0), SOURCE),
         Let(q.N_max, q.F_M + SWING, SOURCE),
         Let(T_MAX, (pi / 2 + LAG) / q.B1, SOURCE),
+        Let(PERIOD, 2 * pi / q.B1, SOURCE),
         Let(T_LOSS, (pi + LAG + sp.asin(sp.Min(S.One, q.F_M / SWING))) / q.B1, SOURCE),
     )
-    given = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS)
+    given = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS, PERIOD)
     return ClosedForm("extremes", inputs, steps, Vector("extremes", given))
 
 
@@ -160,10 +164,33 @@ def motion() -> ClosedForm:
     return ClosedForm("motion", (q.t, q.B1, q.B2, STRUCK), (*steps, rate), Vector("motion", (q.y_max, RATE, q.N)))
 
 
+def start() -> ClosedForm:
+    """Speed of tooth and shaft end when contact begins."""
+    return ClosedForm(
+        "start", (STRUCK,), _solved(_claims(), (ClutchClaim.CONTACT_SPEED, q.v_0)), Vector("at_start", (q.v_0,))
+    )
+
+
+def energy() -> ClosedForm:
+    """Work done since the start, and what has become of it, where tooth and shaft end move together."""
+    way = sp.Dummy("way")
+
+    def held(deflection: Expr, speed: Expr) -> Expr:
+        strain = sp.integrate(q.K_1 * way, (way, 0, deflection))
+        return (q.M_1 + q.m1) * speed**2 / 2 + strain
+
+    steps = (
+        *_solved(_claims(), (ClutchClaim.CONTACT_SPEED, q.v_0)),
+        Let(GIVEN, sp.integrate(q.F_M, (way, 0, q.y_max)), SOURCE),
+        Let(KEPT, held(q.y_max, RATE) - held(S.Zero, q.v_0), SOURCE),
+    )
+    return ClosedForm("energy", (q.y_max, RATE, q.M_1, q.K_1, STRUCK), steps, Vector("energies", (GIVEN, KEPT)))
+
+
 def exact() -> System:
     """The engagement from first principles."""
     beams = (modal(name, shape) for name, shape in shapes().items())
-    forms = (*beams, extremes(frequency(), (q.M_1, q.K_1, STRUCK)), motion())
+    forms = (*beams, extremes(frequency(), (q.M_1, q.K_1, STRUCK)), motion(), start(), energy())
     return System(
         "clutch_beam", "Engagement in one mode, from first principles", "derived", ASSUMPTIONS, closed_forms=forms
     )

@@ -232,13 +232,18 @@ def tip_width() -> Expr:
     return 2 * apothem(q.a1)
 
 
-def face_angle() -> Expr:
-    """Full angle between the faces: the line of a face passes the centroid at the apothem of the shaft."""
-    radius, half = Matrix([q.b1, S.Zero]), sp.Dummy("half")
+def face_sine(tip: Expr, flat: Expr) -> Expr:
+    """Sine of the angle between a tooth's axis and a face: its line passes the centroid at the apothem of the shaft."""
+    radius, half = Matrix([tip, S.Zero]), sp.Dummy("half")
     face = radial(half)
     distance = radius[0] * face[1] - radius[1] * face[0]
-    (sine,) = sp.solve(distance - apothem(q.a1), sin(half))
-    return 2 * sp.asin(sine)
+    (sine,) = sp.solve(distance - flat, sin(half))
+    return sine
+
+
+def face_angle() -> Expr:
+    """Full angle between the faces."""
+    return 2 * sp.asin(face_sine(q.b1, apothem(q.a1)))
 
 
 def tooth_claims() -> list[Equation]:

@@ -177,18 +177,22 @@ def _trammel() -> tuple[ClosedForm, ClosedForm]:
     )
 
 
-def _support() -> ClosedForm:
+def support_steps() -> tuple[Let, ...]:
     """A vertex has the normals within half an arc of its own direction; the others belong to arcs about vertices."""
     normal = radial(INSIDE)
     about = RHO * radial(pi + ARC).dot(normal), RHO * radial(pi - ARC).dot(normal)
     beyond = sp.Abs(INSIDE) - ARC / 2
     arc = WIDTH + switch(INSIDE, *(sp.trigsimp(e) for e in about))
-    steps = (
+    return (
         *_shape(),
         _let(INSIDE, wrap(PSI + ARC, 2 * ARC) - ARC),
         _let(SUPPORT, switch(-beyond, RHO * radial(S.Zero).dot(normal), arc)),
-        _let(RADIUS, switch(-beyond, S.Zero, WIDTH)),
     )
+
+
+def _support() -> ClosedForm:
+    beyond = sp.Abs(INSIDE) - ARC / 2
+    steps = (*support_steps(), _let(RADIUS, switch(-beyond, S.Zero, WIDTH)))
     return ClosedForm("support", (PSI, SHAPE), steps, Vector("support", (SUPPORT, RADIUS)))
 
 

@@ -6,7 +6,7 @@ The x axis is the guide AC, from the crank's axis A to the sleeve's pin C; the c
 from __future__ import annotations
 
 import sympy as sp
-from sympy import Expr, S, cos, sin, sqrt
+from sympy import Expr, S, cos, pi, sin, sqrt
 
 from ...branches import clip
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
@@ -64,6 +64,16 @@ def slider() -> tuple[ClosedForm, ...]:
         _drive(),
         _rod(),
     )
+
+
+def pin_distance(angle: Expr) -> Expr:
+    """Distance of the sleeve's pin C from the crank's axis A at an angle of the crank: the loop A-B-C closes."""
+    distance = sp.Dummy("distance")
+    A = Point("A")
+    B = Point("B", A, Vec(Frame("crank", WORLD, Z, angle), (q.l_AB, S.Zero, S.Zero)))
+    rod = displacement(B, Point("C", A, Vec(WORLD, (distance, S.Zero, S.Zero))), WORLD)
+    ends = sp.solve(sp.expand(rod.dot(rod)) - q.l_BC**2, distance)
+    return next(end for end in ends if end.subs({q.l_AB: 1, q.l_BC: 2, angle: pi / 2}) > 0)
 
 
 def _drive() -> ClosedForm:

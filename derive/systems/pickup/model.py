@@ -18,7 +18,6 @@ from . import points
 from . import quantities as q
 from .claims import ASSUMPTIONS, formula, formulas
 from .geometry import ARM, CARRIER, WORLD, along
-from .teeth import base_pitch, path_of_action
 from .vocabulary import PickupClaim
 
 
@@ -52,7 +51,6 @@ LAW = Vector("law", (p, dwell_start, dwell_end, q.phi1_far))
 BARS = Vector("bars", (q.L1, q.L2))
 CARRIER_DATA = Vector("carrier", (q.L1, q.gamma, q.a2, q.m_n, q.z_1, q.z_2, q.B, q.alpha_n, q.ha_n))
 TRIANGLE = Vector("triangle", (q.L1, q.L2, q.gamma, q.a1, q.a2, q.beta1))
-TEETH = Vector("teeth", (q.m, q.ha1, q.ha2, q.alpha0))
 SLOPES = Vector("slopes", (slope, dslope, ddslope))
 _PAIR = {q.m_n: S.One, q.z_1: S(20), q.z_2: S(20), q.a2: S(21)}
 """Any pair of gears, to tell the helix angle from the other roots."""
@@ -174,27 +172,6 @@ def pitch() -> ClosedForm:
     return closed_form("pitch", (SLOPES, q.phi5, q.phi2, q.a1), steps)
 
 
-def contact() -> ClosedForm:
-    """Contact ratio from curvatures, so that a straight pitch curve is no exception."""
-    steps = tuple(
-        Let(g, by_curvature(kappa, ha * q.m, q.alpha0), f"derived: {g.meaning}")
-        for g, kappa, ha in ((q.g1, kappa1, q.ha1), (q.g2, kappa2, q.ha2))
-    )
-    ratio = Let(q.epsilon, (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0), "derived: contact ratio")
-    return closed_form("contact", (kappa1, kappa2, TEETH), (*steps, ratio))
-
-
-def by_curvature(kappa: Expr, addendum: Expr, angle: Expr) -> Expr:
-    """The path of action from the pitch point to an addendum, rationalised: finite where the curvature is zero."""
-    known, h, alpha = sp.symbols("known h alpha", positive=True)
-    root = sp.expand(path_of_action(1 / known, h, alpha))
-    (surd,) = (power for power in root.atoms(sp.Pow) if power.exp == S.Half)
-    conjugate = root.subs(surd, -surd)
-    top = -sp.expand(known * sp.simplify(root * conjugate))
-    below = sp.sqrt(sp.expand(known**2 * surd**2)) - sp.expand(known * (conjugate + surd))
-    return (top / below).subs({known: kappa, h: addendum, alpha: angle})
-
-
 def entry() -> ClosedForm:
     """Where the tip lies in the frame of a tray's cell."""
     cell = Frame("cell, x along its axis", WORLD, Z, axis)
@@ -213,7 +190,7 @@ def exact() -> System:
         "Seedling pick-up, from first principles",
         "derived (geometry)",
         ASSUMPTIONS,
-        closed_forms=(bars(), carrier(), law(), inverse(), motion(), pitch(), contact(), entry()),
+        closed_forms=(bars(), carrier(), law(), inverse(), motion(), pitch(), entry()),
     )
 
 

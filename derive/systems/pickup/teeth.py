@@ -1,6 +1,6 @@
 """Teeth of both stages of the seedling pick-up: centre distance of the helical pair, contact ratios.
 
-At a contact a non-circular gear meshes like the circular gear of its radius of curvature.
+At a contact a non-circular gear meshes like the circular gear of its radius of curvature (`derive.gearing.teeth`).
 """
 
 from __future__ import annotations
@@ -9,31 +9,12 @@ import sympy as sp
 from sympy import Expr, S, cos, pi, sin
 
 from ...equations import Claimed
-from ...mechanics.frames import Frame, Vec, X, Y, Z, unit
+from ...gearing.teeth import TRANSVERSE, base_pitch, path_of_action
+from ...mechanics.frames import Frame, Vec, Y
 from ...quantity import Quantity
 from . import quantities as q
 from .geometry import Formula
 from .vocabulary import PickupClaim
-
-TRANSVERSE = Frame("transverse section")
-
-
-def path_of_action(radius: Expr, addendum: Expr, angle: Expr) -> Expr:
-    """Length of the line of action from the pitch point to where it leaves the circle through the tips of the teeth."""
-    s = sp.Symbol("s")
-    r, h, alpha = sp.symbols("r h alpha", positive=True)
-    centre = Vec(TRANSVERSE, (S.Zero, -r, S.Zero))
-    line = unit(Frame("line of action", TRANSVERSE, Z, alpha), X).resolved(TRANSVERSE)
-    arm = s * line - centre
-    leaves = sp.solve(sp.expand(arm.dot(arm) - (r + h) ** 2), s)
-    found = next(root for root in leaves if root.subs({r: 1, h: 1, alpha: pi / 6}) > 0)
-    return found.subs({r: radius, h: addendum, alpha: angle})
-
-
-def base_pitch(pitch: Expr, angle: Expr) -> Expr:
-    """A pitch along the tangent, seen along the line of action."""
-    line = unit(Frame("line of action", TRANSVERSE, Z, angle), X).resolved(TRANSVERSE)
-    return line.dot(Vec(TRANSVERSE, (pitch, S.Zero, S.Zero)))
 
 
 def helical_pitch() -> Expr:

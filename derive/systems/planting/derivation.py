@@ -16,10 +16,18 @@ from ...branches import clip, wrap
 from ...chain import Chain, ordered
 from ...equations import Equation
 from ...mechanics.bodies import Assembly, Body, Part, Pin, about_pin
-from ...mechanics.contacts import GearContact, follower, mesh, tangent_angle
+from ...mechanics.contacts import (
+    GearContact,
+    PitchPoint,
+    follower,
+    mesh,
+    pitch_places,
+    polar_sense,
+    tangent_angle,
+)
 from ...mechanics.frames import Axis, Frame, Motion, Point, Vec, Y, Z, displacement, unit
 from ...mechanics.kinematics import GearStage, Kinematics
-from ...model import Event, Lane, Let, Shared, Step, System, needed
+from ...model import ClosedForm, Event, Lane, Let, Shared, Step, System, needed
 from ...quantity import Quantity, Vector
 from . import quantities as q
 
@@ -137,7 +145,8 @@ def kinematics(inner: Half) -> Kinematics:
     k.hang(CA, A1)
     k.name_place(CB, O, WORLD, (q.x_CB, q.y_CB))
     k.hang(CB, B1)
-    k.let(q.x_tip, displacement(B1, TIP, WORLD)[0] + q.x_B1 + q.v_f * q.phi / q.omega)
+    k.let(q.x_tip_machine, displacement(B1, TIP, WORLD)[0] + q.x_B1)
+    k.let(q.x_tip, q.x_tip_machine + q.v_f * q.phi / q.omega)
     k.let(q.y_tip, displacement(B1, TIP, WORLD)[1] + q.y_B1)
     k.let(q.S, q.S0 + q.k_s * 2 * (q.c_F[2] - displacement(A, inner.F, PLANET)[2]))
     return k
@@ -267,6 +276,38 @@ def assemble(side_steps: tuple[Step, ...], reported: tuple[Quantity, ...], share
     return Lane(q.phi, q.INPUTS, needed(side_steps, wanted), Vector("side", side), events, frame)
 
 
+def weight() -> Expr:
+    """Of everything that the frame carries: sun, carrier and both sides."""
+    side = build_side()
+    one, frame = side.mechanism.weight(), build_support(side.kinematics.motion).mechanism.weight()
+    return sp.factor(-(frame + 2 * one)[1])
+
+
+def parts() -> tuple[ClosedForm, ...]:
+    """What every model gives beside its lane: the weight, and where points of the pitch curves of side 1 are."""
+    carried = Let(q.weight, weight(), "derived: sun, carrier and both sides")
+    return (
+        ClosedForm("weight", (q.MACHINE,), (carried,), Vector("carried", (q.weight,))),
+        _pair("pair1", LINE1, WORLD, O, (q.t1, q.T1, q.a1), (q.phi, q.t1, q.T1, q.a1, q.POINT)),
+        _pair("pair2", LINE2, MIDDLE, A1, (q.t2, q.T2, q.a2), (q.phi, q.gamma, q.t2, q.T2, q.a1, q.a2, q.POINT)),
+    )
+
+
+def _pair(
+    name: str, line: Frame, gear: Frame, centre: Point, now: tuple[Quantity, Quantity, Quantity],
+    inputs: tuple[Vector | Quantity, ...],
+) -> ClosedForm:  # fmt: skip
+    """A point of an inner gear's pitch curve and its mate, at the contact that is now."""
+    t, turned, distance = now
+    sense = polar_sense(build_side().kinematics.motion, line, gear, t)
+    point = PitchPoint(q.on_curve, q.on_radius, q.on_turned)
+    places = pitch_places(line, distance, sense, point, PitchPoint(t, S.Zero, turned))
+    start = displacement(O, centre, WORLD)
+    found = [(start + place.resolved(WORLD))[i] for place in places for i in (0, 1)]
+    steps = tuple(Let(symbol, expr, "derived: gears roll") for symbol, expr in zip(q.PAIR, found, strict=True))
+    return ClosedForm(name, inputs, steps, Vector(f"{name}_points", q.PAIR))
+
+
 def exact_lane() -> Lane:
     """The device from first principles, along the carrier angle."""
     side = build_side()
@@ -282,7 +323,7 @@ def exact_lane() -> Lane:
 def exact() -> System:
     """The device from first principles."""
     title, source = "Planting device, from first principles", "derived (Newton-Euler)"
-    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane())
+    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), parts())
 
 
 def printed(paper: Chain, frame: Chain) -> System:
@@ -290,7 +331,7 @@ def printed(paper: Chain, frame: Chain) -> System:
     side = build_side()
     lane = assemble((*side.kinematics.steps, *paper.lets(), side.mechanism.law(q.F_E_loss)), q.REPORTED, frame)
     title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
-    return System("planting_printed", title, source, ASSUMPTIONS, lane)
+    return System("planting_printed", title, source, ASSUMPTIONS, lane, parts())
 
 
 SYSTEMS = (exact,)

@@ -54,6 +54,7 @@ def laws() -> tuple[Law, ...]:
     other = derivation.OtherSide(claims.moving() | {q.F_E_loss})
     support = q.F_Ox + q.F_O1x, q.F_Oy + q.F_O1y
     rate = [_momentum_rate(side, other, axis) for axis in (0, 1)]
+    weight = derivation.weight()
     loss = side.mechanism.law(q.F_E_loss).expr
     pushes = {
         "teeth at P": _tooth_push(derivation.CONTACT_P, (q.F_Px, q.F_Py)),
@@ -61,18 +62,13 @@ def laws() -> tuple[Law, ...]:
         "cam and roller": _cam_push(side),
     }
     return (
-        Law("vertical support force is weight and rate of momentum", "N", (support[1] - weight() - rate[1],)),
+        Law("vertical support force is weight and rate of momentum", "N", (support[1] - weight - rate[1],)),
         Law("horizontal support force is rate of momentum", "N", (support[0] - rate[0],)),
-        Law("mean vertical support force is the weight", "N", (support[1] - weight(),), "mean"),
+        Law("mean vertical support force is the weight", "N", (support[1] - weight,), "mean"),
         Law("work of the motor is work of friction", "J", (q.M_L - (loss + other(loss)) / q.omega,), "turn"),
-        Law("support force tends to the weight as the speed goes to zero", "N", (support[1] - weight(),), cycle="slow"),
+        Law("support force tends to the weight as the speed goes to zero", "N", (support[1] - weight,), cycle="slow"),
         *(Law(f"{name} only push", "N", (_pull(push), _pull(other(push)))) for name, push in pushes.items()),
     )
-
-
-def weight() -> Expr:
-    """Of everything that the frame carries."""
-    return q.g * (q.m1 + q.m4 + 2 * (q.m2 + q.m3 + 2 * (q.m_C1 + q.m_C2)))
 
 
 def _momentum_rate(side: derivation.Side, other: derivation.OtherSide, axis: int) -> Expr:

@@ -128,6 +128,7 @@ x_CA = _kinematic("x_CA", "m", "centroid of the middle body, x")
 y_CA = _kinematic("y_CA", "m", "centroid of the middle body, y")
 x_CB = _kinematic("x_CB", "m", "centroid of planet, shaft and funnel, x")
 y_CB = _kinematic("y_CB", "m", "centroid of planet, shaft and funnel, y")
+x_tip_machine = _kinematic("x_tip_machine", "m", "tip, x, as the machine sees it", "tip_machine_x_mm")
 x_tip = _kinematic("x_tip", "m", "tip, x", "tip_x_mm")
 y_tip = _kinematic("y_tip", "m", "tip, y", "tip_y_mm")
 ax_A1 = _kinematic("ax_A1", "m/s2", "acceleration of A1, x")
@@ -219,12 +220,24 @@ f_2 = _reaction("f_2", "N2", "second objective: variance of the vertical support
 f_total = _reaction("f_total", "N", "objective: weighted sum of both")
 
 REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
-            F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1)  # fmt: skip
+            F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
+            x_tip_machine)  # fmt: skip
 """What every model reports of one side."""
 F_Aox, F_Aoy = _force("F_Ao", "force of the planet on the outer half, planet frame", "xy")
 REPORTED_EXACT = (*REPORTED, F_Aox, F_Aoy)
 TOTALS = (F_Ox, F_Oy, F_O1x, F_O1y, F_support, F_support_x, M_L, M_1)
 INPUTS = (MOUNTING, PARAMETERS1, HOISTED1, PARAMETERS2, HOISTED2, MACHINE)
+
+
+weight = _reaction("weight", "N", "weight of everything that the frame carries")
+on_curve = _kinematic("on_curve", "rad", "polar angle of the inner gear at a point of its pitch curve")
+on_radius = _kinematic("on_radius", "m", "pitch radius there")
+on_turned = _kinematic("on_turned", "rad", "rotation of the outer gear, since the inner's polar angle was zero, there")
+POINT = Vector("point", (on_curve, on_radius, on_turned))
+"""A point of a pitch curve, by its contact."""
+x_inner, y_inner = (_kinematic(f"{a}_inner", "m", f"the point on the inner gear, {a}") for a in "xy")
+x_outer, y_outer = (_kinematic(f"{a}_outer", "m", f"its mate on the outer gear, {a}") for a in "xy")
+PAIR = (x_inner, y_inner, x_outer, y_outer)
 
 
 def twin(symbol: Quantity) -> Quantity:

@@ -84,7 +84,7 @@ def compare(
             coaxial_overlap_mm=1e3 * start.coaxial_overlap(clutches["reuleaux"], given),
             root_least_mm=1e3 * start.least_root(given),
         ),
-        assumptions=list(dynamics.ASSUMPTIONS),
+        assumptions=dynamics.assumptions(),
     )
     return Comparison(runs, result)
 

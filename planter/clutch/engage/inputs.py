@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-
-import casadi as ca
 
 from planter.clutch.engage import beam
 from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage
+from planter.clutch.model import given, model
+from planter.kernels import formulas
 
 
 @dataclass(frozen=True)
 class Inputs:
     """Everything both clutches share, and the geometry of each; every field may be varied without building anew.
 
-    Units are SI; `stiffness` [N/m^1.5], `dissipation` [s/m], `link_speed` [rad/s], `push_*` a force on the body that
-    no clutch has [N], for limits in which there is a closed form.
+    Names and units are those of the derivation, which says what each is; `push_*` is a force on the body that no clutch
+    has, for limits in which there is a closed form.
     """
 
     stiffness: float
@@ -39,11 +39,11 @@ class Inputs:
     lock: float
     lock_travel: float
     lock_stiffness: float
-    mesh_angle: float
-    link_ratio: float
-    crank: float
-    rod: float
-    distance: float
+    k: float
+    gamma: float
+    l_AB: float
+    l_BC: float
+    l_AC: float
     link_speed: float
     link_start: float
     link_end: float
@@ -70,7 +70,11 @@ class Inputs:
 
     def vector(self) -> list[float]:
         """The values in the order of the fields."""
-        return [getattr(self, field.name) for field in fields(self)]
+        return self.packed(NAMES)
+
+    def packed(self, names: Iterable[str]) -> list[float]:
+        """The values of those names."""
+        return [getattr(self, name) for name in names]
 
     def times(self, factor: float, *names: str) -> Inputs:
         """A copy with some inputs multiplied."""
@@ -81,16 +85,8 @@ class Inputs:
         return replace(self, link_start=self.link_end, link_end=self.link_start)
 
 
-class Symbols:
-    """The same names as CasADi symbols, and the vector of them all."""
-
-    def __init__(self) -> None:
-        names = [field.name for field in fields(Inputs)]
-        self.vector = ca.SX.sym("p", len(names))
-        self._named = dict(zip(names, ca.vertsplit(self.vector), strict=True))
-
-    def __getattr__(self, name: str) -> ca.SX:
-        return self._named[name]
+NAMES = [field.name for field in fields(Inputs)]
+"""Of the inputs, in the order of their vector."""
 
 
 LONGEST_S = 3.0
@@ -123,15 +119,15 @@ def inputs(clutch: Clutch, shape: str = beam.PAPERS) -> Inputs:
     """
     si = clutch.si
     _check(clutch)
+    known, travel = given(clutch), si("sleeve.travel_mm")
     linkage = Linkage(*(si(f"linkage.{key}") for key in ("crank_mm", "rod_mm", "distance_mm")))
-    travel = si("sleeve.travel_mm")
     linkage.check(travel, f"{clutch.source}: linkage.rod_mm")
-    ratio = si("linkage.rack_radius_mm") / si("linkage.crank_gear_radius_mm")
-    mesh = math.pi / 2 - si("linkage.rack_phase_deg")
-    lift = linkage.rotation(travel) / ratio
+    gears = {"k": known["k"], "gamma": known["gamma"]}
+    drive = model().at("drive", **gears, span=known["r_A"] + known["r_D"], theta_Amax=linkage.rotation(travel))
     shaft = beam.beam(si, shape)
+    bending = {"shaft_mass": shaft.mass, "shaft_stiffness": shaft.stiffness}
     radius, speed = si("engagement.contact_radius_mm"), si("engagement.input_speed_rpm")
-    side = si("sleeve.hexagon_side_mm")
+    width = model().at("polygon", a=known["a"])["R"]
     return Inputs(
         stiffness=si("contact.stiffness_N_m15"),
         dissipation=si("contact.dissipation_s_m"),
@@ -143,27 +139,25 @@ def inputs(clutch: Clutch, shape: str = beam.PAPERS) -> Inputs:
         load=si("engagement.load_Nm"),
         load_speed=speed * LOAD_SPEED,
         input_speed=speed,
-        shaft_mass=shaft.mass,
-        shaft_stiffness=shaft.stiffness,
-        shaft_damping=2 * si("contact.shaft_damping") * math.sqrt(shaft.mass * shaft.stiffness),
+        **bending,
+        **formulas.load("clutch_motion").at("damping", damping_share=si("contact.shaft_damping"), **bending),
         preload=si("sleeve.spring_preload_N"),
         spring_rate=si("contact.spring_rate_N_m"),
         slide=si("contact.slide_N"),
         lock=si("contact.lock_N"),
         lock_travel=si("contact.lock_travel_mm"),
         lock_stiffness=si("contact.lock_stiffness_N_m"),
-        mesh_angle=mesh,
-        link_ratio=ratio,
-        crank=linkage.crank,
-        rod=linkage.rod,
-        distance=linkage.distance,
-        link_speed=lift * si("sleeve.switching_speed_mm_s") / travel,
-        link_start=mesh + lift,
+        **gears,
+        l_AB=linkage.crank,
+        l_BC=linkage.rod,
+        l_AC=linkage.distance,
+        link_speed=drive["lift"] * si("sleeve.switching_speed_mm_s") / travel,
+        link_start=drive["alpha_max"],
         link_end=0.0,
         travel=travel,
         taper=si("sleeve.axial_angle_deg"),
-        width=math.sqrt(3) * side,
-        hole=math.sqrt(3) / 2 * side + si("contact.sleeve_gap_mm"),
+        width=width,
+        hole=width / 2 + si("contact.sleeve_gap_mm"),
         tip=si("tooth.tip_mm"),
         root=si("tooth.root_mm"),
         apothem=si("shaft.flat_to_flat_mm") / 2,

@@ -7,7 +7,6 @@ M + m1, whatever the shape, in the frequency and in the acceleration by F_M: the
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -36,7 +35,7 @@ class Struck:
     @property
     def start(self) -> float:
         """Speed of tooth and shaft end at the start [m/s]."""
-        return self.speed * self.radius
+        return formulas.load("clutch_beam").at("start", struck=self.packed)["v_0"]
 
 
 @dataclass(frozen=True)
@@ -67,12 +66,10 @@ class Modal:
 
         The start itself is the paper's: the shaft end takes the body's speed from nowhere.
         """
-        end = lost_at(self.struck, self.extremes) or 2 * math.pi / self.extremes["B1"]
-        last = self.at(end)
-        moving = self.beam.mass + self.struck.body
-        kinetic = moving * (last["rate"] ** 2 - self.struck.start**2) / 2
-        given = self.struck.force * last["y_max"]
-        kept = kinetic + self.beam.stiffness * last["y_max"] ** 2 / 2
+        last = self.at(lost_at(self.struck, self.extremes) or self.extremes["period"])
+        at = {"y_max": last["y_max"], "rate": last["rate"], "M_1": self.beam.mass, "K_1": self.beam.stiffness}
+        found = formulas.load("clutch_beam").at("energy", **at, struck=self.struck.packed)
+        given, kept = found["given"], found["kept"]
         return Energy(input_J=given, stored_J=kept, lost_J=0.0, imbalance_J=given - kept)
 
 

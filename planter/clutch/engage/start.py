@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.optimize import minimize
 
+from planter.clutch.engage.contacts import REULEAUX
 from planter.clutch.engage.dynamics import ANGLE, SIZE, TIME, TRAVEL, WORKS, Array, Clutch
 from planter.clutch.engage.inputs import Inputs
-from planter.clutch.engage.profiles import CORNER
 from planter.errors import ComputationError
+from planter.kernels import formulas
 
 
 def apart(clutch: Clutch, inputs: Inputs, phase: float, time: float) -> Array:
@@ -47,8 +46,8 @@ def coaxial_overlap(clutch: Clutch, inputs: Inputs) -> float:
 
 def least_root(inputs: Inputs) -> float:
     """Least radius of a root circle [m] that lets teeth pass the corners: a tip on one lifts the body off the other."""
-    corner = (inputs.apothem - inputs.fillet) / math.cos(CORNER) + inputs.fillet
-    return 2 * corner - inputs.tip
+    model = formulas.load(REULEAUX)
+    return model.at("clear", tooth_shape=inputs.packed(model.entries("tooth_shape")))["least_root"]
 
 
 ROTATIONS = 1201

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.clutch.engage.dynamics import ANGLE, FREE, OUTPUT
-from planter.clutch.engage.profiles import SIDES, VERTICES
+from planter.clutch.engage.contacts import REULEAUX
+from planter.clutch.engage.dynamics import ANGLE, FREE, TRAVEL
+from planter.clutch.geometry import SIDES, VERTICES
 from planter.clutch.report.shape_figures import regular
 from planter.clutch.rotor import Rotor, outline
+from planter.kernels import formulas
 from planter.report import style
 
 if TYPE_CHECKING:
@@ -115,30 +117,27 @@ def section(run: Run) -> Figure:
 
 def _pose(axes: Axes, run: Run, index: int) -> None:
     given, state = run.inputs, run.states[:, index]
-    turn = -state[OUTPUT]
-    c, s = math.cos(turn), math.sin(turn)
-    offset = state[:2] - state[FREE - 2 : FREE]
-    centre = 1e3 * np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1]])
+    model = formulas.load(REULEAUX)
+    seen = model.at("seen", places=[*state[:FREE], state[ANGLE], run.seen["pushed"][0, index]])
+    sizes = {name: given.packed(model.entries(name)) for name in ("tooth_shape", "hole_shape")}
+    drawn = model.at("section", **sizes, way=state[TRAVEL])
+    centre, angle = 1e3 * np.array([seen["c_x"], seen["c_y"]]), seen["heading"]
     shaft = 1e3 * regular(SIDES, given.apothem, given.fillet)
-    hole = 1e3 * regular(SIDES, given.hole + (given.travel - state[2]) * math.tan(given.taper))
+    hole = 1e3 * regular(SIDES, drawn["room"])
     axes.fill(*shaft, color=style.FAINT, alpha=0.5, linewidth=0)
     axes.plot(*shaft, color=style.INK, linewidth=1.0)
     axes.plot(*hole, color=style.SOFT, linewidth=1.0)
-    angle = state[ANGLE] - state[OUTPUT]
     body = outline(Rotor(VERTICES, SIDES, given.width), angle, centre * 1e-3)
     axes.plot(*(1e3 * np.hstack([body, body[:, :1]])), color=style.BLUE, linewidth=1.0)
-    for tooth in _teeth(run, angle):
+    for tooth in _teeth(run, angle, drawn["half_tooth"]):
         axes.plot(*(1e3 * tooth + centre[:, None]), color=style.VERMILION, linewidth=1.6)
     axes.plot(0, 0, "+", color=style.INK, markersize=5)
     axes.plot(*centre, "x", color=style.BLUE, markersize=4)
 
 
-def _teeth(run: Run, angle: float) -> list[Array]:
+def _teeth(run: Run, angle: float, half: float) -> list[Array]:
     """Faces of each tooth from root over tip to root (2, 3) round the centroid [m]."""
-    given = run.inputs
-    face = math.asin(min(given.apothem / given.tip, 1.0))
-    half = math.acos(given.tip * math.sin(face) / given.root) - (math.pi / 2 - face)
-    radii = np.array([given.root, given.tip, given.root])
+    radii = np.array([run.inputs.root, run.inputs.tip, run.inputs.root])
     middles = angle + 2 * math.pi * np.arange(VERTICES) / VERTICES
     return [radii * np.array([np.cos(a), np.sin(a)]) for a in middles[:, None] + half * np.array([-1, 0, 1])]
 
@@ -174,11 +173,10 @@ def modal_load(found: Modal, printed: Mapping[str, float]) -> Figure:
     """Load on the tooth over time in one mode, derived and by the printed formulas, until contact is lost."""
     figure = style.new_figure(2.8)
     axes = figure.subplots()
-    force, inertia = found.struck.force, found.struck.body
     for label, at in (("exact", found.extremes), ("printed", printed)):
         time = np.linspace(0, at["t_loss"], 241)
-        swing = found.struck.start * at["B1"] * np.sin(at["B1"] * time) - at["B2"] * np.cos(at["B1"] * time)
-        axes.plot(1e6 * time, force + inertia * swing, color=style.colour(label, 0), label=label)
+        motion = formulas.load("clutch_beam")("motion", t=time, B1=at["B1"], B2=at["B2"], struck=found.struck.packed)
+        axes.plot(1e6 * time, motion["N"], color=style.colour(label, 0), label=label)
     axes.axhline(0, color=style.SOFT, linewidth=0.6)
     axes.set_xlabel("time since contact / μs")
     axes.set_ylabel("load on the tooth / N")

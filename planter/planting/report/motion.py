@@ -24,14 +24,13 @@ _OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
 
 
 @style.drawn
-def tip_path(turn: Columns, tip_distance_mm: float) -> Figure:
+def tip_path(turn: Columns) -> Figure:
     """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles.
 
-    `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `alpha_deg`, `theta1_deg`,
-    `x_A1_mm`, `x_B1_mm`, `tip_x_mm` and their y). Where the machine travels, the path over the ground is
-    drawn beside it.
+    `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `theta1_deg`, `x_A1_mm`, `x_B1_mm`,
+    `tip_x_mm` and their y, `tip_machine_x_mm`). Where the machine travels, the path over the ground is drawn beside it.
     """
-    tip = _tip(turn, tip_distance_mm)
+    tip = np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]])
     travels = bool(np.abs(turn["tip_x_mm"] - tip[0]).max() > 1e-6)
     figure = style.new_figure(6.6 if not travels else 9.2)
     ratios = [2, 1] if travels else [1]
@@ -44,11 +43,6 @@ def tip_path(turn: Columns, tip_distance_mm: float) -> Figure:
         style.drawing_board(ground[0])
         ground[0].set_title("over the ground")
     return figure
-
-
-def _tip(turn: Columns, distance: float) -> Array:
-    alpha = np.radians(turn["alpha_deg"])
-    return np.array([turn["x_B1_mm"] + distance * np.cos(alpha), turn["y_B1_mm"] - distance * np.sin(alpha)])
 
 
 def _path(axes: Axes, tip: Array, swing: Array) -> None:

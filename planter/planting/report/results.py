@@ -129,7 +129,7 @@ def _joints(device: Device, x: Array) -> dict[str, list[float]]:
 def _motion(device: Device, x: Array) -> dict[str, Figure]:
     turn = _columns(device, x)
     return {
-        "tip_path": figures.tip_path(turn, device.machine.nozzle.tip_distance_mm),
+        "tip_path": figures.tip_path(turn),
         "pitch_curves": figures.pitch_curves(gearing(device, x)),
         "rotation": figures.rotation(turn, ratios(device, x, turn["phi_deg"])),
     }

@@ -13,7 +13,7 @@ import numpy as np
 from planter.kernels import Kernel
 from planter.planting.model import Device
 
-MOVING = ("x_tip", "y_tip", "alpha", "theta1", "x_B1", "y_B1")
+MOVING = ("x_tip", "x_tip_machine", "y_tip", "alpha", "theta1", "x_B1", "y_B1", "t1", "t2")
 HALF = float(np.pi)
 """Side 2 follows half a turn later [rad]."""
 
@@ -105,13 +105,18 @@ class NozzleMotion:
     def _segment(self, phi: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Funnel and tip in the machine's frame."""
         at = self.at(phi)
-        travelled = self.c["v_f"] * phi / self.c["omega"]
-        return ca.vertcat(at["x_B1"], at["y_B1"]), ca.vertcat(at["x_tip"] - travelled, at["y_tip"])
+        return ca.vertcat(at["x_B1"], at["y_B1"]), ca.vertcat(at["x_tip_machine"], at["y_tip"])
 
     @cached_property
     def course_kernels(self) -> dict[str, Kernel]:
         """The courses over many angles: each value with its first two derivatives in phi."""
         return {name: _lanes(getattr(self, name)) for name in ("height", "tilt", "cut", "clearance", "between")}
+
+    @cached_property
+    def contact_kernels(self) -> tuple[Kernel, Kernel]:
+        """Of both stages: the inner gear's polar angle at the contact [rad]."""
+        at = self.at(self.phi)
+        return _lanes(self._course("contact1", at["t1"])), _lanes(self._course("contact2", at["t2"]))
 
     @cached_property
     def place_kernel(self) -> Kernel:

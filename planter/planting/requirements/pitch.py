@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import casadi as ca
-import numpy as np
 
 from planter.gearing.stage import Stage
+from planter.gearing.teeth import TEETH
 from planter.kernels import Kernel
 
 TOOTH = ("pitch_curvature", "curvature_radius", "contact_ratio")
@@ -27,6 +27,11 @@ class Teeth:
     module: float
     pressure_angle: float
 
+    @property
+    def sizes(self) -> dict[str, float]:
+        """By the names of the derivation."""
+        return {"module": self.module, "ha1": 1.0, "ha2": 1.0, "alpha0": self.pressure_angle}
+
 
 def segment(stage: Stage, second: bool, teeth: Teeth) -> ca.Function:
     """(u, parameters, hoisted) -> rows (3,) of a segment, and their first and second derivatives in u."""
@@ -41,19 +46,8 @@ def segment(stage: Stage, second: bool, teeth: Teeth) -> ca.Function:
 
 
 def contact_ratio(one: ca.SX, two: ca.SX, teeth: Teeth) -> ca.SX:
-    """Contact ratio of rack teeth on two pitch curves by their curvatures at the pitch point [1/m].
-
-    That of the two circles which osculate there: each adds sqrt((rho + h)^2 - (rho cos a)^2) - rho sin a to the path
-    of contact, over the base pitch pi module cos a (ISO 21771). In terms of 1/rho, so that a straight or hollow place
-    is no exception.
-    """
-    h, sine = teeth.module, float(np.sin(teeth.pressure_angle))
-
-    def reach(bend: ca.SX) -> ca.SX:
-        under = sine**2 + 2 * h * bend + (h * bend) ** 2
-        return (2 * h + h**2 * bend) / (ca.sqrt(ca.fmax(under, 1e-12)) + sine)
-
-    return (reach(one) + reach(two)) / (np.pi * teeth.module * np.cos(teeth.pressure_angle))
+    """Contact ratio of rack teeth on two pitch curves by their curvatures at the pitch point [1/m]."""
+    return TEETH.composed("contact_ratio", {"kappa1": one, "kappa2": two, **teeth.sizes})["epsilon"]
 
 
 def kernel(f: ca.Function) -> Kernel:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics import roots
 from planter.numerics.angles import turn_deg
 from planter.planting.model import Device
 from planter.planting.requirements.limits import limits, reserve, shown, shown_limits
 from planter.planting.requirements.measures import Measures, Row
 from planter.planting.requirements.pitch import TOOTH
+from planter.planting.requirements.places import Course
 from planter.planting.requirements.section import Kind
 from planter.planting.results import Requirement
 
@@ -61,6 +60,8 @@ def entry(measures: Measures, kind: Kind, row: Row, value: float, angle: float |
     )
 
 
+BESIDE = 1e-9
+"""What rounding may put an angle out of its turn [rad]."""
 ROUNDING = 1e-7
 """A margin may be short by this share of the requirement's step and is still kept."""
 
@@ -78,33 +79,16 @@ def phi(measures: Measures, x: Array, index: int) -> float | None:
     row, place = measures.rows[index], float(measures.at(x).places[index])
     if row.kind.name == "spacing":
         return None
-    return _meshing(measures.device, x, row, place) if row.kind.name in TOOTH else place
+    return _meshing(measures, x, row, place) if row.kind.name in TOOTH else place
 
 
-def _meshing(device: Device, x: Array, row: Row, u: float) -> float:
-    """Carrier angle at which the place u of a segment is in contact."""
-    mounting, first = np.split(x[: 4 + len(device.stages[0].names)], [4])
-    second = x[4 + len(device.stages[0].names) :]
-    stage = row.stage
-    m = (first, second)[stage][-1]
-    t = 2 * np.pi - u * (2 * m - 1) / m if row.second else u / m
-    start = _named(device, mounting, "alpha3")
-    if stage == 0:
-        return float(t - start)
-    h = device.prologue(x).h[: 1 + device.stages[0].terms]
-    wanted = np.mod(t - _named(device, mounting, "beta6"), 2 * np.pi)
-
-    def beyond(angle: Array) -> tuple[Array, Array]:
-        contact = device.stages[0].contact(t=np.append(angle, 0.0) + start, parameters=first, hoisted=h)
-        turned = contact["turned"][0]
-        return turned[:-1] - turned[-1] - wanted, contact["ratio"][0, :-1]
-
-    low, high = np.array([-1e-9]), np.array([2 * np.pi + 1e-9])
-    return float(roots.newton(beyond, low, high, (beyond(low)[0], beyond(high)[0]))[0])
-
-
-def _named(device: Device, mounting: Array, name: str) -> float:
-    names = [entry["name"] for entry in device.sidecar["vectors"]["mounting"]]
-    if name not in names:
-        raise ComputationError(f"the model {device.model} has no {name}")
-    return float(mounting[names.index(name)])
+def _meshing(measures: Measures, x: Array, row: Row, u: float) -> float:
+    """Carrier angle in [0, 2 pi] at which the place u of a segment is in contact [rad]."""
+    device = measures.device
+    both = device.stages[row.stage].polar(u=[u], parameters=device.of_stage(row.stage, x))
+    wanted = float(both["t_second" if row.second else "t_first"][0, 0])
+    z = np.concatenate([x, device.constants, device.prologue(x).h])
+    contact = Course(measures.motion.contact_kernels[row.stage], z=z)
+    start = contact.value(0.0)
+    level = start + (wanted - start) % (2 * np.pi)
+    return contact.crossing(level, -BESIDE, 2 * np.pi + BESIDE)

@@ -49,6 +49,7 @@ def turn(travel: float = 0.0) -> dict[str, np.ndarray]:
         "alpha_deg": np.degrees(alpha),
         "theta1_deg": np.where((PHI > 150) & (PHI < 300), 18.0, 0.0),
         **{f"{axis}_{name}_mm": point[i] for name, point in (("A1", a1), ("B1", b1)) for i, axis in enumerate("xy")},
+        "tip_machine_x_mm": tip[0],
         "tip_x_mm": tip[0] + travel * phi,
         "tip_y_mm": tip[1],
         **forces,
@@ -86,8 +87,8 @@ def mesh() -> Gearing:
 FIGURES: dict[str, Callable[[], Figure]] = {
     "support force": lambda: figures.support_force(CYCLES, 97.86, JOINTS, BEFORE, REFERENCE),
     "support force, plain": lambda: figures.support_force({"exact": CYCLES["exact"]}, 97.86),
-    "tip path": lambda: figures.tip_path(turn(), LENGTH),
-    "tip path, travelling": lambda: figures.tip_path(turn(-160.0), LENGTH),
+    "tip path": lambda: figures.tip_path(turn()),
+    "tip path, travelling": lambda: figures.tip_path(turn(-160.0)),
     "pitch curves": lambda: figures.pitch_curves(mesh()),
     "rotation": lambda: figures.rotation(turn(), RATIOS),
     "joint forces": lambda: figures.joint_forces({"exact": turn(), "printed": turn()}),
@@ -275,7 +276,7 @@ def test_joint_forces_are_closed_curves_about_zero() -> None:
 
 def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
     columns = turn()
-    (axes,) = figures.tip_path(columns, LENGTH).axes
+    (axes,) = figures.tip_path(columns).axes
     x, y = data(axes, "tip, closed")
     assert np.allclose(x[:-1], columns["tip_x_mm"], atol=1e-9, rtol=0)
     assert np.allclose(y[:-1], columns["tip_y_mm"], atol=1e-9, rtol=0)
@@ -285,7 +286,7 @@ def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
 
 def test_nozzle_is_drawn_at_twelve_angles_with_its_point_at_the_tip() -> None:
     columns = turn()
-    (axes,) = figures.tip_path(columns, LENGTH).axes
+    (axes,) = figures.tip_path(columns).axes
     outlines = [np.asarray(p.get_xy()) for p in axes.findobj(Polygon) if p.get_gid() == "nozzle"]
     tips = np.array([columns["tip_x_mm"], columns["tip_y_mm"]]).T[::30]
     roots = np.array([columns["x_B1_mm"], columns["y_B1_mm"]]).T[::30]
@@ -297,14 +298,14 @@ def test_nozzle_is_drawn_at_twelve_angles_with_its_point_at_the_tip() -> None:
 
 def test_path_is_marked_where_the_nozzle_is_open() -> None:
     columns = turn()
-    (axes,) = figures.tip_path(columns, LENGTH).axes
+    (axes,) = figures.tip_path(columns).axes
     opened = np.isfinite(data(axes, "tip, open")[0][:-1])
     assert np.array_equal(opened, columns["theta1_deg"] > 0)
 
 
 def test_ground_path_is_there_if_the_machine_travels() -> None:
     columns = turn(-160.0)
-    machine, ground = figures.tip_path(columns, LENGTH).axes
+    machine, ground = figures.tip_path(columns).axes
     assert np.array_equal(data(ground, "tip, closed"), [columns["tip_x_mm"], columns["tip_y_mm"]])
     assert np.allclose(data(machine, "tip, closed")[0][:-1], turn()["tip_x_mm"], atol=1e-9, rtol=0)
     assert ground.get_aspect() == 1

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from derive.equations import Claimed, ClaimError
+from derive.gearing import teeth
 from derive.machine_file import MachineFile
 from derive.quantity import Quantity
 from derive.systems.pickup import claims, model, points
@@ -17,6 +18,7 @@ from derive.systems.pickup.vocabulary import PickupClaim
 from planter.kernels.formulas import load
 
 MODEL = load("pickup_exact")
+TEETH = load("gear_teeth")
 CYCLE = claims.reference(24)
 POINTS = [claims.admissible(random.Random(seed)) for seed in range(12)]
 Point = Mapping[Quantity, mp.mpf]
@@ -55,18 +57,18 @@ def test_law_pitch_curves_and_contact(point: Point) -> None:
     assert 1 / found["kappa1"] == pytest.approx(float(point[q.rho1]))
     assert 1 / found["kappa2"] == pytest.approx(float(point[q.rho2]))
     bends = {name: found[name] for name in ("kappa1", "kappa2")}
-    agrees(MODEL.at("contact", **bends, teeth=numbers(point, q.m, q.ha1, q.ha2, q.alpha0)), point, q.epsilon)
+    agrees(TEETH.at("contact_ratio", **bends, teeth=numbers(point, q.m, q.ha1, q.ha2, q.alpha0)), point, q.epsilon)
 
 
 @pytest.mark.parametrize("point", [CYCLE[0], *POINTS])
 def test_contact_ratio_in_curvatures_is_the_one_in_radii(point: Point) -> None:
     bends = {f"kappa{i}": float(1 / point[rho]) for i, rho in ((1, q.rho1), (2, q.rho2))}
     if min(bends.values()) > 0:
-        agrees(MODEL.at("contact", **bends, teeth=numbers(point, q.m, q.ha1, q.ha2, q.alpha0)), point, q.g1, q.g2)
+        agrees(TEETH.at("contact_ratio", **bends, teeth=numbers(point, q.m, q.ha1, q.ha2, q.alpha0)), point, q.g1, q.g2)
 
 
 def test_a_straight_pitch_curve_has_the_path_of_a_rack() -> None:
-    found = MODEL.at("contact", kappa1=0.0, kappa2=0.0, teeth=np.array([0.002, 1.2, 1.0, 0.35]))
+    found = TEETH.at("contact_ratio", kappa1=0.0, kappa2=0.0, teeth=np.array([0.002, 1.2, 1.0, 0.35]))
     assert [found["g1"], found["g2"]] == pytest.approx([0.0024 / np.sin(0.35), 0.002 / np.sin(0.35)])
 
 
@@ -112,7 +114,7 @@ def test_every_step_says_where_it_comes_from() -> None:
 
 
 def test_the_wrong_root_of_the_path_of_action_is_not_taken() -> None:
-    path = model.by_curvature(model.kappa1, sp.Symbol("h"), sp.Symbol("alpha"))
+    _, path = teeth.by_curvature(model.kappa1, sp.Symbol("h"), sp.Symbol("alpha"))
     assert path.subs({model.kappa1: 10, "h": 0.002, "alpha": 0.35}).evalf() > 0
 
 

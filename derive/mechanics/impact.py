@@ -1,0 +1,100 @@
+"""Contacts that give way: a force along the normal by the depth and its rate, friction across, both by virtual work.
+
+Hunt and Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975): at a
+depth d the force is K d^n (1 + D d'), never less than zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy import Expr, S
+
+from ..branches import switch
+from ..model import Let
+from ..quantity import Quantity, Vector
+from .friction import creeping, square
+
+
+@dataclass(frozen=True)
+class ImpactLaw:
+    """Stiffness K, exponent n (3/2 is Hertz's), dissipation D; friction coefficient, and the speed it creeps below.
+
+    ``least`` is a depth at which the slope of the force is finite yet, taken where there is none.
+    """
+
+    stiffness: Quantity
+    exponent: sp.Rational
+    dissipation: Quantity
+    friction: Quantity
+    creep: Quantity
+    least: Quantity
+
+    def elastic(self, depth: Expr) -> Expr:
+        return self.stiffness * depth**self.exponent
+
+    def work(self, depth: Expr) -> Expr:
+        """Of the elastic force up to a depth."""
+        way, end = sp.symbols("way end", positive=True)
+        return sp.integrate(self.elastic(way), (way, 0, end)).subs(end, depth)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What a contact is found to do, by name: generalised forces along coordinates whose ``rates`` are as many.
+
+    ``stored`` is the energy that its depth holds, ``damped`` and ``rubbed`` are powers lost.
+    """
+
+    gap: Quantity
+    depth: Quantity
+    elastic: Quantity
+    closing: Quantity
+    normal: Quantity
+    slip: tuple[Quantity, ...]
+    drag: Quantity
+    rates: tuple[Quantity, ...]
+    forces: tuple[Quantity, ...]
+    stored: Quantity
+    damped: Quantity
+    rubbed: Quantity
+
+    def outputs(self, name: str) -> Vector:
+        return Vector(name, (self.gap, self.normal, *self.forces, self.stored, self.damped, self.rubbed))
+
+    def steps(self, gap: Expr, opening: Expr, slip: Sequence[Expr], law: ImpactLaw) -> tuple[Let, ...]:
+        """The law on a signed distance that grows by ``opening``, and on slip velocities, both linear in the rates.
+
+        By virtual work a force along the normal acts on a coordinate as the slope of the distance along it says, and
+        friction as that of the slip does: the slope in a coordinate is that of the rate in the coordinate's rate.
+        """
+        slips = self.slip[: len(slip)]
+        return (
+            _let(self.gap, gap),
+            _let(self.depth, sp.Max(-self.gap, law.least)),
+            _let(self.elastic, switch(self.gap, S.Zero, law.elastic(self.depth))),
+            _let(self.closing, -opening),
+            _let(self.normal, self.elastic * sp.Max(1 + law.dissipation * self.closing, S.Zero)),
+            *(_let(name, component) for name, component in zip(slips, slip, strict=True)),
+            *([_let(self.drag, creeping(law.friction * self.normal, slips, law.creep))] if slip else []),
+            *(
+                _let(force, self._force(rate, opening, slip))
+                for rate, force in zip(self.rates, self.forces, strict=True)
+            ),
+            _let(self.stored, switch(self.gap, S.Zero, law.work(self.depth))),
+            _let(self.damped, (self.normal - self.elastic) * self.closing),
+            _let(self.rubbed, self.drag * square(slips) if slip else S.Zero),
+        )
+
+    def _force(self, rate: Quantity, opening: Expr, slip: Sequence[Expr]) -> Expr:
+        lever = opening.diff(rate)
+        rubbing = sp.Add(*(name * component.diff(rate) for name, component in zip(self.slip, slip, strict=False)))
+        if (lever.free_symbols | rubbing.diff(rate).free_symbols) & {rate}:
+            raise ValueError(f"{self.gap}: its rate, or a slip, is not linear in {rate}")
+        return lever * self.normal - (self.drag * rubbing if rubbing != 0 else S.Zero)
+
+
+def _let(symbol: Quantity, expr: Expr) -> Let:
+    return Let(symbol, expr, f"derived: {symbol.meaning}")

@@ -1,0 +1,54 @@
+"""Named steps whose slopes along some coordinates are followed by differentiation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import sympy as sp
+from sympy import Expr, S
+
+from ..model import Let
+from ..quantity import Quantity
+
+Slopes = dict[Quantity, Expr]
+
+
+@dataclass
+class Followed:
+    """Steps in their order; what is not a coordinate and hangs on none is constant."""
+
+    coordinates: tuple[Quantity, ...]
+    steps: list[Let] = field(default_factory=list)
+    known: dict[sp.Symbol, Slopes] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.known |= {q: {q: S.One} for q in self.coordinates}
+
+    def let(self, symbol: Quantity, expr: Expr, reason: str = "") -> Quantity:
+        """Name an expression; from now on its slopes are known by the name."""
+        self.steps.append(Let(symbol, expr, f"derived: {reason or symbol.meaning}"))
+        self.known[symbol] = self.slopes(expr)
+        return symbol
+
+    def slopes(self, expr: Expr) -> Slopes:
+        """Derivatives along the coordinates that it hangs on, by the chain rule; those of cases case by case."""
+        if isinstance(expr, sp.Piecewise):
+            return self._of_cases(expr)
+        found: Slopes = {}
+        for symbol in sorted(expr.free_symbols & self.known.keys(), key=str):
+            outer = expr.diff(symbol)
+            for coordinate, inner in self.known[symbol].items():
+                found[coordinate] = found.get(coordinate, S.Zero) + outer * inner
+        return {coordinate: slope for coordinate, slope in found.items() if slope != 0}
+
+    def along(self, expr: Expr, coordinate: Quantity) -> Expr:
+        """The derivative along one coordinate."""
+        return self.slopes(expr).get(coordinate, S.Zero)
+
+    def _of_cases(self, cases: sp.Piecewise) -> Slopes:
+        parts = [(self.slopes(value), condition) for value, condition in cases.args]
+        return {
+            q: sp.Piecewise(*((slopes.get(q, S.Zero), condition) for slopes, condition in parts))
+            for q in self.coordinates
+            if any(q in slopes for slopes, _ in parts)
+        }
