@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
+from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 from planter.pickup import gears
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import invert
-from planter.pickup.law import Dwell
+from planter.pickup.law import NEEDLE, Dwell
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, push, requirements
 from planter.pickup.results import At, Extremes, LockingArcs, PickupFound, Push, Slope, Still, Warned, WholeTeeth
@@ -63,8 +64,8 @@ def locking(train: Train) -> Locking | None:
     start, end = train.pitch(np.array([train.toothed[1], train.toothed[0]]))["R1"]
     radius, a1 = float(min(start, end)), train.geometry.a1
     addendum = float(train.teeth[2] * train.teeth[0])
-    reach = 2 * np.arcsin(np.sqrt(addendum * (2 * (a1 - radius) + addendum) / (4 * a1 * radius)))
-    return Locking(radius, (float(start), float(end)), dwell.width, float(reach))
+    reach = load(NEEDLE).at("locking", a1=a1, radius=radius, addendum=addendum)["reach"]
+    return Locking(radius, (float(start), float(end)), dwell.width, reach)
 
 
 def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float | None:

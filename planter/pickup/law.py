@@ -12,7 +12,7 @@ from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 
-MODEL = "pickup_exact"
+MODEL, NEEDLE = "pickup_exact", "pickup_needle"
 """The generated formulas of the pick-up."""
 _ROUNDING = 1e-12
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
+from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 from planter.optimise.box import Box
 from planter.optimise.constraints import Named
@@ -24,6 +25,7 @@ from planter.optimise.result import Certificate, certified
 from planter.optimise.smooth import Smooth
 from planter.pickup.file import Pickup
 from planter.pickup.graph import Nodes, Sampled, nodes, sampled
+from planter.pickup.law import NEEDLE
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, pick_angle_deg, push, requirements
 from planter.pickup.tray import Cell, Entry
@@ -221,12 +223,15 @@ class LeastChange:
         i = np.flatnonzero(np.abs(t) < NEAR_PICK).tolist()
         along, across, tilt = now.along[i], now.across[i], now.tilt[i]
         clear = self.machine.si("targets.clearance_mm") + self.reserve["needle to tray"] / 1000
-        taper, half = (cell.top - cell.bottom) / 2 / cell.depth, cell.needle_width / 2
+        taper = (cell.top - cell.bottom) / 2 / cell.depth
+        needle = load(NEEDLE).function("needle").map(len(i))
+        ones = ca.DM.ones(1, len(i))
+        corners = needle(along.T, across.T, tilt.T, cell.needle_length * ones, cell.needle_width * ones)
+        at = dict(zip(load(NEEDLE).outputs("needle"), ca.vertsplit(corners), strict=True))
         found = []
-        for side in (1, -1):
-            depth, beside = along - side * half * ca.sin(tilt), across + side * half * ca.cos(tilt)
+        for side, edge in ((1, "left"), (-1, "right")):
+            depth, beside, surface = (at[n].T for n in (f"tip_{edge}_along", f"tip_{edge}_across", f"{edge}_surface"))
             widened = cell.top / 2 + FUNNEL * ca.fmax(-depth, 0) - clear
-            surface = beside - depth * ca.tan(tilt)
             found += [(widened - taper * ca.fmax(depth, 0) - side * beside) * 1000, (widened - side * surface) * 1000]
         return found
 

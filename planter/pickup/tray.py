@@ -17,7 +17,7 @@ from planter.kernels.formulas import load
 from planter.numerics import extremes
 from planter.numerics.angles import TURN
 from planter.pickup.file import Pickup
-from planter.pickup.law import MODEL
+from planter.pickup.law import MODEL, NEEDLE
 from planter.pickup.model import Train
 
 FLOOR_MM, BELOW_MM = 1.0, 500.0
@@ -98,17 +98,18 @@ class Entry:
 
     def to_frame(self, places: Array) -> Array:
         """Places (n, 2) of the cell's frame in the machine's [same unit; the bottom of the entry in m is added]."""
-        c, s = np.cos(self.axis()), np.sin(self.axis())
         along, across = (places - [self.cell.entry, 0]).T
-        return self.train.tip(np.zeros(1))[0] + np.column_stack([c * along - s * across, s * along + c * across])
+        found = load(NEEDLE)("placed", along=along, across=across, axis=self.axis())
+        return self.train.tip(np.zeros(1))[0] + np.column_stack([found["x"], found["y"]])
 
     def needle(self, t: float) -> Array:
         """Corners (4, 2) of the needle in the frame of the cell [m]: two at the tip, two at the root."""
         at = np.array([t])
-        tip, tilt = self.place(at)[0], float(self.tilt(at)[0])
-        ahead, left = np.array([np.cos(tilt), np.sin(tilt)]), np.array([-np.sin(tilt), np.cos(tilt)])
-        root, half = tip - self.cell.needle_length * ahead, self.cell.needle_width / 2 * left
-        return np.array([tip - half, tip + half, root + half, root - half])
+        (along, across), tilt = self.place(at)[0], float(self.tilt(at)[0])
+        size = {"length": self.cell.needle_length, "width": self.cell.needle_width}
+        found = load(NEEDLE).at("needle", along=along, across=across, tilt=tilt, **size)
+        corners = ("tip_right", "tip_left", "root_left", "root_right")
+        return np.array([[found[f"{corner}_along"], found[f"{corner}_across"]] for corner in corners])
 
     def depth(self) -> tuple[float, float]:
         """Largest depth of the tip below the tray's surface [m], and where [rad]."""

@@ -10,10 +10,13 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.kernels import Kernel
+from planter.kernels import Kernel, formulas
 from planter.planting.model import Device
 
 MOVING = ("x_tip", "x_tip_machine", "y_tip", "alpha", "theta1", "x_B1", "y_B1", "t1", "t2")
+NOZZLE = formulas.load("planting_nozzle")
+HAIR = 1e-9
+"""Keeps the slope of the distance from the plant finite where there is none [m]."""
 HALF = float(np.pi)
 """Side 2 follows half a turn later [rad]."""
 
@@ -35,7 +38,7 @@ class NozzleMotion:
     def at(self, phi: ca.SX) -> dict[str, ca.SX]:
         """What `MOVING` lists, and `tilt`, from the vertical, at a carrier angle."""
         found = dict(zip(MOVING, ca.vertsplit(self._one(phi, self.z)), strict=True))
-        return found | {"tilt": found["alpha"] - np.pi / 2}
+        return found | {"tilt": NOZZLE.composed("axis", found | {"soil": ca.SX(0)})["tilt"]}
 
     def _course(self, name: str, value: ca.SX, *more: ca.SX) -> ca.Function:
         """(phi, z, ...) -> value, its first and its second derivative in phi."""
@@ -61,7 +64,7 @@ class NozzleMotion:
     def cut(self) -> ca.Function:
         """(phi, z, soil) -> where over ground the nozzle's axis passes the level of the soil [m], with derivatives."""
         soil, at = ca.SX.sym("soil"), self.at(self.phi)
-        return self._course("cut", at["x_tip"] + (soil - at["y_tip"]) * ca.tan(at["tilt"]), soil)
+        return self._course("cut", NOZZLE.composed("axis", at | {"soil": soil})["cut"], soil)
 
     @cached_property
     def funnel_speed(self) -> ca.Function:
@@ -72,22 +75,13 @@ class NozzleMotion:
 
     @cached_property
     def clearance(self) -> ca.Function:
-        """(phi, z, plant, (soil, top)) -> least horizontal distance of a nozzle half from the plant's axis [m].
+        """(phi, z, plant, top) -> least horizontal distance of a nozzle half from the plant's axis [m].
 
-        A half is the line from its hinge to its tip, swung out of the plane by theta1; of it counts what is lower than
-        the seedling's `top`. `plant` is where over ground the seedling stands.
+        Of the half counts what is lower than the seedling's `top`; `plant` is where over ground the seedling stands.
         """
-        plant, top, at = ca.SX.sym("plant"), ca.SX.sym("top"), self.at(self.phi)
-        length, hinge = self.c["L_tip"] - self.c["x_A"], self.c["x_A"]
-        along = ca.vertcat(ca.cos(at["alpha"]), -ca.sin(at["alpha"]))
-        root = ca.vertcat(at["x_tip"], at["y_tip"]) + (hinge - self.c["L_tip"]) * along
-        swing, reach = ca.sin(at["theta1"]), ca.cos(at["theta1"]) * along
-        offset = root[0] - plant
-        nearest = -offset * reach[0] / (swing**2 + reach[0] ** 2 + 1e-30)
-        lowest = ca.fmin(ca.fmax((root[1] - top) / -reach[1], 0), length)
-        s = ca.fmin(ca.fmax(nearest, lowest), length)
-        distance = ca.sqrt((s * swing) ** 2 + (offset + s * reach[0]) ** 2 + 1e-18)
-        return self._course("clearance", distance, plant, top)
+        plant, top = ca.SX.sym("plant"), ca.SX.sym("top")
+        known = self.c | self.at(self.phi) | {"plant": plant, "top": top, "hair": HAIR}
+        return self._course("clearance", NOZZLE.composed("half", known)["clearance"], plant, top)
 
     @cached_property
     def between(self) -> ca.Function:
