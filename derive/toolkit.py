@@ -15,8 +15,12 @@ from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Assembly, Body, Part, Pin, about_pin
 from .mechanics.contacts import GearContact, follower, mesh, tangent_angle
 from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
+from .mechanics.friction import creeping, dahl
+from .mechanics.impact import Impact, ImpactLaw
 from .mechanics.kinematics import GearStage, Kinematics
+from .mechanics.lagrange import accelerations
 from .mechanics.mechanism import Mechanism
+from .mechanics.slopes import Followed
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantity, Vector
 from .table import Quantities, quantities
@@ -37,10 +41,13 @@ __all__ = [
     "Emitted",
     "Equation",
     "Event",
+    "Followed",
     "Frame",
     "FrameError",
     "GearContact",
     "GearStage",
+    "Impact",
+    "ImpactLaw",
     "Kinematics",
     "Lane",
     "Let",
@@ -66,7 +73,10 @@ __all__ = [
     "Y",
     "Z",
     "about_pin",
+    "accelerations",
     "clip",
+    "creeping",
+    "dahl",
     "displacement",
     "follower",
     "mesh",

@@ -67,8 +67,7 @@ LOADS = Vector("loads", (load, load_speed, push_x, push_y))
 SLIDES = Vector("slides", (slide, lock, lock_travel, lock_stiffness, creep))
 damping_share = given("damping_share", "1", "damping as a share of the critical one")
 
-BENT = (found("bent_x", "m", "bend of the slides' bristles, x of the input"),
-        found("bent_y", "m", "bend of the slides' bristles, y of the input"))  # fmt: skip
+BENT = tuple(found(f"bent_{axis}", "m", f"bend of the slides' bristles, {axis} of the input") for axis in "xy")
 BENT_RATES = tuple(found(f"{b.name}_dot", "m/s", f"rate: {b.meaning}") for b in BENT)
 BRISTLES = Vector("bristles", BENT)
 SUMS = Vector("sums", (*q.FORCES, q.stored, q.damped, q.rubbed))

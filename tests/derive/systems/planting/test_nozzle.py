@@ -29,8 +29,9 @@ def test_the_nearest_point_of_a_half_that_is_lower_than_the_plant() -> None:
     for _ in range(60):
         x, y, plant, top = RNG.uniform(-0.05, 0.05, 4)
         alpha, theta1 = RNG.uniform(1.2, 1.9), RNG.uniform(0, 0.35)
-        found = NOZZLE.at("half", x_tip=x, y_tip=y, alpha=alpha, theta1=theta1, plant=plant, top=y + abs(top), hair=1e-9,
-                          machine=list(constants.values()))["clearance"]  # fmt: skip
+        pose = {"x_tip": x, "y_tip": y, "alpha": alpha, "theta1": theta1}
+        given = {"plant": plant, "top": y + abs(top), "hair": 1e-9, "machine": list(constants.values())}
+        found = NOZZLE.at("half", **pose, **given)["clearance"]
         s = np.linspace(0, tip - hinge, 40001)
         along = np.array([math.cos(alpha), -math.sin(alpha)])
         points = np.array([x, y])[:, None] + (hinge - tip) * along[:, None] + s * math.cos(theta1) * along[:, None]
