@@ -41,7 +41,7 @@ law (5)
     least_depth [m] depth at which the slope of a force is taken where there is no contact
 hole_shape (4)
     width [m] constant width of the Reuleaux polygon
-    hole [m] half the distance between opposite sides of the sleeve's hole when engaged
+    hole [m] half the distance between opposite sides of the sleeve's hole when cut off
     travel [m] travel of the sleeve
     taper [rad] inclination of the tapered contact surface to the axis
 way [m] way of the sleeve from its engaged place
@@ -290,7 +290,7 @@ def side() -> Function:
     rates = SX.sym("rates", 8)
     law = SX.sym("law", 5)
     width = hole_shape[0]  # [m] constant width of the Reuleaux polygon
-    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when engaged
+    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when cut off
     travel = hole_shape[2]  # [m] travel of the sleeve
     taper = hole_shape[3]  # [rad] inclination of the tapered contact surface to the axis
     x = places[0]  # [m] centre of the body, x
@@ -495,7 +495,7 @@ def section() -> Function:
     tip = tooth_shape[0]  # [m] distance of the tooth tips from the centroid
     root = tooth_shape[1]  # [m] distance of the tooth roots from the centroid
     apothem = tooth_shape[2]  # [m] half the distance between opposite flats of the shaft
-    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when engaged
+    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when cut off
     travel = hole_shape[2]  # [m] travel of the sleeve
     taper = hole_shape[3]  # [rad] inclination of the tapered contact surface to the axis
     # derived: angle between a tooth's axis and either face

@@ -184,7 +184,7 @@ def tooth(xp, index, tooth_shape, places, rates, law):
 def side(xp, index, hole_shape, places, rates, law):
     """side_contact: 13 entries in the order of the CasADi function."""
     width = hole_shape[0]  # [m] constant width of the Reuleaux polygon
-    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when engaged
+    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when cut off
     travel = hole_shape[2]  # [m] travel of the sleeve
     taper = hole_shape[3]  # [rad] inclination of the tapered contact surface to the axis
     x = places[0]  # [m] centre of the body, x
@@ -366,7 +366,7 @@ def section(xp, tooth_shape, hole_shape, way):
     tip = tooth_shape[0]  # [m] distance of the tooth tips from the centroid
     root = tooth_shape[1]  # [m] distance of the tooth roots from the centroid
     apothem = tooth_shape[2]  # [m] half the distance between opposite flats of the shaft
-    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when engaged
+    hole = hole_shape[1]  # [m] half the distance between opposite sides of the sleeve's hole when cut off
     travel = hole_shape[2]  # [m] travel of the sleeve
     taper = hole_shape[3]  # [rad] inclination of the tapered contact surface to the axis
     # derived: angle between a tooth's axis and either face

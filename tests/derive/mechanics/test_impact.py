@@ -1,0 +1,102 @@
+"""Contacts that give way, friction, Lagrange's equations, slopes along named steps: on made-up mechanisms."""
+
+import pytest
+import sympy as sp
+from sympy import cos, sin
+
+from derive import Followed, Impact, ImpactLaw, Quantity, accelerations, creeping, dahl
+
+
+def q(name: str, unit: str = "m") -> Quantity:
+    return Quantity(name, unit, name, "test")
+
+
+x, y, x_dot, y_dot = q("x"), q("y"), q("x_dot", "m/s"), q("y_dot", "m/s")
+LAW = ImpactLaw(q("K", "N/m1.5"), sp.Rational(3, 2), q("D", "s/m"), q("mu", "1"), q("creep", "m/s"), q("least"))
+IMPACT = Impact(
+    gap=q("gap"), depth=q("depth"), elastic=q("elastic", "N"), closing=q("closing", "m/s"), normal=q("normal", "N"),
+    slip=(q("slip", "m/s"),), drag=q("drag", "N s/m"), rates=(x_dot, y_dot), forces=(q("on_x", "N"), q("on_y", "N")),
+    stored=q("stored", "J"), damped=q("damped", "W"), rubbed=q("rubbed", "W"),
+)  # fmt: skip
+
+
+def on_a_slope(numbers: dict[sp.Symbol, float], slip: sp.Expr) -> dict[str, float]:
+    """A point above a plane y = x/2, by numbers."""
+    length = sp.sqrt(5) / 2
+    gap, opening = (y - x / 2) / length, (y_dot - x_dot / 2) / length
+    known: dict[sp.Symbol, sp.Expr] = dict(numbers)
+    for step in IMPACT.steps(gap, opening, (slip,), LAW):
+        known[step.symbol] = step.expr.subs(known)
+    return {str(symbol): float(value) for symbol, value in known.items()}
+
+
+NUMBERS = {x: 0.1, y: 0.04, x_dot: 0.3, y_dot: -0.2, q("K", "N/m1.5"): 1e4, q("D", "s/m"): 2.0, q("mu", "1"): 0.3,
+           q("creep", "m/s"): 1e-3, q("least"): 1e-30}  # fmt: skip
+ALONG = (x_dot + y_dot / 2) / (sp.sqrt(5) / 2)
+
+
+def test_a_point_on_a_plane_is_pushed_along_the_normal_and_held_along_the_plane() -> None:
+    found = on_a_slope(NUMBERS, ALONG)
+    depth = (0.05 - 0.04) / (5**0.5 / 2)
+    closing = (0.2 + 0.15) / (5**0.5 / 2)
+    normal = 1e4 * depth**1.5 * (1 + 2 * closing)
+    assert found["normal"] == pytest.approx(normal)
+    assert (-found["on_x"] * 0.5 + found["on_y"]) / (5**0.5 / 2) == pytest.approx(normal)
+    along = (found["on_x"] + found["on_y"] * 0.5) / (5**0.5 / 2)
+    slip = 0.2 / (5**0.5 / 2)
+    assert along == pytest.approx(-0.3 * normal * slip / (slip**2 + 1e-6) ** 0.5)
+    assert found["stored"] == pytest.approx(0.4 * 1e4 * depth**2.5)
+    lost = found["damped"] + found["rubbed"]
+    power = found["on_x"] * 0.3 + found["on_y"] * -0.2
+    assert -power == pytest.approx(1e4 * depth**1.5 * closing + lost)
+
+
+def test_nothing_acts_at_a_distance() -> None:
+    found = on_a_slope(NUMBERS | {y: 0.06}, ALONG)
+    assert [found[name] for name in ("normal", "on_x", "on_y", "stored", "damped", "rubbed")] == [0] * 6
+
+
+def test_what_is_not_linear_in_the_rates_is_refused() -> None:
+    with pytest.raises(ValueError, match="is not linear in x_dot"):
+        IMPACT.steps(y, y_dot, (x_dot**3,), LAW)
+
+
+def test_friction_that_creeps_is_coulombs_at_speed() -> None:
+    force = creeping(sp.Integer(10), (x_dot, y_dot), sp.Rational(1, 10**6)) * x_dot
+    assert float(force.subs({x_dot: 3, y_dot: 4})) == pytest.approx(6)
+    assert force.subs({x_dot: 0, y_dot: 0}) == 0
+
+
+def test_bristles_bend_up_to_their_limit() -> None:
+    (rate,), lost = dahl((x_dot,), (x,), sp.Integer(50), sp.Integer(10), sp.Integer(0))
+    assert rate.subs({x_dot: 2, x: 0}) == 2
+    assert rate.subs({x_dot: 2, x: sp.Rational(10, 50)}) == 0
+    assert lost.subs({x_dot: 2, x: sp.Rational(10, 50)}) == 10 * 2
+    assert rate.subs({x_dot: 2, x: sp.Rational(9, 50)}) > 0
+
+
+def test_a_pendulum_on_a_cart_keeps_its_energy_without_forces() -> None:
+    place, angle = q("place"), q("angle", "rad")
+    rates = q("place_dot", "m/s"), q("angle_dot", "rad/s")
+    m, arm, g = q("m", "kg"), q("arm"), q("g", "m/s2")
+    along, up = rates[0] + arm * cos(angle) * rates[1], arm * sin(angle) * rates[1]
+    kinetic = m * rates[0] ** 2 / 2 + m * (along**2 + up**2) / 2
+    potential = -m * g * arm * cos(angle)
+    forces = (q("push", "N"), sp.S.Zero)
+    found = accelerations(kinetic, potential, (place, angle), rates, forces)
+    moving = dict(zip((place, angle, *rates), (*rates, *found), strict=True))
+    gained = sum(((kinetic + potential).diff(s) * rate for s, rate in moving.items()), sp.S.Zero)
+    assert sp.simplify(gained - forces[0] * rates[0]) == 0
+    assert sp.simplify(found[0].subs({angle: 0, rates[1]: 0}) - forces[0] / m) == 0
+
+
+def test_slopes_along_named_steps_are_those_of_the_whole() -> None:
+    k = Followed((x, y))
+    inner = k.let(q("inner", "m2"), x * y + x**2)
+    outer = k.let(q("outer", "m2"), sp.Piecewise((sin(inner), x > y), (inner**2, True)))
+    whole = sp.Piecewise((sin(x * y + x**2), x > y), ((x * y + x**2) ** 2, True))
+    for at in ({x: 0.7, y: 0.2}, {x: 0.2, y: 0.7}):
+        named = {**at, inner: (x * y + x**2).subs(at)}
+        for coordinate in (x, y):
+            assert k.along(outer, coordinate).subs(named) == pytest.approx(whole.diff(coordinate).subs(at))
+    assert k.slopes(q("constant")) == {}
