@@ -13,13 +13,10 @@ from planter.errors import GeometryError
 from planter.files import units
 from planter.gearing import families
 from planter.kernels import Array, Kernel
-from planter.numerics import extremes
 
 TAIL = 1e-12
 """Largest coefficient of a series that may be left out [-]."""
 FIRST_TERMS, MOST_TERMS = 16, 1024
-HALF_TURN = np.linspace(0, np.pi, 181)
-"""Where the curvature of a segment is looked at [rad]."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +72,6 @@ class Stage:
     def polar(self) -> Kernel:
         """(u, parameters) -> polar angles of the gear [rad] at u on both segments."""
         return Kernel(families.module(self.family).polar(), lanes=["u"])
-
-    def least_curvature(self, parameters: Array) -> dict[str, float]:
-        """Least curvature [1/m] of the gear and its conjugate on both segments; negative where a curve is hollow."""
-        hoisted = self.prologue(parameters=parameters)["hoisted"]
-
-        def curvature(name: str) -> extremes.Function:
-            return lambda u: self.curvature(u=u, parameters=parameters, hoisted=hoisted)[name][0]
-
-        return {name: extremes.least(curvature(name), HALF_TURN).value for name in self.curvature.outputs}
 
     def check_parameters(self, candidate: Candidate) -> None:
         """Raise GeometryError, naming file, key, value and bound, where a condition of the family fails."""

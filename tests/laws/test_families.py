@@ -18,6 +18,7 @@ from planter.errors import GeometryError
 from planter.gearing import families
 from planter.gearing.stage import TAIL, Candidate
 from planter.kernels import Kernel
+from planter.numerics import extremes
 from planter.planting.model import Device
 from tests.laws.test_gradients import TOLERANCE, errors, smooth_point
 from tests.laws.test_planting_laws import momentum_rate, weight
@@ -252,8 +253,14 @@ def convexity(family: str, own: Array) -> float:
 
 def hollowness(family: str, own: Array) -> float:
     """The gear's least curvature over both segments, per curvature of a circle of its size."""
-    least = pairs.stage_of(family, own).least_curvature(own)
-    return min(least["gear_first"], least["gear_second"]) * own[0]
+    stage = pairs.stage_of(family, own)
+    hoisted = stage.prologue(parameters=own)["hoisted"]
+
+    def bend(u: Array) -> Array:
+        found = stage.curvature(u=u, parameters=own, hoisted=hoisted)
+        return np.minimum(found["gear_first"][0], found["gear_second"][0])
+
+    return extremes.least(bend, np.linspace(0, np.pi, 181)).value * own[0]
 
 
 CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.module(f), "convexity")]
