@@ -15,6 +15,7 @@ from planter.version import __version__
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
     from planter.clutch.design import design as size_clutch
+    from planter.clutch.engage.modal import result as engage_clutch
     from planter.clutch.field import evaluate as evaluate_field
     from planter.clutch.field.plans import plan as plan_field
     from planter.clutch.file import load as load_clutch
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from planter.pickup.command import run as pick_up
     from planter.planting.batches import Batch, evaluate_many
     from planter.planting.calibration import calibrate
+    from planter.planting.compare.run import compare as compare_families
     from planter.planting.file import load as load_machine
     from planter.planting.model import Device
     from planter.planting.optimisation import Optimisation
@@ -56,6 +58,8 @@ __all__ = [
     "audit_papers",
     "calibrate",
     "clutch_geometry",
+    "compare_families",
+    "engage_clutch",
     "evaluate_field",
     "evaluate_many",
     "load_clutch",
@@ -76,6 +80,7 @@ __all__ = [
 
 _HOMES = {
     "audit.verdicts": ("audit_papers:audit",),
+    "clutch.engage.modal": ("engage_clutch:result",),
     "clutch.design": ("size_clutch:design",),
     "clutch.field": ("evaluate_field:evaluate",),
     "clutch.field.plans": ("plan_field:plan",),
@@ -89,6 +94,7 @@ _HOMES = {
     "mapping.synthesis": ("synthesise",),
     "mapping.training": ("train:train_of",),
     "pickup.command": ("pick_up:run",),
+    "planting.compare.run": ("compare_families:compare",),
     "planting.batches": ("Batch", "evaluate_many"),
     "planting.calibration": ("calibrate",),
     "planting.file": ("load_machine:load",),

@@ -44,7 +44,8 @@ class Record:
 
     def _repr_html_(self) -> str:
         """The record as a notebook shows it."""
-        return html.record((type(self).__doc__ or "").partition("\n")[0], self.table())
+        said = (type(self).__doc__ or "").partition("\n")[0].partition(";")[0]
+        return html.record(said.replace("`", "").rstrip("."), self.table())
 
 
 def _plain(value: Any) -> Any:
