@@ -153,12 +153,12 @@ class Device:
         return self._cycle(phi=phi, x=at.x, c=self.constants, h=at.h)
 
     def side(self, x: Array, phi: Array) -> dict[str, Array]:
-        """Quantities of side 1 by their names, in SI, at carrier angles (n,)."""
+        """Quantities (n,) of side 1 by their names [SI], of a design x (p,) at carrier angles phi (n,) [rad]."""
         names = self.formulas.entries("side")
         return dict(zip(names, self.cycle(self.prologue(x), phi)["side1"], strict=True))
 
     def of_stage(self, stage: int, x: Array) -> Array:
-        """The parameters of a gear stage, 0 or 1, in a design (p,)."""
+        """The parameters (k,) of a gear stage, 0 or 1, in a design x (p,) [SI]."""
         sizes = [len(self._vectors["mounting"]), *(len(part.names) for part in self.stages)]
         return np.split(x, np.cumsum(sizes))[1 + stage]
 
