@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field, PrivateAttr
 
@@ -30,6 +30,7 @@ class MechanismFile(Document):
     """Values of a mechanism, bounds for the search, and the name of its functions, which stand beside the file."""
 
     functions: Annotated[Line, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+    folder: Line | None = None
     values: dict[str, Real]
     bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
     turn: Annotated[Turn, Field(default_factory=Turn)]
@@ -41,6 +42,17 @@ class MechanismFile(Document):
     def model(self) -> Formulas:
         """The generated functions."""
         return formulas(self.functions, self._folder)
+
+    def moved_to(self, values: Mapping[str, float]) -> Self:
+        """The same with other values, by key."""
+        found = self.with_numbers({f"values.{key}": value for key, value in values.items()})
+        found._folder = self._folder
+        return found
+
+    @property
+    def place(self) -> Path:
+        """The folder of the generated functions."""
+        return self._folder
 
     @property
     def entries(self) -> list[dict[str, str]]:
@@ -62,7 +74,7 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Mech
     """
     path = _path(str(source))
     found = MechanismFile.read(parse_toml(read_text(path), str(path)), str(path), changes)
-    found._folder = _functions(path, found.functions)
+    found._folder = _functions(path, found)
     _check(found)
     return found
 
@@ -76,11 +88,12 @@ def _path(source: str) -> Path:
     raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one beside the generated code")
 
 
-def _functions(path: Path, name: str) -> Path:
-    """The folder of the generated functions: the file's own, or ``generated/`` in it."""
-    for folder in (path.parent, path.parent / GENERATED):
+def _functions(path: Path, file: MechanismFile) -> Path:
+    """The folder of the generated functions: that which is named, the file's own, or ``generated/`` in it."""
+    name, own = file.functions, [] if file.folder is None else [path.parent / file.folder]
+    for folder in (*own, path.parent, path.parent / GENERATED):
         if (folder / f"{name}.json").is_file():
-            return folder
+            return folder.resolve()
     allowed = f"{name}.py and {name}.json must stand beside the file or in {GENERATED}/ there"
     raise InputError(f"{path}: functions = {name} is not allowed: {allowed}; `planter derive FILE.py` writes them")
 

@@ -64,14 +64,27 @@ class Loops:
         """The coordinates (k, n) at angles (n,) [rad] of any turn."""
         known, places = self.walk
         within = np.mod(angles, 2 * np.pi)
-        found = np.array([np.interp(within, known, row) for row in places])
+        found = self.near(within, np.array([np.interp(within, known, row) for row in places]))
+        if found is None:
+            raise ComputationError(f"{self.model.name}: the loops do not close everywhere on the turn")
+        return found + self._turns(angles, within)
+
+    def near(self, angles: Array, places: Array) -> Array | None:
+        """The coordinates (k, n) at angles (n,) in one turn near others; None where they lead to no common assembly."""
+        found, before = places, None
         for _ in range(MOST):
-            gaps, slopes = self._gaps(within, found)
+            gaps, slopes = self._gaps(angles, found)
+            signs = np.sign(np.linalg.det(slopes))
+            if not np.isfinite(gaps).all() or np.any(signs == 0) or np.any(signs != signs[0]):
+                return None
+            before = signs[0] if before is None else before
+            if signs[0] != before:
+                return None
             steps = -np.linalg.solve(slopes, gaps[..., None])[..., 0].T
             found = found + steps
             if np.all(np.abs(steps) <= CLOSED * (1 + np.abs(found))):
-                return found + self._turns(angles, within)
-        raise ComputationError(f"{self.model.name}: the loops do not close everywhere on the turn")
+                return found
+        return None
 
     def _turns(self, angles: Array, within: Array) -> Array:
         """What coordinates gain by whole turns before an angle (k, n)."""

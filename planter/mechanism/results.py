@@ -72,5 +72,42 @@ class Motion(Record):
     eigenvalues_per_s: list[tuple[float, float]] | None = None
 
 
-COMMANDS = {"turn": Turn, "move": Motion}
+@dataclass(frozen=True)
+class Held(Record):
+    """A limit, what the optimum makes of it, and whether it holds the optimum back."""
+
+    limit_on: str
+    value: float
+    limit: float
+    active: bool
+
+
+@dataclass(frozen=True)
+class Proof(Record):
+    """How sure an optimum is: below 1e-6 the residual of the optimality conditions is that of a local minimum."""
+
+    kkt_residual: float
+    active_bounds: list[str]
+    starts: int
+    agreeing_starts: int
+    spread: float
+
+
+@dataclass(frozen=True)
+class Optimum(Record):
+    """The least sum of measures of a turn within bounds and limits."""
+
+    machine: str
+    least: str
+    objective: float
+    start_objective: float
+    design: dict[str, float]
+    start_design: dict[str, float]
+    holds: list[Held]
+    certificate: Proof
+    samples: int
+    seconds: float
+
+
+COMMANDS = {"turn": Turn, "move": Motion, "optimise least": Optimum}
 """What the room's commands return."""

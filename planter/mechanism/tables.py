@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planter.files import units
-from planter.mechanism.results import Motion, Quantity, Turn
+from planter.mechanism.results import Motion, Optimum, Quantity, Turn
 from planter.report.labels import name
 from planter.terminal.console import Console
 
@@ -39,6 +39,23 @@ def motion(console: Console, found: Motion) -> None:
     if found.equilibrium is not None and found.eigenvalues_per_s is not None:
         _values(console, "State of rest", found.equilibrium)
         console.table("Eigenvalues there", ("real / 1/s", "imaginary / 1/s"), found.eigenvalues_per_s)
+
+
+def optimum(console: Console, found: Optimum) -> None:
+    """What moved, the limits, how sure it is."""
+    change = f"{found.start_objective:.6g} to {found.objective:.6g}"
+    rows = [(name(k), found.start_design[k], v, units.unit(k)) for k, v in found.design.items()]
+    console.table(f"{found.machine}: least {found.least}, {change}", ("quantity", "before", "optimum", "unit"), rows)
+    if found.holds:
+        rows = [(one.limit_on, one.value, one.limit, "yes" if one.active else "no") for one in found.holds]
+        console.table("Limits", ("limit", "value", "limit", "binds"), rows)
+    proof = found.certificate
+    console.table("Certificate", ("", "value"), [
+        ("residual of the optimality conditions", f"{proof.kkt_residual:.2g}"),
+        ("starts that agree", f"{proof.agreeing_starts} of {proof.starts}"),
+        ("bounds that bind", ", ".join(proof.active_bounds) or "none"),
+        ("samples of the turn", found.samples),
+    ])  # fmt: skip
 
 
 def _values(console: Console, title: str, values: Mapping[str, float]) -> None:

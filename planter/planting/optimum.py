@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 from planter.files import paths, units
+from planter.files.written import lines
 from planter.optimise.range_and_spread import Sampling
 from planter.planting.file import Machine
 from planter.planting.results import OptimisationFound
@@ -40,7 +40,8 @@ def text(machine: Machine, model: str, result: OptimisationFound, sampling: Samp
         f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {how}.",
         f"# Objective {result.objective!r}, before {result.start_objective!r}. A comment tells what moved.",
     ]
-    return "\n".join([*head, "", *_lines(table, was)]) + "\n"
+    notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in was.items()}
+    return "\n".join([*head, "", *lines(table, notes)]) + "\n"
 
 
 def _shown(machine: Machine, name: str, value: float) -> float:
@@ -55,30 +56,3 @@ def _origins(machine: Machine, was: Mapping[str, float], how: str) -> dict[str, 
     changed |= dict.fromkeys((path for path in was if path.startswith("design.")), f"optimised ({how})")
     named = set(changed) | {paths.last_part(path) for path in changed}
     return {name: words for name, words in machine.origins.items() if name not in named} | changed
-
-
-def _lines(table: Mapping[str, Any], was: Mapping[str, float]) -> Iterator[str]:
-    """The keys outside sections, then the sections; behind a number that moved stands what it was."""
-    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping))
-    for section, values in table.items():
-        if isinstance(values, Mapping):
-            yield from ("", f"[{_key(section)}]")
-            for key, value in values.items():
-                path = f"{section}.{key}"
-                before = f"  # was {' '.join((repr(was[path]), units.unit(key))).rstrip()}" if path in was else ""
-                yield f"{_key(key)} = {_value(value)}{before}"
-
-
-def _key(name: str) -> str:
-    plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
-    return name if plain else _value(name)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    return repr(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from planter.kernels import Array
@@ -18,8 +19,9 @@ from planter.report.inputs import inputs, provenance_section
 def write(
     out: Path, title: str, machine: MechanismFile, table: Mapping[str, Any], told: Iterable[Section],
     columns: Mapping[str, Array], course: Course, progress: Listener | None,
+    more: Mapping[str, str] = MappingProxyType({}),
 ) -> None:  # fmt: skip
-    """Writes summary.json, values.csv, figures and report.html, whole or not at all.
+    """Writes summary.json, values.csv, figures and report.html, whole or not at all, and `more` texts by their names.
 
     `told` are the sections that come first. Raises InputError for a folder that it cannot write.
     """
@@ -32,6 +34,7 @@ def write(
         "summary.json": files.summary_text({**table, "input": machine.table(), "provenance": provenance}),
         "values.csv": files.cycle_csv("values.csv", files.comments(machine, "mechanism"), every),
         "report.html": page(title, [*told, figures, *_end(machine, provenance)], machine.description),
+        **more,
     }
     bundle.write(out, texts, drawn)
 

@@ -6,12 +6,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.model import Model
 from planter.mechanism.motion import Motion
-from planter.mechanism.report import page
+from planter.mechanism.optimisation import Found
+from planter.mechanism.report import optimum_file, page
 from planter.mechanism.report.figures import Course
-from planter.mechanism.turn import Turn
+from planter.mechanism.results import Optimum
+from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
-from planter.report.html import Keys, Section, Table
+from planter.report.html import Block, Keys, Section, Table, Text
 from planter.report.labels import label
 
 
@@ -27,6 +30,31 @@ def write_motion(out: Path, found: Motion, machine: MechanismFile, progress: Lis
     course = Course(found.times, "time / s", turn=False)
     title = f"Motion of {machine.name}"
     page.write(out, title, machine, found.result.table(), _motion(found), found.columns, course, progress)
+
+
+def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> None:
+    """An optimum: what moved, the turn it makes, and a file of it. Raises InputError as `write_turn`."""
+    best = turn(Model(found.machine))
+    course = Course(best.angles_deg, f"{best.angle} / deg", turn=True)
+    title = f"Optimum of {found.machine.name}"
+    told = [*_optimum(found.result), *_turn(best)]
+    more = {"optimum.toml": optimum_file.text(found)}
+    page.write(out, title, found.machine, found.result.table(), told, best.columns, course, progress, more)
+
+
+def _optimum(found: Optimum) -> Iterator[Section]:
+    change = f"{found.start_objective:.6g} to {found.objective:.6g}"
+    rows = [(label(key), found.start_design[key], value) for key, value in found.design.items()]
+    limits = [(one.limit_on, one.value, one.active) for one in found.holds]
+    blocks: list[Block] = [Text(f"Least {found.least}: {change}."), Table(("quantity", "before", "optimum"), rows)]
+    yield Section("Optimum", [*blocks, *([Table(("limit", "value", "binds"), limits)] if limits else [])])
+    proof = found.certificate
+    yield Section("Certificate", [Keys({
+        "residual of the optimality conditions": proof.kkt_residual,
+        "starts that agree": f"{proof.agreeing_starts} of {proof.starts}",
+        "bounds that bind": ", ".join(proof.active_bounds) or "none",
+        "samples of the turn": found.samples,
+    })])  # fmt: skip
 
 
 def _turn(found: Turn) -> Iterator[Section]:

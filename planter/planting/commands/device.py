@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import Interrupted
+from planter.mechanism.search import HoldOption, LeastOption, search
 from planter.planting.commands.options import (
     MachineArgument,
     Model,
@@ -18,7 +19,7 @@ from planter.planting.commands.options import (
     kept,
 )
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
 
 
 class Method(enum.StrEnum):
@@ -101,6 +102,8 @@ def optimise(
     front: Annotated[
         bool, typer.Option("--front", help="also the front of range and variance, by more searches")
     ] = False,
+    least: LeastOption = None,
+    hold: HoldOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -111,6 +114,11 @@ def optimise(
 
     console = Console(as_json)
     with console.outcome(), renewing(out):
+        if least is not None:
+            besides = {"--model": model is not Model.exact, "--method": method is not Method.hybrid, "--front": front,
+                       "--samples": samples is not None, "--speed-rpm": speed_rpm is not None}  # fmt: skip
+            search(console, machine, least, hold or (), starts, seed, changes(set_), out, besides)
+            return
         from planter.planting import optimisation, tables
         from planter.planting.report import results as report
 

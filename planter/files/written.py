@@ -1,0 +1,33 @@
+"""Tables as the text of a TOML file, with a note behind a value where there is one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+
+def lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
+    """The keys outside sections, then the sections; `notes` by full path stand behind their values as comments."""
+    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping))
+    for section, values in table.items():
+        if isinstance(values, Mapping):
+            yield from ("", f"[{_key(section)}]")
+            for key, value in values.items():
+                note = notes.get(f"{section}.{key}", "")
+                yield f"{_key(key)} = {_value(value)}{f'  # {note}' if note else ''}"
+
+
+def _key(name: str) -> str:
+    plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if plain else _value(name)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return repr(value)
