@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 from sympy import Expr, S
 
-from ..chain import ordered
+from ..equations import Balance
 from ..model import ClosedForm, Let, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .bodies import Action, Body
@@ -49,6 +49,7 @@ class Free:
         self._moving = self._followed()
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
+        self._refuse()
         names, held = [str(c.value) for c in self.coordinates], self._held()
         residuals = self._residuals()
         found = {
@@ -73,25 +74,49 @@ class Free:
                 for name, speed in held.items()
             ],
         }
-        forms = [self._form(name, self.inputs, steps) for name, steps in found.items() if steps]
-        return (self._start(), *forms, self._outputs(reported))
+        full = {name: [step for step in steps if step.expr != 0] for name, steps in found.items()}
+        forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
+        return (self._start(), *forms, *self._outputs(reported))
 
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start
         steps = tuple(let(q, start.get(q, S.Zero)) for q in self.state)
         return ClosedForm("start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities))
 
-    def _outputs(self, reported: Sequence[str | Quantity] | None) -> ClosedForm:
+    def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
+        """What is told of a state, its accelerations and, where it needs them, the joints' actions."""
         stated = self.stated
         self._report_energy()
         stated.name_accelerations()
-        asked = None if reported is None else set(map(str, reported))
-        unknowns = [u for u in stated.assembly.unknowns if asked is None or u.name in asked]
-        forces = ordered(stated.equations(), stated.assembly.unknowns, unknowns).steps() if unknowns else ()
-        known = [*(n.symbol for n in stated.named), *unknowns, *(r.symbol for r in stated.reports)]
+        actions = Vector("actions", tuple(stated.assembly.unknowns))
+        known = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in stated.reports)]
         told = Vector("outputs", stated.chosen(known, reported))
-        steps = sorted_steps(needed((*stated.defined, *forces, *stated.reports), frozenset(told)))
-        return ClosedForm("lane", (*self.inputs, self.accelerations), steps, told)
+        steps = sorted_steps(needed((*stated.defined, *stated.reports), frozenset(told)))
+        taken = frozenset(told).union(*(step.needs for step in steps))
+        inputs = (*self.inputs, self.accelerations)
+        if not taken & frozenset(actions):
+            return (ClosedForm("lane", inputs, steps, told),)
+        return (self._form("balances", inputs, self._balances()), ClosedForm("lane", (*inputs, actions), steps, told))
+
+    def _balances(self) -> list[Let]:
+        """Every balance as a row: ``held_i_u``, its slope in the action u, and ``pushed_i``, all that is no joint's.
+
+        The rows of all bodies determine the actions in any pose, where the mechanism holds nothing twice.
+        """
+        unknowns = self.stated.assembly.unknowns
+        nothing = dict.fromkeys(unknowns, S.Zero)
+        found = []
+        for i, equation in enumerate(self.stated.equations()):
+            moment = isinstance(equation.claims, Balance) and equation.claims.kind == "moment"
+            held = [u for u in unknowns if u in equation.residual.free_symbols]
+            for u in held:
+                unit = "m" if moment and u.unit == "N" else "1"
+                slope = equation.residual.diff(u)
+                found.append(let(quantity(f"held_{i}_{u}", unit, f"{equation.number}, by {u}"), slope))
+            rest = equation.residual.xreplace(nothing)
+            pushed = quantity(f"pushed_{i}", "N m" if moment else "N", f"{equation.number}, without joints")
+            found.append(let(pushed, rest))
+        return [step for step in found if step.expr != 0]
 
     def _report_energy(self) -> None:
         """Kinetic energy, and potential energy of weights and springs [J]."""
@@ -134,6 +159,16 @@ class Free:
                 found.append((-motion.derivative(part.momentum(own)), own))
         return found
 
+    def _refuse(self) -> None:
+        """Raises MechanismError where a joint's unknown action would work: friction that follows its own force."""
+        sizes = {sp.Abs(unknown) for unknown in self.stated.assembly.unknowns}
+        for action in self.stated.assembly.actions:
+            if any(sizes & e.atoms(sp.Abs) for e in action.force.components):
+                raise MechanismError(
+                    f"{self.stated.name}: friction of {action.name} follows from a force that free motion does not "
+                    "know; state it as a force, of the speed"
+                )
+
     def _given(self) -> list[Action]:
         """Actions without an unknown."""
         unknowns = set(self.stated.assembly.unknowns)
@@ -149,7 +184,11 @@ class Free:
     def _held(self) -> Mapping[str, Expr]:
         """Speeds that vanish: the rates of the gaps, then slips."""
         rates = {name: self.motion.rate(gap) for name, gap in self.stated.loops.gaps.items()}
-        return {name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()}
+        held = {name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()}
+        for name, speed in held.items():
+            if not speed.free_symbols & {c.rate for c in self.coordinates}:
+                raise MechanismError(f"{self.stated.name}: {name} holds none of the coordinates")
+        return held
 
     def _followed(self) -> dict[Quantity, Expr]:
         """Named steps that hold rates or accelerations, told in those of the coordinates."""

@@ -51,6 +51,9 @@ def move(
     rest: Annotated[
         bool, typer.Option("--rest", help="also a state of rest near the start, and its eigenvalues")
     ] = False,
+    least_squares: Annotated[
+        bool, typer.Option("--least-squares", help="also actions of joints that hold something twice, the least ones")
+    ] = False,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
@@ -61,7 +64,7 @@ def move(
         from planter.mechanism import dynamics, file, motion, tables
 
         machine = file.load(mechanism, changes(set_))
-        found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest)
+        found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest, least_squares)
         if out is not None:
             from planter.mechanism.report import results
 

@@ -1,6 +1,9 @@
-"""Free motion of a mechanism: accelerations, integration on the constraints, equilibria, linearisation.
+"""Free motion of a mechanism: accelerations, and their integration on the constraints.
 
 inertia accelerations = forces + slopes^T multipliers,    slopes accelerations = bends
+
+Constraints that follow from others are left out where they do: of the rows of the slopes those are kept that a QR
+decomposition with column pivoting takes first.
 """
 
 from __future__ import annotations
@@ -12,27 +15,43 @@ import casadi as ca
 import numpy as np
 import scipy.integrate
 import scipy.linalg
-import scipy.optimize
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array, Kernel
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.reactions import Reactions
 
-RANK = 1e-10
-"""Singular values of the constraints below this share of the largest count as zero."""
+RANK = 1e-9
+"""Rows of the slopes that add less than this share of the first follow from the others."""
 ON = 1e-12
-"""Gaps and speeds below this, in SI units, are closed."""
+"""Gaps below this, in SI units, are closed."""
 MOST = 30
 
 
 @dataclass(frozen=True)
 class Run:
-    """A motion: times (n,) [s], states (2k, n) and accelerations (k, n) in SI, results (n,) by name."""
+    """A motion: times (n,) [s], states (2k, n) and accelerations (k, n) in SI, results (n,) by name.
+
+    ``undetermined`` are actions of joints that hold something twice; results lack them unless they were asked for.
+    """
 
     times: Array
     states: Array
     accelerations: Array
     results: dict[str, Array]
+    undetermined: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Equations:
+    """What the motion follows from in a state: inertia (k, k), forces (k,), slopes (c, k), bends, speeds (c,), gaps."""
+
+    inertia: Array
+    forces: Array
+    slopes: Array
+    bends: Array
+    speeds: Array
+    gaps: Array
 
 
 class Dynamics:
@@ -54,85 +73,131 @@ class Dynamics:
         """Number of coordinates."""
         return len(self.names) // 2
 
+    @cached_property
+    def constraints(self) -> list[str]:
+        """Names of the constraints: gaps, then slips."""
+        return [name.removeprefix("speed_") for name in self._told("speeds")]
+
     def start(self) -> Array:
         """The state (2k,) that the statement gives, brought onto the constraints."""
         return self.projected(0.0, np.array(list(self.formulas.at("start", data=self.data).values())))
 
     @cached_property
     def function(self) -> ca.Function:
-        """(time, state) -> inertia (k, k), forces (k,), slopes (c, k), bends, speeds (c,), gaps (h,), as symbols."""
+        """(time, state) -> the parts of `Equations`, as symbols; entries that are always zero are not there."""
         time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
+        coordinates, held = self.names[: self.size], self.constraints
+        gaps = [name for name in held if name in self._told("gaps")]
+        names = {
+            "inertia": [[f"inertia_{a}_{b}" for b in coordinates] for a in coordinates],
+            "forces": [[f"force_{a}"] for a in coordinates],
+            "slopes": [[f"slope_{c}_{a}" for a in coordinates] for c in held],
+            "bends": [[f"bend_{c}"] for c in held],
+            "speeds": [[f"speed_{c}"] for c in held],
+            "gaps": [[c] for c in gaps],
+        }
+        parts = [self._scattered(stage, entries, time, state) for stage, entries in names.items()]
+        return ca.Function("motion", [time, state], parts, ["time", "state"], list(names))
 
-        def of(stage: str) -> ca.SX:
-            if stage not in self._stages:
-                return ca.SX(0, 1)
-            return self.formulas.function(stage)(time, self.data, state)
+    def _told(self, stage: str) -> list[str]:
+        return self.formulas.outputs(stage) if stage in self._stages else []
 
-        square = ca.reshape(of("inertia"), self.size, self.size)
-        slopes = of("slopes")
-        rows = slopes.numel() // self.size
-        parts = [square, of("forces"), ca.reshape(slopes, self.size, rows).T, of("bends"), of("speeds"), of("gaps")]
-        return ca.Function("motion", [time, state], list(map(ca.densify, parts)), ["time", "state"],
-                           ["inertia", "forces", "slopes", "bends", "speeds", "gaps"])  # fmt: skip
+    def _scattered(self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX) -> ca.SX:
+        """What a stage gives, at the places that the names have."""
+        width = len(names[0]) if names else 1 if stage != "slopes" else self.size
+        found = ca.SX(len(names), width)
+        places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
+        if stage in self._stages:
+            values = self.formulas.function(stage)(time, self.data, state)
+            for k, name in enumerate(self._told(stage)):
+                found[places[name]] = values[k]
+        return found
 
     @cached_property
     def _kernel(self) -> Kernel:
-        return Kernel(self.function)
+        time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
+        parts = list(map(ca.densify, self.function(time, state)))
+        return Kernel(ca.Function("motion", [time, state], parts, ["time", "state"], self.function.name_out()))
 
-    def accelerations(self, time: float, state: Array) -> tuple[Array, Array]:
-        """Accelerations (k,) and multipliers (c,) of the constraints, least squares where those are redundant."""
+    def equations(self, time: float, state: Array) -> Equations:
+        """The parts of the equations of motion in a state."""
         now = self._kernel(time=time, state=state)
-        inertia, slopes = now["inertia"], now["slopes"]
-        count = len(slopes)
-        if not count:
-            found = np.linalg.solve(inertia, now["forces"][:, 0])
-            return found.astype(float), np.empty(0)
-        system = np.block([[inertia, -slopes.T], [slopes, np.zeros((count, count))]])
-        found = np.linalg.lstsq(system, np.concatenate([now["forces"][:, 0], now["bends"][:, 0]]), rcond=RANK)[0]
-        return found[: self.size], found[self.size :]
+        columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
+        return Equations(now["inertia"], slopes=now["slopes"], **columns)
+
+    def accelerations(self, time: float, state: Array, rows: Array | None = None) -> tuple[Array, Array]:
+        """Accelerations (k,) and multipliers (c,) of the constraints; of those that follow from others it is zero.
+
+        ``rows`` are the constraints that count, else those that are independent in the state.
+        """
+        now = self.equations(time, state)
+        kept = independent(now.slopes) if rows is None else rows
+        found, pulls = self._solved(time, now.inertia, now.slopes[kept], now.forces, now.bends[kept])
+        multipliers = np.zeros(len(now.slopes))
+        multipliers[kept] = pulls
+        return found, multipliers
+
+    def dependent(self, state: Array, time: float = 0.0) -> list[str]:
+        """Constraints of a state that follow from one another; how many too many is `redundant`."""
+        slopes = self.equations(time, state).slopes
+        sizes = np.linalg.norm(scipy.linalg.null_space(slopes.T, RANK), axis=1) if len(slopes) else np.empty(0)
+        return [name for name, size in zip(self.constraints, sizes, strict=True) if size > np.sqrt(RANK)]
 
     def redundant(self, state: Array, time: float = 0.0) -> int:
         """How many constraints follow from the others in a state."""
-        slopes = self._kernel(time=time, state=state)["slopes"]
-        return len(slopes) - int(np.linalg.matrix_rank(slopes, RANK)) if len(slopes) else 0
+        slopes = self.equations(time, state).slopes
+        return len(slopes) - len(independent(slopes))
 
     def projected(self, time: float, state: Array) -> Array:
         """The state nearest to one, by the inertia, that closes the gaps and keeps the speeds.
 
         Raises ComputationError where the constraints cannot be met from there.
         """
-        if "speeds" not in self._stages:
-            return state
         at = np.array(state, dtype=float)
         for _ in range(MOST):
-            now = self._kernel(time=time, state=at)
-            gaps = now["gaps"][:, 0]
-            if np.all(np.abs(gaps) < ON):
+            now = self.equations(time, at)
+            if np.all(np.abs(now.gaps) < ON):
                 break
-            at[: self.size] -= self._nearest(now["inertia"], now["slopes"][: len(gaps)], gaps)
+            at[: self.size] -= self._nearest(time, now.inertia, now.slopes[: len(now.gaps)], now.gaps)
         else:
+            gap = self.constraints[int(np.argmax(np.abs(now.gaps)))]
             raise ComputationError(
-                f"{self.file.name}: the loops do not close at {time:.6g} s: {np.abs(gaps).max():.3g} m"
+                f"{self.file.name}: the loops do not close at {time:.6g} s: {gap} is {np.abs(now.gaps).max():.3g} m"
             )
-        now = self._kernel(time=time, state=at)
-        at[self.size :] -= self._nearest(now["inertia"], now["slopes"], now["speeds"][:, 0])
+        at[self.size :] -= self._nearest(time, now.inertia, now.slopes, now.speeds)
         return at
 
-    @staticmethod
-    def _nearest(inertia: Array, slopes: Array, gaps: Array) -> Array:
+    def _nearest(self, time: float, inertia: Array, slopes: Array, gaps: Array) -> Array:
         """The smallest step, by the inertia, that changes the gaps by what they are."""
-        weighed = np.linalg.solve(inertia, slopes.T)
-        found: Array = weighed @ np.linalg.lstsq(slopes @ weighed, gaps, rcond=RANK)[0]
-        return found
+        kept = independent(slopes)
+        return self._solved(time, inertia, slopes[kept], np.zeros(self.size), gaps[kept])[0]
 
-    def run(self, times: Array, tolerance: float = 1e-10, state: Array | None = None) -> Run:
+    def _solved(self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array) -> tuple[Array, Array]:
+        """x, y of  inertia x - slopes^T y = push,  slopes x = bend."""
+        count = len(slopes)
+        system = np.block([[inertia, -slopes.T], [slopes, np.zeros((count, count))]])
+        try:
+            found = np.linalg.solve(system, np.concatenate([push, bend]))
+        except np.linalg.LinAlgError:
+            raise ComputationError(
+                f"{self.file.name}: at {time:.6g} s neither inertia nor a constraint resists some motion"
+            ) from None
+        return found[: self.size], found[self.size :]
+
+    def run(self, times: Array, tolerance: float = 1e-10, state: Array | None = None, least: bool = False) -> Run:
         """The motion at times (n,) [s] that rise, from the first of them on; by DOP853, projected after each step.
 
-        Raises ComputationError where the integrator gives up.
+        With ``least`` actions of joints that hold something twice are those of least squares. Raises ComputationError
+        where the integrator gives up.
         """
         times = np.asarray(times, dtype=float)
-        at = self.start() if state is None else self.projected(times[0], state)
-        solver = scipy.integrate.DOP853(self._rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
+        at = self.projected(times[0], self.start() if state is None else state)
+        kept = independent(self.equations(times[0], at).slopes)
+
+        def rates(time: float, y: Array) -> Array:
+            return np.concatenate([y[self.size :], self.accelerations(time, y, kept)[0]])
+
+        solver = scipy.integrate.DOP853(rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
         states = [at]
         while solver.status == "running":
             if (message := solver.step()) is not None:
@@ -141,57 +206,26 @@ class Dynamics:
             dense = solver.dense_output() if len(within) else None
             states += [self.projected(t, dense(t)) for t in within if dense is not None]
             solver.y = self.projected(solver.t, solver.y)
+            kept = independent(self.equations(solver.t, solver.y).slopes)
             solver.f = solver.fun(solver.t, solver.y)
-        return self._told(times, np.array(states).T)
+        return self._results(times, np.array(states).T, least)
 
-    def _rates(self, time: float, state: Array) -> Array:
-        return np.concatenate([state[self.size :], self.accelerations(time, state)[0]])
-
-    def _told(self, times: Array, states: Array) -> Run:
+    def _results(self, times: Array, states: Array, least: bool) -> Run:
         pairs = zip(times, states.T, strict=True)
         accelerations = np.array([self.accelerations(time, state)[0] for time, state in pairs]).T
-        results = self.formulas("lane", time=times, data=self.data, state=states, accelerations=accelerations)
-        return Run(times, states, accelerations, results)
+        inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
+        left: tuple[str, ...] = ()
+        if "balances" in self._stages:
+            reactions = Reactions(self.formulas)
+            inputs["actions"], left = reactions.found(inputs)
+        results = self.formulas("lane", **inputs)
+        return Run(times, states, accelerations, {k: v for k, v in results.items() if least or k not in left}, left)
 
-    def equilibrium(self, state: Array | None = None) -> Array:
-        """A state of rest (2k,) near one, the start unless told. Raises ComputationError where none is found."""
-        at = self.start() if state is None else state
-        count = len(self._kernel(time=0.0, state=at)["gaps"])
 
-        def residual(x: Array) -> Array:
-            now = self._kernel(time=0.0, state=np.concatenate([x[: self.size], np.zeros(self.size)]))
-            push = now["slopes"][:count].T @ x[self.size :]
-            return np.concatenate([now["forces"][:, 0] + push, now["gaps"][:, 0]])
-
-        first = np.concatenate([at[: self.size], np.zeros(count)])
-        found = scipy.optimize.least_squares(residual, first, xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        if np.abs(found.fun).max() > 1e-8:
-            raise ComputationError(f"{self.file.name}: no state of rest is found near the given one")
-        return np.concatenate([found.x[: self.size], np.zeros(self.size)])
-
-    def eigenvalues(self, state: Array, time: float = 0.0) -> Array:
-        """Eigenvalues (m,) [1/s] of small motions about a state of steady motion or rest, by falling real part.
-
-        Those of the pencil of the linearised equations with their multipliers; infinite ones are left out.
-        """
-        push, pull = self._pencil(time, state)
-        found = scipy.linalg.eigvals(pull, push)
-        finite = found[np.isfinite(found) & (np.abs(found) < 1e9)]
-        return finite[np.lexsort((-finite.imag, -finite.real))]
-
-    def _pencil(self, time: float, state: Array) -> tuple[Array, Array]:
-        """Matrices E, A of E x' = A x, x = (coordinates, rates, multipliers), about a state."""
-        acceleration, multipliers = self.accelerations(time, state)
-        symbol, k = ca.SX.sym("state", 2 * self.size), self.size
-        inertia, forces, slopes, _, speeds, gaps = self.function(time, symbol)
-        force = forces + slopes.T @ multipliers - inertia @ acceleration
-        held = ca.vertcat(gaps, speeds[gaps.numel() :])
-        at = ca.Function("about", [symbol], [ca.jacobian(force, symbol), ca.jacobian(held, symbol), inertia, slopes])
-        by_state, by_held, mass, rows = (np.array(part) for part in at(state))
-        count = len(rows)
-        push = scipy.linalg.block_diag(np.eye(k), mass, np.zeros((count, count)))
-        pull = np.zeros_like(push)
-        pull[:k, k : 2 * k] = np.eye(k)
-        pull[k : 2 * k, : 2 * k], pull[k : 2 * k, 2 * k :] = by_state, rows.T
-        pull[2 * k :, : 2 * k] = by_held
-        return push, pull
+def independent(slopes: Array) -> Array:
+    """Rows (m,) of slopes (c, k) from which the others follow, in their order."""
+    if not len(slopes):
+        return np.arange(0)
+    triangle, order = scipy.linalg.qr(slopes.T, mode="r", pivoting=True)
+    sizes = np.abs(np.diagonal(triangle))
+    return np.sort(order[: len(sizes)][sizes > RANK * sizes[0]])

@@ -12,6 +12,7 @@ from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.results import Course, Energy
 from planter.mechanism.results import Motion as Result
+from planter.mechanism.small import eigenvalues, equilibrium
 
 
 @dataclass(frozen=True)
@@ -24,16 +25,19 @@ class Motion:
     result: Result
 
 
-def move(dynamics: Dynamics, until: float, points: int, tolerance: float, rest: bool = False) -> Motion:
+def move(
+    dynamics: Dynamics, until: float, points: int, tolerance: float, rest: bool = False, least: bool = False
+) -> Motion:
     """The motion from the start to a time [s] at equal steps; with `rest` also a state of rest and its eigenvalues.
 
+    With `least` actions that the balances leave undetermined are those of least squares; without they are not told.
     Raises ComputationError as `Dynamics` does.
     """
-    run = dynamics.run(np.linspace(0.0, until, points), tolerance)
+    run = dynamics.run(np.linspace(0.0, until, points), tolerance, least=least)
     vectors = dynamics.formulas.sidecar["vectors"]
-    told = [*vectors["start_state"], *vectors["outputs"]]
-    keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     values = dict(zip(dynamics.names, run.states, strict=True)) | run.results
+    told = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]
+    keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     columns = {key: values[name] / units.factor(key) for name, key in keys.items()}
     result = Result(
         machine=dynamics.file.name,
@@ -41,6 +45,8 @@ def move(dynamics: Dynamics, until: float, points: int, tolerance: float, rest: 
         quantities={key: _course(key, column) for key, column in columns.items()},
         energy=_energy(run.results),
         redundant_constraints=dynamics.redundant(run.states[:, 0]),
+        dependent_constraints=dynamics.dependent(run.states[:, 0]),
+        undetermined_actions=list(run.undetermined),
         **(_rest(dynamics) if rest else {}),
     )
     return Motion(run.times, columns, {keys[entry["name"]]: entry["meaning"] for entry in told}, result)
@@ -56,9 +62,9 @@ def _energy(results: dict[str, Array]) -> Energy:
 
 
 def _rest(dynamics: Dynamics) -> dict[str, Any]:
-    at = dynamics.equilibrium()
+    at = equilibrium(dynamics)
     entries = dynamics.formulas.sidecar["vectors"]["start_state"][: dynamics.size]
     keys = [units.key(entry["name"], entry["unit"]) for entry in entries]
     shown = {key: float(value / units.factor(key)) for key, value in zip(keys, at, strict=False)}
-    found = dynamics.eigenvalues(at)
+    found = eigenvalues(dynamics, at)
     return {"equilibrium": shown, "eigenvalues_per_s": [(float(one.real), float(one.imag)) for one in found]}

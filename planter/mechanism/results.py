@@ -61,13 +61,19 @@ class Energy(Record):
 
 @dataclass(frozen=True)
 class Motion(Record):
-    """A free motion; eigenvalues are pairs of real and imaginary part, at the state of rest."""
+    """A free motion; eigenvalues are pairs of real and imaginary part, at the state of rest.
+
+    `dependent_constraints` follow from one another, `redundant_constraints` of them are too many;
+    `undetermined_actions` are of joints that hold something twice.
+    """
 
     machine: str
     until_s: float
     quantities: dict[str, Course]
     energy: Energy
     redundant_constraints: int
+    dependent_constraints: list[str]
+    undetermined_actions: list[str]
     equilibrium: dict[str, float] | None = None
     eigenvalues_per_s: list[tuple[float, float]] | None = None
 

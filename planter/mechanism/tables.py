@@ -35,7 +35,11 @@ def motion(console: Console, found: Motion) -> None:
     )
     _values(console, "Energy of weights, springs and motion", found.energy.table())
     if found.redundant_constraints:
-        console.say(f"{found.redundant_constraints} constraints follow from the others")
+        names = ", ".join(found.dependent_constraints)
+        console.say(f"{found.redundant_constraints} too many of the constraints {names}, which follow from one another")
+    if found.undetermined_actions:
+        names = ", ".join(found.undetermined_actions)
+        console.say(f"Held twice, so that the balances do not determine them: {names}")
     if found.equilibrium is not None and found.eigenvalues_per_s is not None:
         _values(console, "State of rest", found.equilibrium)
         console.table("Eigenvalues there", ("real / 1/s", "imaginary / 1/s"), found.eigenvalues_per_s)

@@ -1,0 +1,54 @@
+"""Mechanisms of one's own in tests: derived into a folder, loaded from there."""
+
+from __future__ import annotations
+
+import importlib.util
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from types import ModuleType
+
+from derive.__main__ import main as derive
+from planter.mechanism.dynamics import Dynamics
+from planter.mechanism.file import MechanismFile, load
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+
+
+@cache
+def generated(source: str) -> Path:
+    """The folder of what is generated of a statement: the name of an example, or a text."""
+    name, text = (source, (EXAMPLES / f"{source}.py").read_text()) if "\n" not in source else ("own", source)
+    path = Path(mkdtemp()) / f"{name}.py"
+    path.write_text(text, encoding="utf-8")
+    assert derive([str(path)]) == 0
+    return path.parent / "generated"
+
+
+def file(source: str, name: str = "", **values: float) -> MechanismFile:
+    """The file of a mechanism, some values set; ``name`` that of the statement, if it is no example's."""
+    return load(generated(source) / f"{name or source}.toml", values)
+
+
+def dynamics(source: str, name: str = "", **values: float) -> Dynamics:
+    return Dynamics(file(source, name, **values))
+
+
+def array_code(source: str, name: str = "") -> ModuleType:
+    """The array code of a mechanism, for any module of elementary functions."""
+    path = generated(source) / "array" / f"{name or source}.py"
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def deviation(what: str, found: object, printed: object) -> float:
+    """The largest deviation from printed numbers, told on standard output."""
+    import numpy as np
+
+    largest = float(np.abs(np.asarray(found) - np.asarray(printed)).max())
+    print(f"{what}: deviation {largest:.1e}")
+    return largest
