@@ -17,8 +17,9 @@ from sympy import Expr, S
 from ..equations import Balance
 from ..model import ClosedForm, Let, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
+from ..slopes import along, slope
 from .bodies import Action, Body
-from .frames import Point, Vec
+from .frames import Motion, Point, Vec
 from .laws import material, velocity
 from .loops import Coordinate
 from .statement import MechanismError, Statement, let, quantity
@@ -38,6 +39,13 @@ def freely(stated: Statement, time: Quantity, reported: Sequence[str | Quantity]
     return Free(stated, time).functions(reported)
 
 
+class FreeMotion(Motion):
+    """Motion of many coordinates: rates of expressions in one pass."""
+
+    def rate(self, expr: Expr) -> Expr:
+        return along(expr, self.rates)
+
+
 class Free:
     """A statement read as one of free motion."""
 
@@ -51,21 +59,21 @@ class Free:
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         self._refuse()
         names, held = [str(c.value) for c in self.coordinates], self._held()
-        residuals = self._residuals()
+        inertia, forces = self._inertia(), self._forces()
         found = {
             "inertia": [
-                self._let(f"inertia_{a}_{b.value}", self._inertia_unit(c, b), -residual.diff(b.acceleration))
-                for a, c, residual in zip(names, self.coordinates, residuals, strict=True)
-                for b in self.coordinates
+                self._let(f"inertia_{a}_{b}", self._inertia_unit(c, d), inertia[i][j])
+                for i, (a, c) in enumerate(zip(names, self.coordinates, strict=True))
+                for j, (b, d) in enumerate(zip(names, self.coordinates, strict=True))
             ],
             "forces": [
-                self._let(f"force_{a}", _FORCE[c.value.unit], self._resting(residual))
-                for a, c, residual in zip(names, self.coordinates, residuals, strict=True)
+                self._let(f"force_{a}", _FORCE[c.value.unit], force)
+                for a, c, force in zip(names, self.coordinates, forces, strict=True)
             ],
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
             "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in held.items()],
             "slopes": [
-                self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], speed.diff(c.rate))
+                self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], slope(speed, c.rate))
                 for name, speed in held.items()
                 for c in self.coordinates
             ],
@@ -111,8 +119,8 @@ class Free:
             held = [u for u in unknowns if u in equation.residual.free_symbols]
             for u in held:
                 unit = "m" if moment and u.unit == "N" else "1"
-                slope = equation.residual.diff(u)
-                found.append(let(quantity(f"held_{i}_{u}", unit, f"{equation.number}, by {u}"), slope))
+                name = f"held_{i}_{u}"
+                found.append(let(quantity(name, unit, f"{equation.number}, by {u}"), slope(equation.residual, u)))
             rest = equation.residual.xreplace(nothing)
             pushed = quantity(f"pushed_{i}", "N m" if moment else "N", f"{equation.number}, without joints")
             found.append(let(pushed, rest))
@@ -131,29 +139,62 @@ class Free:
         stated.report("kinetic", "J", "kinetic energy", kinetic)
         stated.report("potential", "J", "potential energy of weights and springs", potential)
 
-    def _residuals(self) -> list[Expr]:
-        """Virtual power of weights, inertia and given actions on each coordinate's rate; zero in free motion."""
+    def _inertia(self) -> list[list[Expr]]:
+        """Kinetic energy's slopes in two rates each; what given actions say of accelerations."""
+        count = len(self.coordinates)
+        total = [[S.Zero] * count for _ in range(count)]
+        for body, part in ((body, part) for body in self.stated.assembly.bodies for part in body.parts):
+            ways = self._ways(velocity(self.motion, part.centroid, self.stated.world))
+            turns = self._ways(self.motion.spin(body.frame))
+            for i in range(count):
+                push, twist = ways[i], part.momentum(turns[i])
+                for j in range(i + 1):
+                    total[i][j] += part.mass * push.dot(ways[j]) + twist.dot(turns[j])
+        added = [
+            [-slope(push, a) if a in push.free_symbols else S.Zero for a in self.accelerations]
+            for push in self._on_rates(self._given_loads())
+        ]
+        return [[total[max(i, j)][min(i, j)] + added[i][j] for j in range(count)] for i in range(count)]
+
+    def _ways(self, speed: Vec) -> list[Vec]:
+        """Slopes of a velocity in the rates of the coordinates."""
+        x, y, z = map(self._plain, speed.components)
+        return [
+            Vec(speed.frame, (slope(x, c.rate), slope(y, c.rate), slope(z, c.rate))) for c in self.coordinates
+        ]
+
+    def _forces(self) -> list[Expr]:
+        """Virtual power on each coordinate's rate of given actions, weights, and what inertia does at rest."""
+        resting = [
+            (Vec(load.frame, tuple(self._resting(self._plain(c)) for c in load.components)), speed)
+            for load, speed in (*self._given_loads(), *self._body_loads())
+        ]
+        return self._on_rates(resting)
+
+    def _on_rates(self, loads: Sequence[tuple[Vec, Vec]]) -> list[Expr]:
+        """Virtual power of forces and moments at the velocities that they work on, on each coordinate's rate."""
         total = [S.Zero] * len(self.coordinates)
-        for load, speed in self._loads():
-            parts = [self._plain(component) for component in speed.components]
-            pushes = [self._plain(component) for component in load.components]
-            for j, coordinate in enumerate(self.coordinates):
-                total[j] += sum(
-                    (push * part.diff(coordinate.rate) for push, part in zip(pushes, parts, strict=True)), S.Zero
-                )
+        for load, speed in loads:
+            push = Vec(load.frame, tuple(map(self._plain, load.components)))
+            for j, way in enumerate(self._ways(speed)):
+                total[j] += push.dot(way)
         return total
 
-    def _loads(self) -> list[tuple[Vec, Vec]]:
-        """Forces and moments with the velocities that they work on."""
-        stated, motion, world = self.stated, self.motion, self.stated.world
+    def _given_loads(self) -> list[tuple[Vec, Vec]]:
+        motion, world = self.motion, self.stated.world
         found = []
         for action in self._given():
             spin = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
             slip = self._velocity(action.on, action.at) - self._velocity(action.by, action.at)
             found += [(action.force.resolved(world), slip), (action.moment.resolved(world), spin)]
-        for body in stated.assembly.bodies:
+        return found
+
+    def _body_loads(self) -> list[tuple[Vec, Vec]]:
+        motion, world = self.motion, self.stated.world
+        found = []
+        for body in self.stated.assembly.bodies:
             for part in body.parts:
-                fall = stated.assembly.gravity - motion.acceleration(part.centroid, world)
+                fall = self.stated.assembly.gravity - motion.acceleration(part.centroid, world)
                 found.append((part.mass * fall, velocity(motion, part.centroid, world)))
                 own = motion.spin(body.frame)
                 found.append((-motion.derivative(part.momentum(own)), own))

@@ -68,6 +68,17 @@ class Statement:
         pin = self.pin_of(body)
         return Balance(body.name, kind, axis, pin.axes.name, pin.at.name if kind == "moment" else "")
 
+    def constrain(self, name: str, gap: Expr, start: Mapping[Quantity, Expr | float]) -> None:
+        """An expression of coordinates vanishes, always: a rolling, a toothing, a rope."""
+        if f"gap_{name}" in self.loops.gaps:
+            raise MechanismError(f"two loops are called {name}")
+        self.loops.gaps[f"gap_{name}"] = gap
+        self.loops.start |= {value: sp.sympify(at) for value, at in start.items()}
+
+    def roll(self, name: str, slip: Expr) -> None:
+        """A speed vanishes, always, that is no rate of a gap: a wheel rolls, a blade does not slip. In free motion."""
+        self.slips[f"slip_{name}"] = slip
+
     def equations(self) -> list[Equation]:
         """The laws of contacts, and the balances of every body but the ground. Raises DimensionError."""
         bodies = [body for body in self.assembly.bodies if body != self.ground]
