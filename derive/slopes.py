@@ -39,9 +39,7 @@ class _Pass:
         if isinstance(expr, sp.Add):
             return sp.Add(*rates)
         if isinstance(expr, sp.Mul):
-            return sp.Add(
-                *(sp.Mul(*expr.args[:i], r, *expr.args[i + 1 :]) for i, r in enumerate(rates) if r != 0)
-            )
+            return sp.Add(*(sp.Mul(*expr.args[:i], r, *expr.args[i + 1 :]) for i, r in enumerate(rates) if r != 0))
         if isinstance(expr, sp.Pow) and rates[1] == 0:
             base, exponent = expr.args
             return exponent * base ** (exponent - 1) * rates[0]

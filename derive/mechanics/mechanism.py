@@ -108,7 +108,9 @@ class Mechanism(Joints):
     ) -> None:
         """An axis of one frame stays parallel to one of another, as a hinge that closes a loop in space keeps them."""
         way = unit(*second).resolved(first[0])
-        for axis, component in ((a, c) for a, c, along in zip(AXES, way.components, first[1], strict=True) if not along):
+        for axis, component in (
+            (a, c) for a, c, along in zip(AXES, way.components, first[1], strict=True) if not along
+        ):
             self.constrain(f"{name}{axis}", component, start)
 
     def begin(self, start: Mapping[Quantity, Scalar]) -> None:

@@ -18,7 +18,7 @@ from ..equations import Balance
 from ..model import ClosedForm, Let, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from ..slopes import along, slope
-from .bodies import Action, Body
+from .bodies import Action, Body, Part
 from .frames import Motion, Point, Vec
 from .laws import material, velocity
 from .loops import Coordinate
@@ -130,12 +130,11 @@ class Free:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, world = self.stated, self.stated.world
         kinetic, potential = S.Zero, sp.Add(*stated.potentials)
-        for body in stated.assembly.bodies:
-            for part in body.parts:
-                speed, spin = velocity(self.motion, part.centroid, world), self.motion.spin(body.frame)
-                kinetic += part.mass * speed.dot(speed) / 2 + part.momentum(spin).dot(spin) / 2
-                place = self.motion.arm(stated.O, part.centroid, world)
-                potential -= part.mass * stated.assembly.gravity.dot(place)
+        for body, part in self._parts():
+            speed, spin = velocity(self.motion, part.centroid, world), self.motion.spin(body.frame)
+            kinetic += part.mass * speed.dot(speed) / 2 + part.momentum(spin).dot(spin) / 2
+            place = self.motion.arm(stated.O, part.centroid, world)
+            potential -= part.mass * stated.assembly.gravity.dot(place)
         stated.report("kinetic", "J", "kinetic energy", kinetic)
         stated.report("potential", "J", "potential energy of weights and springs", potential)
 
@@ -143,7 +142,7 @@ class Free:
         """Kinetic energy's slopes in two rates each; what given actions say of accelerations."""
         count = len(self.coordinates)
         total = [[S.Zero] * count for _ in range(count)]
-        for body, part in ((body, part) for body in self.stated.assembly.bodies for part in body.parts):
+        for body, part in self._parts():
             ways = self._ways(velocity(self.motion, part.centroid, self.stated.world))
             turns = self._ways(self.motion.spin(body.frame))
             for i in range(count):
@@ -159,9 +158,7 @@ class Free:
     def _ways(self, speed: Vec) -> list[Vec]:
         """Slopes of a velocity in the rates of the coordinates."""
         x, y, z = map(self._plain, speed.components)
-        return [
-            Vec(speed.frame, (slope(x, c.rate), slope(y, c.rate), slope(z, c.rate))) for c in self.coordinates
-        ]
+        return [Vec(speed.frame, (slope(x, c.rate), slope(y, c.rate), slope(z, c.rate))) for c in self.coordinates]
 
     def _forces(self) -> list[Expr]:
         """Virtual power on each coordinate's rate of given actions, weights, and what inertia does at rest."""
@@ -192,13 +189,15 @@ class Free:
     def _body_loads(self) -> list[tuple[Vec, Vec]]:
         motion, world = self.motion, self.stated.world
         found = []
-        for body in self.stated.assembly.bodies:
-            for part in body.parts:
-                fall = self.stated.assembly.gravity - motion.acceleration(part.centroid, world)
-                found.append((part.mass * fall, velocity(motion, part.centroid, world)))
-                own = motion.spin(body.frame)
-                found.append((-motion.derivative(part.momentum(own)), own))
+        for body, part in self._parts():
+            fall = self.stated.assembly.gravity - motion.acceleration(part.centroid, world)
+            found.append((part.mass * fall, velocity(motion, part.centroid, world)))
+            own = motion.spin(body.frame)
+            found.append((-motion.derivative(part.momentum(own)), own))
         return found
+
+    def _parts(self) -> list[tuple[Body, Part]]:
+        return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]
 
     def _refuse(self) -> None:
         """Raises MechanismError where a joint's unknown action would work: friction that follows its own force."""

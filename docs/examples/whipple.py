@@ -1,8 +1,8 @@
 """The Whipple bicycle: two frames that a tilted steering axis joins, two thin wheels that roll without slip.
 
-Names and data of the benchmark bicycle: J. P. Meijaard, J. M. Papadopoulos, A. Ruina, A. L. Schwab, "Linearized dynamics
-equations for the balance and steer of a bicycle", Proc. R. Soc. A 463 (2007) 1955-1982, table 1: x forward, y to the
-right, z down.
+Names and data of the benchmark bicycle: J. P. Meijaard, J. M. Papadopoulos, A. Ruina, A. L. Schwab, "Linearized
+dynamics equations for the balance and steer of a bicycle", Proc. R. Soc. A 463 (2007) 1955-1982, table 1: x forward,
+y to the right, z down.
 """
 
 from derive import Mechanism, X, Y, Z, quantities

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+import numpy.typing as npt
 import scipy.integrate
 import scipy.linalg
 
@@ -125,7 +126,7 @@ class Dynamics:
         columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
         return Equations(now["inertia"], slopes=now["slopes"], **columns)
 
-    def accelerations(self, time: float, state: Array, rows: Array | None = None) -> tuple[Array, Array]:
+    def accelerations(self, time: float, state: Array, rows: npt.NDArray[np.intp] | None = None) -> tuple[Array, Array]:
         """Accelerations (k,) and multipliers (c,) of the constraints; of those that follow from others it is zero.
 
         ``rows`` are the constraints that count, else those that are independent in the state.
@@ -222,7 +223,7 @@ class Dynamics:
         return Run(times, states, accelerations, {k: v for k, v in results.items() if least or k not in left}, left)
 
 
-def independent(slopes: Array) -> Array:
+def independent(slopes: Array) -> npt.NDArray[np.intp]:
     """Rows (m,) of slopes (c, k) from which the others follow, in their order."""
     if not len(slopes):
         return np.arange(0)
