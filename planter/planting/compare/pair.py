@@ -29,6 +29,8 @@ ITERATIONS = 60
 """Most iterations of a descent."""
 MORE_STARTS, ABOUT = 6, 0.25
 """Starts about the best minimum, and how far: this share of the way from it to points anywhere in the box."""
+CHECKS = 2
+"""Starts about the best minimum that have to find nothing better, even where two agree."""
 AT_LIMIT = 1e-4
 """A requirement binds whose row is this close to its bound, in steps."""
 
@@ -58,7 +60,8 @@ def optimised(own: Machine, pair: box.Pair, starts: int, seed: int) -> dict[str,
 def _searched(problem: Problem, required: Required, starts: int, seed: int) -> tuple[list[Minimum], list[Least]]:
     """From each start to where the requirements are kept, and from there down: where each of those ended, best first.
 
-    Where more than one was asked for and the best is alone, more starts are taken about it, until two agree.
+    Where more than one was asked for, more starts are taken about the best, until two agree and `CHECKS` of these have
+    found nothing better.
     """
     ends: list[Minimum] = []
     least: list[Least] = []
@@ -67,10 +70,15 @@ def _searched(problem: Problem, required: Required, starts: int, seed: int) -> t
         _try(problem, required, start, ends, least)
     if not least:
         raise ComputationError("no start of this pair of families has a path that can plant")
+    unbeaten = 0
     for aim in more[starts - 1 :]:
-        if starts < 2 or not ends or not ends[0].stationary or len(_agreeing(problem, ends)) > 1:
+        if starts < 2 or not ends or not ends[0].stationary:
             break
-        _try(problem, required, ends[0].u + ABOUT * (aim - ends[0].u), ends, least)
+        if unbeaten >= CHECKS and len(_agreeing(problem, ends)) > 1:
+            break
+        best = ends[0]
+        _try(problem, required, best.u + ABOUT * (aim - best.u), ends, least)
+        unbeaten = unbeaten + 1 if best.objective - ends[0].objective <= AGREEING * problem.scale else 0
     return ends, least
 
 
