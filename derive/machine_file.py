@@ -37,12 +37,12 @@ class MachineFile:
     def si(self, place: str) -> mpf:
         """The number at ``section.key``, ``section.key[index]`` or ``section[index].key``, to the working precision."""
         value, key = self._at(place)
-        return mpf(str(value)) * _scale(key)
+        return mpf(str(value)) * scale(key)
 
     def all_si(self, place: str) -> list[mpf]:
         """The numbers of a list."""
         values, key = self._at(place)
-        return [mpf(str(value)) * _scale(key) for value in values]
+        return [mpf(str(value)) * scale(key) for value in values]
 
     def _at(self, place: str) -> tuple[Any, str]:
         """A value and its key."""
@@ -53,5 +53,6 @@ class MachineFile:
         return value, key
 
 
-def _scale(key: str) -> mpf:
+def scale(key: str) -> mpf:
+    """What a unit at the end of a key is in SI."""
     return next((scale() for ending, scale in _IN_SI.items() if key.endswith(ending)), mpf(1))

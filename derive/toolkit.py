@@ -5,6 +5,7 @@ Its import finds the targets, so that from then on the names that they need are 
 
 from __future__ import annotations
 
+from .audit.paper import Paper
 from .branches import clip, switch, wrap
 from .chain import Chain, ChainError, Solve, ordered
 from .emit.expression import Dialect, Printer
@@ -23,6 +24,7 @@ from .mechanics.mechanism import Mechanism
 from .mechanics.slopes import Followed
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantity, Vector
+from .systems.stated import loop, trial, what
 from .table import Quantities, quantities
 
 built_in()
@@ -54,6 +56,7 @@ __all__ = [
     "Mechanism",
     "Motion",
     "OpenVector",
+    "Paper",
     "Part",
     "Pin",
     "PitchCurve",
@@ -79,6 +82,7 @@ __all__ = [
     "dahl",
     "displacement",
     "follower",
+    "loop",
     "mesh",
     "needed",
     "ordered",
@@ -86,7 +90,9 @@ __all__ = [
     "register",
     "switch",
     "tangent_angle",
+    "trial",
     "unit",
+    "what",
     "wrap",
     "zero",
 ]  # fmt: skip
