@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import cache
 
 import sympy as sp
 from sympy import Expr
@@ -25,6 +26,7 @@ class DimensionError(ValueError):
     """An expression adds, compares or feeds to a function what does not fit."""
 
 
+@cache
 def of_unit(unit: str) -> Dimension:
     """Exponents of kg, m, s in a unit such as ``kg m2``, ``m/s2`` or ``N/m1.5``; angles are pure numbers."""
     total = NONE
@@ -54,6 +56,15 @@ def dimension(expr: Expr) -> Dimension | None:
     if isinstance(expr, sp.Abs):
         return dimension(expr.args[0])
     return _of_function(expr)
+
+
+def is_consistent(expr: Expr) -> bool:
+    """Whether all that an expression joins has one dimension."""
+    try:
+        dimension(expr)
+    except DimensionError:
+        return False
+    return True
 
 
 def _of_function(expr: Expr) -> Dimension:

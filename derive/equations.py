@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from enum import Enum
 from typing import Literal, TypeVar
@@ -82,10 +82,20 @@ Claimed = Balance | Claim | ClaimOf | Definition
 
 
 @dataclass(frozen=True)
+class Witness:
+    """Values that a source prints of an equation's symbols: digits, in units that the equation allows."""
+
+    where: str
+    values: tuple[tuple[Quantity, str], ...]
+
+
+@dataclass(frozen=True)
 class Equation:
     """``residual = 0`` (or another relation to 0), under the number of its source, with what it is claimed to be.
 
-    ``defines`` names the one symbol that a definition may be solved for; a balance may be solved for any.
+    ``defines`` names the one symbol that a definition may be solved for; a balance may be solved for any. A derived
+    equation is ``stated`` if it says what its symbols mean, so that nothing is derived. Of a transcription, ``rebuilt``
+    lists the pieces that cannot be read and were completed, ``witnesses`` are printed values that it must give.
     """
 
     number: str
@@ -95,6 +105,14 @@ class Equation:
     legibility: Legibility = "printed"
     defines: Quantity | None = None
     relation: Relation = "="
+    stated: bool = False
+    rebuilt: tuple[str, ...] = ()
+    witnesses: tuple[Witness, ...] = ()
+
+
+def stated(claim: Claimed, residual: Expr, defines: Quantity | None = None) -> Equation:
+    """What holds by the meaning of symbols: names for a thing, of which nothing is derived."""
+    return replace(derived(claim, residual, defines), stated=True)
 
 
 def derived(claim: Claimed, residual: Expr, defines: Quantity | None = None, relation: Relation = "=") -> Equation:

@@ -6,6 +6,7 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 
 import sympy as sp
 from sympy import Expr
@@ -14,7 +15,8 @@ from ..chain import Chain
 from ..equations import Claimed, ClaimError, Definition, Equation, among
 from ..evaluate import Point
 from ..quantity import Quantity
-from .paper import Paper
+from .directions import directions
+from .paper import Paper, Reading
 from .subject import Subject
 from .wording import Said, joined
 
@@ -22,6 +24,32 @@ SEEDS = (1, 2, 5, 8)
 """Seeds of the random admissible points: between them they take both cases of every branch."""
 CYCLE = 24
 """Points along the machine's own cycle."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An answer to each thing that a paper leaves open of an equation."""
+
+    answers: tuple[Reading, ...] = ()
+
+    @property
+    def meaning(self) -> str:
+        return "; ".join(answer.meaning for answer in self.answers)
+
+    @property
+    def printed(self) -> dict[sp.Symbol, Expr]:
+        return {symbol: meant for answer in self.answers for symbol, meant in answer.printed.items()}
+
+    @property
+    def derived(self) -> dict[sp.Symbol, Expr]:
+        return {symbol: meant for answer in self.answers for symbol, meant in answer.derived.items()}
+
+    @property
+    def text(self) -> Expr | None:
+        return next((answer.text for answer in self.answers if answer.text is not None), None)
+
+
+AS_READ = Choice()
 
 
 @dataclass(frozen=True)
@@ -54,20 +82,38 @@ class Case:
         found = set().union(*(e.residual.free_symbols for e in self.paper.equations.values()))
         return sorted((s for s in found if isinstance(s, Quantity)), key=str)
 
-    def pair(self, number: str) -> tuple[Equation, Equation | None]:
+    def pair(self, number: str, choice: Choice = AS_READ) -> tuple[Equation, Equation | None]:
         """A printed equation as it is read, and its derivation, in the same quantities; None for a definition.
 
         Raises ClaimError where the subject derives nothing of what the equation claims to be.
         """
+        return self.footings(number, choice)[-1]
+
+    def footings(self, number: str, choice: Choice = AS_READ) -> list[tuple[Equation, Equation | None]]:
+        """The pairs that an equation may be judged by: a balance's own quantities first, the fewest last.
+
+        All say the same; they differ in how many of the quantities that the print does not name are eliminated.
+        """
         printed = self.paper.equations[number]
+        read = replace(printed, residual=self._read(number, choice))
         if isinstance(printed.claims, Definition):
-            return replace(printed, residual=self._read(number)), None
-        derived = self.derived(number)
-        read = replace(printed, residual=self._read(number))
-        if _states_a_sum(printed, derived):
-            first, second = self.subject.common(read.residual, derived.residual)
-            return replace(read, residual=first), replace(derived, residual=second)
-        return read, derived
+            return [(read, None)]
+        own = self.derived(number)
+        own = replace(own, residual=own.residual.xreplace(dict(choice.derived)))
+        if not _states_a_sum(printed, own):
+            return [(read, own)]
+        sums = self.subject.footings(read.residual, own.residual)
+        return [(replace(read, residual=one), replace(own, residual=two)) for one, two in sums]
+
+    def choices(self, number: str) -> list[Choice]:
+        """Every way to read an equation of which the paper leaves something open, as it is read first; else none."""
+        open_to = [q.readings for q in self.paper.questions if number in q.numbers]
+        return [Choice(answers) for answers in product(*open_to)] if open_to else []
+
+    @cached_property
+    def directions(self) -> frozenset[Quantity]:
+        """Angles that are directions: they come in nowhere but by their sines and cosines."""
+        return directions([*self.paper.equations.values(), *self.claims.values()])
 
     def derived(self, number: str) -> Equation:
         """What the subject has to say to a printed equation; raises ClaimError where it has nothing."""
@@ -77,8 +123,9 @@ class Case:
         except ClaimError as error:
             raise ClaimError(f"{printed.source}: {error}") from None
 
-    def _read(self, number: str) -> Expr:
-        residual = self.paper.equations[number].residual.xreplace(self.reading_of(number))
+    def _read(self, number: str, choice: Choice) -> Expr:
+        printed = self.paper.equations[number].residual if choice.text is None else choice.text
+        residual = printed.xreplace({**self.reading_of(number), **choice.printed})
         zero = self.subject.zero()
         if not residual.free_symbols & zero.keys() or self.lifted(number) is None:
             return residual

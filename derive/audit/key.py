@@ -19,7 +19,7 @@ import sympy as sp
 from ..equations import Equation
 from ..evaluate import Point
 from ..quantity import Quantity
-from .case import Case
+from .case import AS_READ, Case, Choice
 
 ROOT = Path(__file__).parents[2]
 DIGITS = 30
@@ -71,9 +71,9 @@ def _file(module: str) -> Path | None:
 
 def of_equation(case: Case, number: str) -> str:
     """Key of the finding on one equation: the judging code, both sides, the vocabulary, every value that is used."""
-    printed, derived = case.pair(number)
-    kept = case.lifted(number)
-    sides = [case.paper.equations[number], printed, *([derived] if derived else []), *([kept] if kept else [])]
+    pairs = [pair for choice in case.choices(number) or [AS_READ] for pair in case.footings(number, choice)]
+    kept, printed = case.lifted(number), case.paper.equations[number]
+    sides = [printed, *(side for pair in pairs for side in pair if side), *([kept] if kept else [])]
     symbols = _sorted(set().union(*(side.residual.free_symbols for side in sides)))
     words = _sorted({*symbols, *case.words})
     return _hashed(
@@ -82,6 +82,10 @@ def of_equation(case: Case, number: str) -> str:
             case.paper.name,
             *map(equation, sides),
             case.read_as(number),
+            *(_choice(choice) for choice in case.choices(number)),
+            *(f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items()),
+            str(printed.defines in case.directions),
+            str(case.subject.held(printed.claims, printed.defines)) if printed.defines else "",
             *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
             *(f"{_name(s)} {_at(s, point)}" for s in words for point in case.points),
             *(f"{_name(s)} {_along(s, case.cycle)}" for s in symbols),
@@ -104,7 +108,13 @@ def equation(found: Equation) -> str:
     """An equation as text that says all of it, in canonical order."""
     names = [_name(s) for s in _sorted(found.residual.free_symbols)]
     said = [found.number, found.legibility, str(found.claims), str(found.defines), found.relation]
+    said += [str(found.stated), *found.rebuilt, *(f"{w.where} {w.values}" for w in found.witnesses)]
     return "\n".join([*said, *names, sp.srepr(found.residual)])
+
+
+def _choice(choice: Choice) -> str:
+    maps = (f"{symbol} {sp.srepr(e)}" for given in (choice.printed, choice.derived) for symbol, e in given.items())
+    return "\n".join([choice.meaning, *maps, sp.srepr(choice.text)])
 
 
 def _name(symbol: sp.Symbol) -> str:

@@ -2,22 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 from sympy import Expr
 
-from ..equations import Claimed, Equation, Legibility, Relation
+from ..equations import Claimed, Equation, Legibility, Relation, Witness
 from ..quantity import Quantity
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One of the things that a print may be meant to say.
+
+    ``printed`` and ``derived`` replace symbols of the print and of its derivation; ``text`` is another way to read the
+    characters, as a residual.
+    """
+
+    meaning: str
+    printed: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
+    derived: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
+    text: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a paper leaves open of some of its equations, and every admissible answer."""
+
+    numbers: tuple[str, ...]
+    readings: tuple[Reading, ...]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A place where a paper says from which of its equations it has some quantities."""
+
+    symbols: tuple[Quantity, ...]
+    numbers: tuple[str, ...]
 
 
 @dataclass
 class Paper:
     """Transcriptions of one paper, by equation number; a short name stands for a number where print gives none.
 
-    ``reading`` says what printed symbols stand for in the named quantities, ``readings`` in single equations. Papers
-    are shown in the order of their ``place``, those that have none after them, by name.
+    ``reading`` says what printed symbols stand for in the named quantities, ``readings`` in single equations;
+    ``questions`` are what the paper leaves open. Papers are shown in the order of their ``place``, those that have none
+    after them, by name.
     """
 
     name: str
@@ -26,6 +57,8 @@ class Paper:
     place: int | None = None
     reading: dict[sp.Symbol, Expr] = field(default_factory=dict)
     readings: dict[str, dict[sp.Symbol, Expr]] = field(default_factory=dict)
+    questions: list[Question] = field(default_factory=list)
+    references: list[Reference] = field(default_factory=list)
 
     @property
     def rank(self) -> tuple[bool, int, str]:
@@ -62,11 +95,38 @@ class Paper:
     def reads(self, meaning: Mapping[sp.Symbol, Expr], *numbers: str) -> None:
         """What printed symbols stand for: in the equations of these numbers, or wherever they stand without any."""
         for number in numbers:
-            if number not in self.equations:
-                raise ValueError(f"{self.name} has no equation {number} to read")
+            self._known(number)
             self.readings.setdefault(number, {}).update(meaning)
         if not numbers:
             self.reading.update(meaning)
+
+    def admits(self, numbers: Sequence[str], *readings: Reading) -> None:
+        """Every reading that the paper admits of some equations: a verdict is given under each."""
+        for number in numbers:
+            self._known(number)
+        self.questions.append(Question(tuple(numbers), readings))
+
+    def rebuilds(self, number: str, *pieces: str) -> None:
+        """Pieces of a transcription that cannot be read and were completed."""
+        self.equations[number] = replace(self._known(number), rebuilt=pieces)
+
+    def shows(self, number: str, where: str, **values: str) -> None:
+        """Values that the paper prints of an equation's symbols: digits by the symbol's name."""
+        known = self._known(number)
+        named = {str(s): s for s in known.residual.free_symbols if isinstance(s, Quantity)}
+        witness = Witness(where, tuple((named[name], digits) for name, digits in values.items()))
+        self.equations[number] = replace(known, witnesses=(*known.witnesses, witness))
+
+    def refers(self, symbols: Sequence[Quantity], *numbers: str) -> None:
+        """The paper says that it has these quantities from these equations."""
+        for number in numbers:
+            self._known(number)
+        self.references.append(Reference(tuple(symbols), numbers))
+
+    def _known(self, number: str) -> Equation:
+        if number not in self.equations:
+            raise ValueError(f"{self.name} has no equation {number} to read")
+        return self.equations[number]
 
     def _add(self, equation: Equation) -> None:
         if equation.number in self.equations:

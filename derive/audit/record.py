@@ -16,10 +16,12 @@ from ..equations import Equation
 from ..evaluate import Point
 from . import mathml
 from .case import Case
-from .judge import facing, judge
+from .causes import causes
+from .hearing import Outcome, faced, heard, is_fragile, reasons
+from .judgement import Judgement
 from .terms import expanded, value
 from .vanishing import Vanished, vanished
-from .wording import joined
+from .wording import Piece, Said, joined
 
 Record = dict[str, Any]
 DIGITS = 6
@@ -42,23 +44,31 @@ def reusable(known: Record | None, key: str) -> bool:
 
 def equation(case: Case, number: str, key: str) -> Record:
     """The finding on an equation of a paper."""
-    printed, derived = case.pair(number)
-    found = judge(printed, derived, case.points, case.words)
-    meant = facing(printed, derived, case.points) if derived else None
+    outcome = heard(case, number)
+    found, printed, meant = outcome.kindest.judgement, outcome.kindest.printed, faced(case, outcome.kindest)
+    derived = outcome.kindest.derived
     flipped = derived and meant and meant.residual == -derived.residual
     gone = vanished(case, number, sp.S.NegativeOne if flipped else sp.S.One)
     corrections = [joined("; ", edits) for edits in found.corrections]
     missing, unexplained = _ordered(found.missing), _ordered(found.unexplained)
     lost = printed.legibility == "lost" and printed.residual == 0
+    read = _read_as(case, number, outcome)
+    depends = [{"reading": h.choice.meaning, "verdict": h.judgement.verdict, "finding": _told(h.judgement)}
+               for h in outcome.every]  # fmt: skip
     return {
         "paper": case.paper.name,
         "equation": number,
         "legibility": printed.legibility,
+        "rebuilt": list(printed.rebuilt),
         "claims": str(printed.claims),
         "verdict": found.verdict,
         "finding": str(found.finding),
+        "fragile": is_fragile(found),
         "correction": [str(text) for text in corrections],
-        "reading": str(case.read_as(number)),
+        "reading": str(read),
+        "depends": [{part: str(text) for part, text in one.items()} for one in depends],
+        "robust": outcome.robust,
+        "reasons": list(reasons(found, printed)),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant),
         "vanishing": [_vanishing(v) for v in gone],
@@ -71,12 +81,26 @@ def equation(case: Case, number: str, key: str) -> Record:
             "derived": mathml.equation(meant) if meant else "",
             "finding": mathml.sentence(found.finding),
             "correction": [mathml.sentence(text) for text in corrections],
-            "reading": mathml.sentence(case.read_as(number)),
+            "reading": mathml.sentence(read),
+            "depends": [{part: mathml.sentence(text) for part, text in one.items()} for one in depends],
             "terms": [mathml.inline(term) for term in missing],
             "unexplained": [mathml.inline(term) for term in unexplained],
             "vanishing": [{"term": mathml.inline(v.term), "because": mathml.sentence(v.because)} for v in gone],
         },
     }
+
+
+def _read_as(case: Case, number: str, outcome: Outcome) -> Said:
+    """How symbols are read, and which answer is taken to what the paper leaves open."""
+    chosen = outcome.kindest.choice.meaning
+    return joined("; ", [text for text in (case.read_as(number), chosen) if text])
+
+
+def _told(found: Judgement) -> Said:
+    """A finding with its correction or the number of its missing terms."""
+    parts: list[Piece] = [joined("; ", edits) for edits in found.corrections[:1]]
+    parts += [f"{len(found.missing)} missing"] if found.missing else []
+    return Said(found.finding, ": ", joined("; ", parts)) if parts and not found.unexplained else Said(found.finding)
 
 
 def _ordered(terms: Iterable[Expr]) -> list[Expr]:
@@ -142,10 +166,11 @@ def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
     return {paper: dict(sorted(found.items())) for paper, found in counts.items()}
 
 
-def as_json(records: Sequence[Record], laws: Sequence[Record] = ()) -> str:
+def as_json(records: Sequence[Record], laws: Sequence[Record] = (), references: Sequence[Record] = ()) -> str:
     """Everything but what is typeset."""
     plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
-    return _json({"equations": plain, "laws": list(laws), "summary": summary(records)})
+    found = {"equations": plain, "laws": list(laws), "causes": causes(records), "references": list(references)}
+    return _json(found | {"summary": summary(records)})
 
 
 def typeset(records: Iterable[Record]) -> str:

@@ -36,6 +36,18 @@ class Subject(Protocol):
         """Two sums, a printed and a derived one, in the same quantities."""
         return printed, derived
 
+    def footings(self, printed: Expr, derived: Expr) -> Sequence[tuple[Expr, Expr]]:
+        """Both sums in more and more of the same quantities: from the balance's own to those of ``common``."""
+        return [self.common(printed, derived)]
+
+    def folds(self) -> Mapping[sp.Symbol, Expr]:
+        """Quantities that a balance holds as differences: each with what is taken from it."""
+        return {}
+
+    def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
+        """What must vanish of the thing that a claim is about, by what ``said`` says that it is: where it is held."""
+        return {}
+
     def zero(self) -> Mapping[sp.Symbol, str]:
         """Quantities that an assumption makes vanish, each with the reason."""
         return {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -12,6 +12,12 @@ import sympy as sp
 from sympy import Expr, Rational, S
 
 from ..evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
+
+Points = tuple[Point, ...]
+Key = tuple[str, ...]
+"""Values of a monomial at some points, or its text where it has none: what monomials are told apart by."""
+Sum = dict[Key, tuple[Expr, Rational]]
+"""Monomials with their rational coefficients; equal ones, however written, are one."""
 
 
 @cache
@@ -40,6 +46,40 @@ def value(expr: Expr, point: Point) -> mpmath.mpf | None:
         return None
 
 
+def monomials(expr: Expr, points: Points) -> Sum:
+    """An expression as a sum of monomials."""
+    if not isinstance(expr, sp.Add):
+        return _monomials(expr, points)
+    total: Sum = {}
+    for summand in expr.args:
+        for key, (monomial, coefficient) in _monomials(summand, points).items():
+            known, before = total.get(key, (monomial, S.Zero))
+            total[key] = known, before + coefficient
+    return {key: found for key, found in total.items() if found[1] != 0}
+
+
+@cache
+def _monomials(expr: Expr, points: Points) -> Sum:
+    total: Sum = {}
+    for term in expanded(expr):
+        coefficient, monomial = term.as_coeff_Mul(rational=True)
+        sign, key = _key(monomial, points)
+        known, before = total.get(key, (sign * monomial, S.Zero))
+        total[key] = known, before + sign * coefficient
+    return {key: found for key, found in total.items() if found[1] != 0}
+
+
+@cache
+def _key(monomial: Expr, points: Points) -> tuple[int, Key]:
+    """Sign of a monomial at the first point, and its values with that sign taken out."""
+    if any(value(monomial, point) is None for point in points):
+        return 1, (str(monomial),)
+    first, *others = (point.digits(monomial) for point in points)
+    sign = -1 if first.startswith("-") else 1
+    flipped = first, *others
+    return sign, flipped if sign > 0 else tuple(t[1:] if t.startswith("-") else f"-{t}" for t in flipped)
+
+
 @dataclass(frozen=True)
 class Match:
     """What is left of two sums when equal terms are struck out: of the first and of the second."""
@@ -51,32 +91,26 @@ class Match:
     def equal(self) -> bool:
         return not self.printed and not self.derived
 
-
-Sums = list[tuple[Expr, Rational, Rational]]
-"""Monomials, each with its coefficient in the first and in the second of two sums."""
-
-
-def collected(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Sums:
-    """The monomials of two sums up to a rational coefficient; equal ones, however written, are one."""
-    sums: dict[tuple[str, ...], tuple[Expr, Rational, Rational]] = {}
-    for side, terms in ((0, printed), (1, derived)):
-        for term in terms:
-            coefficient, monomial = term.as_coeff_Mul(rational=True)
-            sign, key = _key(monomial, points)
-            first, *both = sums.get(key, (sign * monomial, S.Zero, S.Zero))
-            both[side] += sign * coefficient
-            sums[key] = (first, both[0], both[1])
-    return list(sums.values())
+    @property
+    def size(self) -> int:
+        return len(self.printed) + len(self.derived)
 
 
-def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Match:
+def shared(printed: Sum, derived: Sum) -> Iterable[tuple[Expr, Rational, Rational]]:
+    """Every monomial of two sums with its coefficient in the first and in the second."""
+    for key in {**printed, **derived}:
+        monomial, _ = printed.get(key) or derived[key]
+        yield monomial, printed.get(key, (S.Zero, S.Zero))[1], derived.get(key, (S.Zero, S.Zero))[1]
+
+
+def matched(printed: Sum, derived: Sum) -> Match:
     """Strike out what both sums share, monomial by monomial.
 
     A printed term that is one of several like ones leaves the others as missing; one that differs otherwise, in sign or
     size, is left whole, and so is the derived one.
     """
     left: tuple[list[Expr], list[Expr]] = [], []
-    for monomial, p, d in collected(printed, derived, points):
+    for monomial, p, d in shared(printed, derived):
         if p != 0 and not ((d / p).is_Integer and d / p > 0):
             left[0].append(p * monomial)
             left[1].extend([d * monomial] if d != 0 else [])
@@ -85,27 +119,62 @@ def matched(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point
     return Match(tuple(left[0]), tuple(left[1]))
 
 
-def overall_factor(printed: Iterable[Expr], derived: Iterable[Expr], points: list[Point]) -> Rational:
+@dataclass(frozen=True)
+class Gap:
+    """How two sums differ, in numbers of monomials: only in the first, in both unlike, only in the second."""
+
+    alien: int
+    unlike: int
+    lacking: int
+
+    @property
+    def size(self) -> int:
+        return self.alien + self.unlike + self.lacking
+
+    @property
+    def unexplained(self) -> int:
+        """Monomials of the first that are not as in the second."""
+        return self.alien + self.unlike
+
+    @property
+    def unmatched(self) -> int:
+        """How far the second is from being in the first; what is there unlike counts half."""
+        return self.unlike + 2 * self.lacking
+
+
+def gap(printed: Sum, derived: Sum) -> Gap:
+    """How many monomials of two sums have no like."""
+    alien = sum(key not in derived for key in printed)
+    unlike = part = 0
+    for key, (_, d) in derived.items():
+        if key in printed and (p := printed[key][1]) != d:
+            whole = bool((d / p).is_Integer and d / p > 0)
+            part, unlike = part + whole, unlike + (not whole)
+    return Gap(alien, unlike, part + sum(key not in printed for key in derived))
+
+
+def overall_factor(printed: Sum, derived: Sum) -> Rational:
     """The factor by which more than half, and more than one, of the terms that two sums share are larger in the first.
 
     One where there is no such factor.
     """
-    ratios = Counter(p / d for _, p, d in collected(printed, derived, points) if p != 0 and d != 0)
+    ratios = Counter(p / d for _, p, d in shared(printed, derived) if p != 0 and d != 0)
     ratio, count = max(ratios.items(), key=lambda found: found[1], default=(S.One, 0))
     return ratio if 1 < count > ratios.total() / 2 else S.One
 
 
-def _key(monomial: Expr, points: list[Point]) -> tuple[int, tuple[str, ...]]:
-    """Sign of a monomial at the first point, and its values with that sign taken out, to compare by."""
-    if any(value(monomial, point) is None for point in points):
-        return 1, (str(monomial),)
-    first, *others = (point.digits(monomial) for point in points)
-    sign = -1 if first.startswith("-") else 1
-    flipped = first, *others
-    return sign, flipped if sign > 0 else tuple(t[1:] if t.startswith("-") else f"-{t}" for t in flipped)
+def content(expr: Expr) -> Expr:
+    """The product of powers that every term of a sum has in common; numbers are no part of it."""
+    powers: list[Mapping[Expr, Expr]] = [
+        {base: power for base, power in term.as_powers_dict().items() if base.free_symbols and power.is_Rational}
+        for term in expanded(expr)
+    ]
+    bases = sorted(set().union(*powers), key=sp.default_sort_key)
+    least = {base: min(found.get(base, S.Zero) for found in powers) for base in bases}
+    return sp.Mul(*(base**power for base, power in least.items()))
 
 
-def remainder_vanishes(match: Match, points: list[Point]) -> bool:
+def remainder_vanishes(match: Match, points: Iterable[Point]) -> bool:
     """Whether what is left is zero as a whole, though not term by term."""
     for point in points:
         if any(value(t, point) is None for t in match.printed):

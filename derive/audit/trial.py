@@ -38,6 +38,8 @@ MOST_SETS = 100_000
 for, which need not be the smallest."""
 AT_ONCE = 512
 """Sets of repairs that are executed together."""
+FEW = 8
+"""Sets of repairs that are executed together where every angle of the cycle is asked for."""
 DIGITS = 4
 
 
@@ -71,6 +73,16 @@ class Causes:
     exhaustive: bool = True
 
 
+@dataclass(frozen=True)
+class Share:
+    """What an equation does to a law: what its repair alone takes away, what it alone leaves, and its Shapley value."""
+
+    equation: str
+    alone: float
+    without: float
+    shapley: float
+
+
 @dataclass
 class Trial:
     """A printed chain (one side, then what both sides share) held to the laws of a machine."""
@@ -86,10 +98,7 @@ class Trial:
 
     def size(self, law: Law) -> float:
         """By how much the printed chain breaks a law, at all angles if the largest value is asked for."""
-        cycle = self.dynamics.cycles[law.cycle]
-        if law.over == "largest" and cycle.between:
-            cycle = cycle.between
-        return float(self._violations(law, [()], cycle)[0])
+        return self._sizes(law, [frozenset()])[0]
 
     def broken(self, law: Law, repairs: Iterable[str] = ()) -> bool:
         return not self.violations(law, [repairs])[0] <= TOLERANCE
@@ -196,7 +205,7 @@ class Trial:
         if self.broken(law, self.numbers):
             size = self.violations(law, [self.numbers])[0]
             raise LawError(f"{law.name}: broken by {size} {law.unit} with all repaired")
-        concerned, tried = self.concerned(law), 0
+        concerned, tried = self._with_kept(law), 0
         for size in range(1, len(concerned) + 1):
             tried += comb(len(concerned), size)
             if tried > MOST_SETS:
@@ -204,6 +213,17 @@ class Trial:
             if found := self._restoring(law, combinations(concerned, size)):
                 return Causes(found)
         return Causes([tuple(self.numbers)])
+
+    def _with_kept(self, law: Law) -> list[str]:
+        """The suspects that a law, or a law that the print keeps and a repair of them may break, can depend on."""
+        own = set(self.concerned(law))
+        shared = [s for s in map(self.concerned, self.kept) if own & set(s)]
+        return [n for n in self.suspects if n in own.union(*shared)]
+
+    @cached_property
+    def kept(self) -> list[Law]:
+        """The laws that the print keeps."""
+        return [law for law in self.dynamics.laws if not self.broken(law)]
 
     def _eliminated(self, law: Law, concerned: list[str]) -> list[tuple[str, ...]]:
         """Of all sets that contain what the repair of everything else does not make up for, the smallest."""
@@ -216,11 +236,42 @@ class Trial:
         return [tuple(concerned)]
 
     def _restoring(self, law: Law, sets: Iterator[tuple[str, ...]]) -> list[tuple[str, ...]]:
+        """Of some sets those whose repair restores a law and breaks none that the print keeps."""
         found: list[tuple[str, ...]] = []
         while some := list(islice(sets, AT_ONCE)):
-            kept = self.violations(law, some) <= TOLERANCE
-            found += [chosen for chosen, whole in zip(some, kept, strict=True) if whole]
+            whole = self.violations(law, some) <= TOLERANCE
+            found += [s for s, restored in zip(some, whole, strict=True) if restored and not self._breaks(s)]
         return found
+
+    def _breaks(self, repairs: tuple[str, ...]) -> bool:
+        return any(self.broken(law, repairs) for law in self.kept)
+
+    def shares(self, law: Law, causes: Sequence[str]) -> list[Share]:
+        """What each of the equations that a broken law is laid to does to it, largest first.
+
+        The size of the violation is asked for after the repair of every set of them; the shares of Shapley, the mean
+        of what an equation's repair takes away over all orders of repair, add up to the whole violation.
+        """
+        sets = [frozenset(some) for some in _subsets(list(causes))]
+        sizes = dict(zip(sets, self._sizes(law, sets), strict=True))
+        whole, count = frozenset(causes), len(causes)
+
+        def mean_gain(number: str) -> float:
+            gains = (
+                (sizes[s] - sizes[s | {number}]) / (count * comb(count - 1, len(s))) for s in sets if number not in s
+            )
+            return float(sum(gains))
+
+        found = [Share(n, sizes[frozenset()] - sizes[frozenset({n})], sizes[whole - {n}], mean_gain(n)) for n in causes]
+        return sorted(found, key=lambda share: -share.shapley)
+
+    def _sizes(self, law: Law, sets: Sequence[Repairs]) -> list[float]:
+        """Violations after sets of repairs, at all angles if the largest value is asked for."""
+        cycle = self.dynamics.cycles[law.cycle]
+        if law.over == "largest" and cycle.between:
+            cycle = cycle.between
+        some = (sets[i : i + FEW] for i in range(0, len(sets), FEW))
+        return [float(size) for part in some for size in self._violations(law, part, cycle)]
 
 
 def _involved(solve: Solve) -> Repairs:
@@ -247,4 +298,11 @@ def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
         "caused_by": list(causes.sets[0]) if causes.sets else [],
         "or_by": [list(chosen) for chosen in causes.sets[1:]],
         "search": "exhaustive" if causes.exhaustive else "elimination",
+        "shares": [_rounded(share) for share in trial.shares(law, causes.sets[0])] if causes.sets else [],
     }
+
+
+def _rounded(share: Share) -> dict[str, Any]:
+    sizes = {name: getattr(share, name) for name in ("alone", "without", "shapley")}
+    shown = {name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE else 0.0 for name, v in sizes.items()}
+    return {"equation": share.equation, **shown}

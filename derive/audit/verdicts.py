@@ -13,6 +13,8 @@ from typing import Any
 
 from . import key, page, record
 from .case import Case
+from .causes import told
+from .references import references
 from .trial import Trial, findings
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
@@ -42,8 +44,13 @@ def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> di
     known, shown = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
     own = list(modules)
     records, laws = judged(own, record.keyed(known.get("equations", []), shown), known.get("laws", []))
-    references = {case.paper.name: case.paper.reference for case in cases(own).values()}
-    texts = record.as_json(records, laws), record.typeset(records), page.as_page(records, references, laws)
+    titles = {case.paper.name: case.paper.reference for case in cases(own).values()}
+    cross = [found for case in cases(own).values() for found in references(case)]
+    texts = (
+        record.as_json(records, laws, cross),
+        record.typeset(records),
+        page.as_page(records, titles, laws, cross),
+    )
     return dict(zip(FILES, texts, strict=True))
 
 
@@ -72,7 +79,13 @@ def judged(
             new = pool.map(_equation, open_equations, [keys[one] for one in open_equations])
             records |= zip(open_equations, new, strict=True)
             laws |= {m: trial.result() for m, trial in trials.items()}
-    return [r for r in records.values() if r is not None], [r for of_paper in laws.values() for r in of_paper]
+    judged_equations = [r for r in records.values() if r is not None]
+    return judged_equations, [_with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper]
+
+
+def _with_sentence(law: record.Record, equations: Iterable[record.Record]) -> record.Record:
+    """The record of a law with the sentence that says what it is owed to most."""
+    return law | {"owed": told(law, {r["equation"]: r for r in equations if r["paper"] == law["paper"]})}
 
 
 def load(places: Iterable[Place]) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from sympy import Expr, Function, Integer, Piecewise, Rational, acos, asin, atan, cos, pi, sin, sqrt, tan
 
 from ..audit.case import Case
-from ..audit.paper import Paper
+from ..audit.paper import Paper, Reading
 from ..equations import Definition
 from ..model import System
 from ..systems.clutch import beam, model
@@ -88,7 +88,7 @@ PAPER.defines(
 # 3.1 impact
 PAPER.equation("8a", F_M - N - m1 * a_l, ClutchClaim.BODY_FORCE)
 PAPER.equation("8b", E * I * y_4x + rho * S * a_l - N * delta_l, ClutchClaim.SHAFT_FORCE)
-PAPER.defines("start", v_0, Delta_omega * r1, ClutchClaim.CONTACT_SPEED)
+PAPER.defines("start", v_0, Delta_omega * r1, ClutchClaim.COMMON_SPEED)
 PAPER.defines("9", y, y_max * sin(pi * x / (2 * t)), ClutchClaim.MODAL_DEFLECTION)
 PAPER.defines(
     "10",
@@ -117,6 +117,23 @@ PAPER.equation("no slip", F_x - (N * cos(theta0) - f0 * sin(theta0)), ClutchClai
 PAPER.defines("Y1", Y1, S1 - S2, Definition("lag distance at engagement"))
 PAPER.defines("Y2", Y2, S3 - S4, Definition("lag distance at cut-off"))
 PAPER.defines("time", t_c, c / v_c, ClutchClaim.SWITCHING_TIME)
+
+# What the paper leaves open: which mass m2 is, and whether phi is the taper's whole angle.
+PAPER.admits(
+    ["B1", "B2", "12"],
+    Reading("m2 is the mass of all of the overhanging shaft"),
+    Reading("m2 is the modal mass of the shaft", {m2: M_1}),
+    Reading("m2 is the mass of the shaft's end, as if all of it were at the contact", {m2: M_1}),
+)
+PAPER.admits(
+    ["4b", "4c", "4d", "5a", "5c", "5d"],
+    Reading("phi is the inclination of the surface to the axis"),
+    Reading("phi is the whole angle of the taper", {phi: 2 * phi}),
+)
+
+PAPER.shows("k", "the radii for a ratio of 0.3", r_A="14", r_D="46", k="0.3")
+PAPER.shows("k", "the radii for a ratio of 0.4", r_A="17", r_D="43", k="0.4")
+PAPER.shows("k", "the radii for a ratio of 0.5", r_A="20", r_D="40", k="0.5")
 
 LACKING = frozenset({ClutchClaim.FOCUS_X, ClutchClaim.CRANK_GEAR_ON_LINK})
 """What the stages of a clutch ask for and the paper does not state."""

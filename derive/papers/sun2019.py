@@ -9,7 +9,7 @@ from __future__ import annotations
 from sympy import Abs, Integer, S, pi
 
 from ..audit.case import Case
-from ..audit.paper import Paper
+from ..audit.paper import Paper, Reading
 from ..equations import Claimed, Definition
 from ..systems.mapping.quantities import *
 from ..systems.mapping.subject import SUBJECT
@@ -92,5 +92,11 @@ lost("r3", MappingClaim.PITCH_RADIUS.of(r3))
 lost("polar angle 3", MappingClaim.POLAR_ANGLE.of("second driver"))
 PAPER.defines("r4", r4, a - r3, MappingClaim.PITCH_RADIUS.of(r4))
 lost("polar angle 4", MappingClaim.POLAR_ANGLE.of("second follower"))
+
+PAPER.shows("y", "the ends of the curve, a turn apart", y_rel="6.2832", theta="6.2832", phi="0")
+
+# What the paper leaves open: distances "from" an axis, or "along" it.
+PAPER.admits(["d1"], Reading("d1 is a distance from the X axis"), Reading("d1 is a distance along X", {Y_o: X_o}))
+PAPER.admits(["d2"], Reading("d2 is a distance from the Y axis"), Reading("d2 is a distance along Y", {X_o: Y_o}))
 
 CASE = Case(PAPER, SUBJECT)

@@ -6,9 +6,10 @@ Transcriptions only, misprints included. Signs, symbols and rates are the paper'
 from __future__ import annotations
 
 from sympy import Piecewise, Rational, atan, cos, pi, sin, tan
+from sympy import S as Number
 
 from ..audit.case import Case
-from ..audit.paper import Paper
+from ..audit.paper import Paper, Reading
 from ..chain import Chain, Solve
 from ..equations import Balance, Definition
 from ..model import System
@@ -224,6 +225,42 @@ PAPER.equation(
 PAPER.defines("29", f_1, F_high - F_low, Definition("range of the support force"))
 PAPER.defines("30", f_2, mean_square, Definition("variance of the support force"))
 PAPER.defines("31", f_total, Rational("0.6") * f_1 + Rational("0.4") * f_2, Definition("objective"))
+
+# What the paper says of (29) to (31) besides: Table 1, and the sentence that gives both terms their weights.
+PAPER.shows("29", "Table 1, experiment", F_high="171.96", F_low="24.93", f_1="147.03")
+PAPER.shows("29", "Table 1, theory", F_high="158.94", F_low="36.77", f_1="122.17")
+PAPER.shows("31", "the weight of the range in the sentence before it", f_1="1", f_2="0", f_total="0.6")
+PAPER.shows("31", "the weight of the variance in the sentence before it", f_1="0", f_2="1", f_total="0.4")
+
+# Pieces that cannot be read in the machine-read text and were completed.
+PAPER.rebuilds("6", "left side", "hinge force", "both gravity terms", "sign of the first bracket")
+PAPER.rebuilds("8", "gravity term of C1", "spring term", "symbol of the force in the last term", "subscripts")
+PAPER.rebuilds("14", "order of the terms between gravity and inertia")
+PAPER.rebuilds("16", "subscripts, after (15)")
+PAPER.rebuilds("20", "right side, zero")
+PAPER.rebuilds("fP", "subscript of the left side")
+PAPER.rebuilds("fQ", "subscript of the left side")
+for number in ("theta3", "theta4", "x_C1", "z_C1", "x_C2", "z_C2"):
+    PAPER.rebuilds(number, "pairing of the lines")
+for number in ("x_E", "z_E"):
+    PAPER.rebuilds(number, "pairing of the lines", "angle")
+
+# What the paper leaves open.
+PAPER.admits(
+    ["x_E"],
+    Reading("read as x_A less the arm times the cosine of the rocker's whole angle"),
+    Reading("read as x_A less the arm times the sine of theta1", text=x_E - (x_A - L_AE * sin(theta1))),
+)
+PAPER.admits(
+    ["z_E"],
+    Reading("read as z_A plus the arm times the sine of the rocker's whole angle"),
+    Reading("read as z_A less the arm times the cosine of theta1", text=z_E - (z_A - L_AE * cos(theta1))),
+)
+PAPER.admits(
+    ["8"],
+    Reading("two halves with an ideal coupling, driven by one cam force"),
+    Reading("one half with a cam force of its own", derived={derivation.coupling(): Number.Zero}),
+)
 
 PAPER.reads({
     psi: theta1,

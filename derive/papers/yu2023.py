@@ -9,7 +9,7 @@ from __future__ import annotations
 from sympy import Integer, S, asin, atan, cos, pi, sin
 
 from ..audit.case import Case
-from ..audit.paper import Paper
+from ..audit.paper import Paper, Reading
 from ..equations import Claimed
 from ..systems.pickup.quantities import *
 from ..systems.pickup.subject import SUBJECT
@@ -96,9 +96,22 @@ lost("20", PickupClaim.MIDDLE_PATH_OF_ACTION)
 PAPER.inequality("Fig. 9a", epsilon_ha, ">", S.Zero, PickupClaim.GROWS_WITH_ADDENDUM)
 PAPER.inequality("Fig. 9b", epsilon_m, "<", S.Zero, PickupClaim.FALLS_WITH_MODULE)
 
-# Where the paper leaves two meanings: the knots are called u before and mu in (3); beside phi50, its value at the
-# initial position, phi5 counts from there.
+# 3.3: L1 and L2, which do not change with the path, are computed "from (5), (6)".
+PAPER.refers((L1, L2), "5a", "5b", "6a", "6b")
+
+# The knots are called u before and mu in (3).
 PAPER.reads({mu_i: u_i, mu_ip1: u_ip1}, "Delta")
-PAPER.reads({phi5: phi5 - phi50}, "Y1", "W1", "Z1")
+
+# What the paper leaves open: from where phi5 and phi3 count.
+PAPER.admits(
+    ["Y1", "W1", "Z1"],
+    Reading("phi5 counts from the initial position", {phi5: phi5 - phi50}),
+    Reading("phi5 is the direction of OO1"),
+)
+PAPER.admits(
+    ["Z1"],
+    Reading("phi3 is the angle of the arm"),
+    Reading("phi3 counts from the initial position", {phi3: phi3 - phi30}),
+)
 
 CASE = Case(PAPER, SUBJECT)

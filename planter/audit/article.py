@@ -9,11 +9,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from planter.audit import markup
+from planter.audit import markup, tables
 from planter.audit.markup import Raw, mark
 
 Entry = Mapping[str, Any]
-QUIET = ("confirmed", "definition", "reconstructed")
+QUIET = ("confirmed", "confirmed as rebuilt", "untested", "definition", "reconstructed")
 """Verdicts that leave nothing to correct."""
 _LONG = 240
 """Characters from which a formula is set smaller."""
@@ -22,8 +22,8 @@ _LONG = 240
 def overview(found: Sequence[Entry]) -> str:
     """All equations in a table, each with a link to its trial."""
     rows = [(Raw(f'<a href="#{place(e)}">{escape(e["equation"])}</a>'), e.get("claims", ""), e["legibility"],
-             mark(e["verdict"])) for e in found]  # fmt: skip
-    return markup.table(("equation", "claims to be", "legibility", "verdict"), rows, "tight")
+             mark(e["verdict"]), tables.hangs_on(e)) for e in found]  # fmt: skip
+    return markup.table(("equation", "claims to be", "legibility", "verdict", "hangs on"), rows, "tight")
 
 
 def place(entry: Entry) -> str:
@@ -35,7 +35,8 @@ def trial(entry: Entry, shown: Entry) -> str:
     """The whole trial of one equation; ``shown`` is what is typeset of it."""
     head = f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} {mark(entry['verdict']).markup}</h4>"
     body = "".join(_parts(entry, shown))
-    return f'<article id="{place(entry)}" class="{escape(entry["verdict"])}">{head}{body}</article>'
+    kind = escape(entry["verdict"].replace(" ", "-"))
+    return f'<article id="{place(entry)}" class="{kind}">{head}{body}</article>'
 
 
 def _parts(entry: Entry, shown: Entry) -> Iterator[str]:
@@ -58,6 +59,19 @@ def _parts(entry: Entry, shown: Entry) -> Iterator[str]:
     yield from _vanishing(entry.get("vanishing", ()), shown["vanishing"])
     if shown["reading"]:
         yield f'<p class="note">Read so: {shown["reading"]}.</p>'
+    if entry.get("rebuilt"):
+        yield f'<p class="note">Completed: {escape("; ".join(entry["rebuilt"]))}.</p>'
+    if entry.get("fragile"):
+        yield '<p class="note">One character decides this: it may be an error of reading the print.</p>'
+    yield from _depends(entry, shown.get("depends", ()))
+
+
+def _depends(entry: Entry, readings: Sequence[Entry]) -> Iterator[str]:
+    """The verdict under every reading that the paper admits."""
+    if readings:
+        said = "The same under every reading." if entry["robust"] else "It depends on the reading."
+        rows = [(Raw(one["reading"]), mark(one["verdict"]), Raw(one["finding"])) for one in readings]
+        yield f'<p class="note">{said}</p>{markup.table(("reading", "verdict", "finding"), rows, "tight")}'
 
 
 def _formula(label: str, text: str, math: str) -> str:

@@ -23,6 +23,7 @@ from importlib import import_module
 from typing import Any
 
 from planter import rooms
+from planter.audit import slips
 from planter.audit.registry import FORMULAS, Inputs, Value
 from planter.files.text import parse_toml
 
@@ -44,6 +45,10 @@ class Number:
     arguments: Mapping[str, Any]
     needs: Sequence[str] = field(default_factory=tuple)
     reading: str = ""
+
+    def hit_by(self, value: float) -> bool:
+        """Whether a value is the printed one at the printed precision."""
+        return equal(self.printed, value)
 
 
 @dataclass(frozen=True)
@@ -87,11 +92,30 @@ def papers() -> dict[str, str]:
 def judged(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
     """Every printed number, or those of one paper, with its verdict, as the interface gives them.
 
-    A verdict depends on a paper's other numbers as well, so a paper is always judged as a whole.
+    A verdict depends on a paper's other numbers as well, so a paper is always judged as a whole. Of one that is not
+    reproduced, `cured_by` names the slip in a disclosed input that explains it with others, and `cured_to` what it then
+    comes to.
     """
     table = data() if content is None else content
     found = [recompute(number, table) for number in numbers(table) if paper in (None, number.paper)]
-    return [entry(one, verdict(one, found)) for one in found]
+    entries = [entry(one, verdict(one, found)) for one in found]
+    for name in dict.fromkeys(one.number.paper for one in found):
+        wrong = [i for i, e in enumerate(entries) if e["paper"] == name and e["verdict"] == "not reproduced"]
+        unmet = [found[i].number for i in wrong]
+        for slip in slips.found(unmet, table["disclosed"][name], table["assumed"][name]):
+            for place, value in slip.cured.items():
+                entries[wrong[place]] |= {"cured_by": slip.what, "cured_to": value}
+    return entries
+
+
+def causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Slips in disclosed inputs, each with the numbers that are not reproduced for it alone."""
+    cured: dict[tuple[str, str], list[str]] = {}
+    for one in entries:
+        if one["cured_by"]:
+            cured.setdefault((one["paper"], one["cured_by"]), []).append(f"{one['paper']}: {one['quantity']}")
+    return [{"paper": paper, "cause": what, "repair": what, "equations": [], "numbers": names}
+            for (paper, what), names in cured.items()]  # fmt: skip
 
 
 def numbers(table: Mapping[str, Any]) -> Iterator[Number]:
@@ -172,4 +196,6 @@ def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
         "printed_text": number.printed,
         "reading": number.reading,
         "formula": number.by,
+        "cured_by": "",
+        "cured_to": None,
     }

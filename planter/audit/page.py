@@ -17,14 +17,21 @@ from planter.report.html import Keys, Section, page
 from planter.version import __version__
 
 Entry = Mapping[str, Any]
-PARTS = ("consequences", "laws", "equations", "claims", "numbers")
+PARTS = ("consequences", "laws", "causes", "references", "equations", "claims", "numbers")
 TITLES = {
     "consequences": "What follows",
     "laws": "Laws of the chain as a whole",
+    "causes": "Causes",
+    "references": "References",
     "equations": "Equations",
     "claims": "Statements",
     "numbers": "Numbers",
 }
+SOURCE = (
+    "Judged is the machine-read text of each paper: pieces that cannot be read were completed and are named, and a "
+    "finding that one character decides may be an error of reading. Where a paper leaves open what a symbol means, "
+    "the verdict is that of the reading kindest to it."
+)
 _ORDER = ("not reproduced", "not recomputable", "consistent", "reproduced")
 """Verdicts on numbers, the gravest first."""
 
@@ -53,8 +60,9 @@ def sections(result: Mapping[str, Any]) -> Iterator[Section]:
 
 def summary(result: Mapping[str, Any]) -> str:
     """How often each verdict was given, and what matters most in a few sentences for each paper."""
-    rows = [(s["title"], tables.tally(s["equations"]), tables.tally(s["numbers"])) for s in result["summary"].values()]
-    parts = [markup.table(("paper", "equations", "numbers"), rows, "tight")]
+    rows = [(s["title"], tables.tally(s["equations"]), f"{s['at_fault']} equations, {s['causes']} causes",
+             tables.tally(s["numbers"])) for s in result["summary"].values()]  # fmt: skip
+    parts = [markup.paragraph(SOURCE), markup.table(("paper", "equations", "at fault", "numbers"), rows, "tight")]
     for name, counted in result["summary"].items():
         found = list(findings({part: _of(result.get(part, ()), name) for part in PARTS}))
         if found:
@@ -65,6 +73,8 @@ def summary(result: Mapping[str, Any]) -> str:
 def findings(mine: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
     """What matters most of one paper: broken laws, false statements, headline numbers that change, what follows."""
     broken = [e for e in mine["laws"] if e["caused_by"]]
+    if broken and broken[0].get("owed"):
+        yield f"{broken[0]['law'][:1].upper()}{broken[0]['law'][1:]}: {broken[0]['owed']}"
     if broken:
         listed = "; ".join(f"{e['law']} (by {tables.amount(e['violation'], e['unit'])})" for e in broken)
         yield f"Of {len(mine['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
@@ -107,7 +117,29 @@ def laws(found: Sequence[Entry]) -> str:
     """Laws that a printed chain as a whole obeys or breaks, and which equations break them."""
     rows = [(e["law"], float(e["violation"]), e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
     head = ("law", "broken by", "unit", "restored by repairing", "search for the smallest set")
-    return markup.table(head, rows, "tight")
+    parts = [markup.table(head, rows, "tight"), *(_shares(law) for law in found if law.get("shares"))]
+    return "\n".join(parts)
+
+
+def _shares(law: Entry) -> str:
+    """What each equation that a broken law is laid to does to it, and the sentence that names the first."""
+    rows = [(s["equation"], *(float(s[key]) for key in ("alone", "without", "shapley"))) for s in law["shares"]]
+    head = ("equation", f"its repair alone takes away [{law['unit']}]", "it alone leaves", "Shapley value")
+    title = f"<h4>{escape(law['law'])}</h4>"
+    return f"{title}{markup.paragraph(law['owed'])}{markup.table(head, rows, 'tight')}"
+
+
+def causes(found: Sequence[Entry]) -> str:
+    """Findings by cause: what one slip did to how many equations and numbers."""
+    rows = [
+        (e["cause"], ", ".join(n.partition(": ")[2] for n in e["equations"]), float(len(e["numbers"]))) for e in found
+    ]
+    return markup.table(("one slip", "equations", "numbers that its repair cures"), rows, "tight")
+
+
+def references(found: Sequence[Entry]) -> str:
+    """Cross-references that cannot be meant."""
+    return "\n".join(markup.paragraph(tables.reference(e)) for e in found)
 
 
 def claims(found: Sequence[Entry]) -> str:
@@ -154,7 +186,10 @@ def numbers(found: Sequence[Entry]) -> str:
     return "\n".join([*parts, f'<ol class="notes">{listed}</ol>' if listed else ""])
 
 
-_BODIES = {"consequences": consequences, "laws": laws, "equations": equations, "claims": claims, "numbers": numbers}
+_BODIES = {
+    "consequences": consequences, "laws": laws, "causes": causes, "references": references, "equations": equations,
+    "claims": claims, "numbers": numbers,
+}  # fmt: skip
 
 
 def _of(entries: Sequence[Entry], paper: str) -> list[Entry]:
@@ -163,11 +198,16 @@ def _of(entries: Sequence[Entry], paper: str) -> list[Entry]:
 
 MEANINGS = {
     "confirmed": "the derivation gives the same",
+    "confirmed as rebuilt": "the same, where pieces of the machine-read text were completed",
+    "untested": "a definition, or a naming, that nothing here can test",
     "misprint": "what differs is removed by one or two edits",
     "incomplete": "the print lacks terms that the derivation has",
     "contradicted": "a printed term is neither derived nor explained by an edit",
     "reconstructed": "the print is lost; the derivation stands alone",
-    "definition": "names a quantity; there is nothing to derive",
+    "definition": "names a quantity, and agrees with what else the paper prints of it",
+    "hangs on": "a reading that the paper leaves open, a single character that may be misread, pieces completed",
+    "repaired alone, left alone, Shapley": "what an equation's repair takes away, what it leaves when all others are "
+    "repaired, and the mean over all orders of repair",
     "reproduced": "equal at the printed precision, from disclosed inputs only",
     "consistent": "equal, and the assumed inputs hit more printed values than they are many",
     "not reproduced": "differs, from disclosed inputs only",

@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
 
+from planter.audit import consequences
 from planter.terminal.console import Console, cell_text
 
 Entry = Mapping[str, Any]
-PARTS = ("equations", "laws", "claims", "numbers", "consequences")
+PARTS = ("equations", "causes", "references", "laws", "claims", "numbers", "consequences")
+FAULTY = consequences.FAULTY
 ROUNDING = 1e-9
 """Size below which a computed value of ordinary magnitude is cell_text as zero."""
 _SHORT = 60
@@ -22,11 +24,16 @@ def show(console: Console, result: Mapping[str, Any]) -> None:
     """Per paper: equations, laws, statements, numbers, consequences, and how often each verdict was given."""
     for paper, summary in result["summary"].items():
         mine = {part: [e for e in result.get(part, ()) if e["paper"] == paper] for part in PARTS}
-        equations = ((e["equation"], e.get("claims", ""), e["verdict"], remark(e)) for e in mine["equations"])
-        console.table(f"{summary['title']}: equations", ("", "claims to be", "verdict", "why"), equations)
-        if mine["laws"]:
-            laws = ((e["law"], e["violation"], e["unit"], blamed(e)) for e in mine["laws"])
-            console.table("Laws", ("law", "broken by", "unit", "restored by repairing"), laws)
+        equations = ((e["equation"], e.get("claims", ""), e["verdict"], remark(e), hangs_on(e))
+                     for e in mine["equations"])  # fmt: skip
+        head = ("", "claims to be", "verdict", "why", "hangs on")
+        console.table(f"{summary['title']}: equations", head, equations)
+        if mine["causes"]:
+            rows = ((e["cause"], ", ".join(_unnamed(e["equations"])), len(e["numbers"])) for e in mine["causes"])
+            console.table("Causes", ("one slip", "equations", "numbers"), rows)
+        for found in mine["references"]:
+            _say(reference(found))
+        _laws(console, mine["laws"])
         if mine["claims"]:
             claims = ((e["claim"], amount(e["value"], e["unit"]), e["must"], "yes" if e["holds"] else "no")
                       for e in mine["claims"])  # fmt: skip
@@ -37,6 +44,31 @@ def show(console: Console, result: Mapping[str, Any]) -> None:
         for part in ("equations", "numbers"):
             _say(f"{part}: {tally(summary[part])}")
         print()
+
+
+def _unnamed(names: Sequence[str]) -> list[str]:
+    """Names without that of the paper."""
+    return [name.partition(": ")[2] for name in names]
+
+
+def reference(found: Entry) -> str:
+    """A cross-reference that cannot be meant, in a sentence."""
+    numbers, instead = (", ".join(f"({n})" for n in found[key]) for key in ("refers_to", "instead"))
+    said = f"{', '.join(found['quantities'])} cannot come from {numbers}, as the paper says"
+    return f"{said}: these do not give {', '.join(found['lacking'])}; {instead} do."
+
+
+def _laws(console: Console, found: Sequence[Entry]) -> None:
+    """The laws, and what each responsible equation does to those that are broken."""
+    if not found:
+        return
+    laws = ((e["law"], e["violation"], e["unit"], blamed(e)) for e in found)
+    console.table("Laws", ("law", "broken by", "unit", "restored by repairing"), laws)
+    for law in found:
+        if law.get("shares"):
+            rows = ((s["equation"], s["alone"], s["without"], s["shapley"]) for s in law["shares"])
+            console.table(f"{law['law']} [{law['unit']}]", ("", "repaired alone", "left alone", "Shapley"), rows)
+            _say(law["owed"])
 
 
 @dataclass
@@ -97,9 +129,19 @@ def remark(equation: Entry) -> str:
         share = largest["share_of_largest"]
         size = "" if share is None else f", {100 * share:.3g} % of the largest term"
         parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_cut(largest['term'])}{size}")
-    if not parts and equation["verdict"] not in ("confirmed", "definition", "reconstructed"):
+    if not parts and equation["verdict"] in FAULTY:
         parts.append(equation["finding"])
     return "; ".join(parts)
+
+
+def hangs_on(equation: Entry) -> str:
+    """What a verdict rests on: a reading, a single character, pieces that were completed."""
+    parts = {
+        "the reading": not equation.get("robust", True),
+        "one character": equation.get("fragile"),
+        "pieces completed": equation.get("rebuilt"),
+    }
+    return ", ".join(text for text, so in parts.items() if so)
 
 
 def _cut(text: str) -> str:

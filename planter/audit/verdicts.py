@@ -24,18 +24,24 @@ def audit(paper: str | None = None) -> dict[str, Any]:
     """
     wanted = list(numbers.papers()) if paper is None else [checked(paper)]
     verdicts = committed()
-    equations, laws = (_of(verdicts.get(part, ()), wanted) for part in ("equations", "laws"))
+    equations, laws, causes, references = (
+        _of(verdicts.get(part, ()), wanted) for part in ("equations", "laws", "causes", "references")
+    )
     judged = _of(numbers.judged(paper), wanted)
     trial = {"equations": equations, "laws": laws, "numbers": judged}
     return {
         **trial,
+        "causes": _of([*causes, *numbers.causes(judged)], wanted),
+        "references": references,
         "claims": _of(claims.judged(paper), wanted),
         "consequences": consequences.drawn(paper, numbers.data(), trial),
         "summary": {
             name: {
                 "title": numbers.papers()[name],
                 "equations": counts(_of(equations, [name])),
-                "laws_violated": len(_of(laws, [name])),
+                "at_fault": sum(1 for e in _of(equations, [name]) if e["verdict"] in consequences.FAULTY),
+                "causes": len(_of(causes, [name])) + len(numbers.causes(_of(judged, [name]))),
+                "laws_violated": sum(1 for law in _of(laws, [name]) if law["caused_by"]),
                 "numbers": counts(_of(judged, [name])),
             }
             for name in wanted

@@ -136,6 +136,46 @@ def _relation(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str, 
         yield "reversed", replace(equation, relation=REVERSED[equation.relation])
 
 
+def _deletion(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
+    if isinstance(node, sp.Add):
+        yield from ((f"{term} deleted", node - term) for term in node.args)
+
+
+def _surplus(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
+    """A quantity of the equation's own once more, in a sum."""
+    if isinstance(node, sp.Add) and len(node.args) < 6:
+        known = sorted((s for s in node.free_symbols if isinstance(s, Quantity)), key=str)
+        for symbol in known:
+            if any(term == symbol or -term == symbol for term in node.args):
+                for other in known:
+                    if other != symbol and of_unit(other.unit) == of_unit(symbol.unit):
+                        yield f"{other} too many", node + other
+
+
+def _group(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
+    if isinstance(node, sp.Add) and len(node.args) > 3:
+        for one, two in zip(node.args, node.args[1:], strict=False):
+            yield f"sign of {one + two}", node - 2 * (one + two)
+
+
+def _group_factor(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
+    if isinstance(node, sp.Add) and len(node.args) > 3:
+        for one, two in zip(node.args, node.args[1:], strict=False):
+            yield f"factor 2 on {one + two}", node + one + two
+
+
+def _twice(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str, Equation]]:
+    """Signs of two, and of three, different terms of a sum."""
+    said = equation.residual if equation.defines is None else equation.defines - equation.residual
+    terms = sp.Add.make_args(said)
+    for count in (2, 3):
+        for start in range(len(terms) - count + 1 if len(terms) > 2 * count else 0):
+            chosen = terms[start::2][:count]
+            mutated = said - 2 * sp.Add(*chosen)
+            residual = mutated if equation.defines is None else equation.defines - mutated
+            yield f"signs of {', '.join(map(str, chosen))}", replace(equation, residual=residual)
+
+
 KINDS: dict[str, Callable[[Equation, list[Quantity]], Iterable[tuple[str, Equation]]]] = {
     "sign": _everywhere(_sign),
     "symbol": _everywhere(_symbol),
@@ -148,5 +188,10 @@ KINDS: dict[str, Callable[[Equation, list[Quantity]], Iterable[tuple[str, Equati
     "index": _everywhere(_index),
     "throughout": _throughout,
     "whole": _whole,
+    "deletion": _everywhere(_deletion),
+    "surplus": _everywhere(_surplus),
+    "group": _everywhere(_group),
+    "group factor": _everywhere(_group_factor),
+    "several": _twice,
 }
 """What slips of the pen, the typesetter and the scanner do, by name."""

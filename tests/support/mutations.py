@@ -13,7 +13,11 @@ from mpmath import mpf
 from sympy import Expr
 
 from derive import papers
-from derive.audit.judge import Judgement, aligned, judge
+from derive.audit.case import AS_READ, Case
+from derive.audit.comparison import aligned
+from derive.audit.hearing import heard
+from derive.audit.judgement import Judgement
+from derive.audit.paper import Paper, Question
 from derive.audit.verdicts import cases
 from derive.dimensions import DimensionError, dimension
 from derive.discovery import modules
@@ -35,11 +39,30 @@ class Mutant:
     what: str
     equation: Equation
 
+    @property
+    def errors(self) -> int:
+        """How many errors it is made of."""
+        return self.what.count(", ") + 1 if self.kind == "several" else 1
+
 
 def tried(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
+    asked = questions(name, equation.number)
+    alone = replace(CASES[name].paper, equations={equation.number: equation}, questions=asked)
+    return heard(_like(name, alone), equation.number).kindest.judgement
+
+
+def questions(name: str, number: str) -> list[Question]:
+    """What a paper leaves open of one of its equations."""
+    return [replace(q, numbers=(number,)) for q in CASES[name].paper.questions if number in q.numbers]
+
+
+def _like(name: str, paper: Paper) -> Case:
+    """The case of a paper with another text, at the same points."""
     own = CASES[name]
-    return judge(*_pair(name, equation), own.points, own.words)
+    case = replace(own, paper=paper)
+    vars(case).update({key: getattr(own, key) for key in ("claims", "points", "cycle", "words", "directions")})
+    return case
 
 
 @cache
@@ -55,7 +78,7 @@ def outcome(found: Judgement) -> tuple[str, frozenset[tuple[str, ...]], frozense
 
 def _pair(name: str, equation: Equation) -> tuple[Equation, Equation | None]:
     alone = replace(CASES[name].paper, equations={equation.number: equation})
-    return replace(CASES[name], paper=alone).pair(equation.number)
+    return _like(name, alone).pair(equation.number)
 
 
 @cache
@@ -85,7 +108,7 @@ def is_sound(name: str, equation: Equation) -> bool:
     printed, derived = _pair(name, equation)
     if derived is None or printed.relation != derived.relation:
         return False
-    return aligned(printed, derived, CASES[name].points).same
+    return aligned(printed, derived, tuple(CASES[name].points), printed.defines in CASES[name].directions).same
 
 
 def is_consistent(equation: Equation) -> bool:
@@ -139,10 +162,29 @@ def changes(name: str, equation: Equation) -> bool:
     printed = CASES[name].paper.equations[equation.number]
     if equation.relation != printed.relation:
         return True
+    if is_right_somehow(name, equation):
+        return False
     before, after = (_pair(name, e)[0].residual for e in (printed, equation))
     points = CASES[name].points
     factors = [mpf(1)] if printed.defines else _factors(before, after, points[0], both=printed.relation == "=")
     return all(any(_differs(p, before, after, factor) for p in points) for factor in factors)
+
+
+def is_right_somehow(name: str, equation: Equation) -> bool:
+    """Whether an equation is what is derived, under one of the readings that its paper admits or a whole turn on.
+
+    One with a symbol that has no value counts as such: nothing can be said of it.
+    """
+    alone = replace(
+        CASES[name].paper, equations={equation.number: equation}, questions=questions(name, equation.number)
+    )
+    case = _like(name, alone)
+    pairs = [case.pair(equation.number, choice) for choice in case.choices(equation.number) or [AS_READ]]
+    at = tuple(case.points)
+    try:
+        return any(d is not None and aligned(p, d, at, p.defines in case.directions).same for p, d in pairs)
+    except NotEvaluated:
+        return True
 
 
 def _factors(before: Expr, after: Expr, point: Point, both: bool) -> list[mpf]:

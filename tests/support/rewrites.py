@@ -8,6 +8,9 @@ from dataclasses import replace
 import sympy as sp
 from sympy import Basic, Expr
 
+from derive import papers
+from derive.audit.verdicts import cases
+from derive.discovery import modules
 from derive.equations import Equation
 from tests.support.errors import REVERSED, rewritten
 
@@ -50,8 +53,28 @@ def _multiplied(equation: Equation) -> Equation:
     return replace(equation, residual=sp.Rational(7, 3) * equation.residual)
 
 
+def _turned_round(equation: Equation) -> Equation:
+    """Both sides of a definition counted in the other sense."""
+    return equation if equation.defines is None else replace(equation, residual=-equation.residual)
+
+
+def _divided(equation: Equation) -> Equation:
+    """A homogeneous equation divided by a factor that it has, or may have, in every term."""
+    if equation.defines is not None or equation.relation != "=" or equation.residual == 0:
+        return equation
+    whole = sp.expand(equation.residual, trig=False)
+    factor = sorted(whole.free_symbols, key=str)[0]
+    return replace(equation, residual=sp.expand(whole / factor, trig=False))
+
+
 def _said(change: Callable[[Expr], Expr]) -> Callable[[Equation], Equation]:
     return lambda equation: rewritten(equation, change)
+
+
+def _a_turn_on(equation: Equation) -> Equation:
+    """A direction a whole turn on: an angle of which everything else asks for sines and cosines alone."""
+    direction = any(equation.defines in case.directions for case in cases(modules(papers)).values())
+    return rewritten(equation, lambda e: e + 2 * sp.pi) if direction else equation
 
 
 REWRITES: dict[str, Callable[[Equation], Equation]] = {
@@ -80,6 +103,9 @@ REWRITES: dict[str, Callable[[Equation], Equation]] = {
     "sin^2 + cos^2 for one": _said(lambda e: e * (sp.sin(1) ** 2 + sp.cos(1) ** 2)),
     "sums of angles multiplied out": _said(sp.expand_trig),
     "conditions the other way round": _said(_conditions_turned),
+    "both sides the other way round": _turned_round,
+    "divided by a factor": _divided,
+    "a whole turn on": _a_turn_on,
 }
 """Other ways to write the same, by name."""
 PLACES_KEPT = (

@@ -6,7 +6,7 @@ follows from closing the loop. Lengths of the path are found for width 1 and sca
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import sympy as sp
@@ -274,7 +274,7 @@ def taper_claims() -> list[Equation]:
     return [
         definition(ClutchClaim.OUTLINE_RADIUS, q.b, circumradius(2 * apothem(q.a))),
         definition(ClutchClaim.LEAST_TRAVEL, q.c_min, travel.subs(steepness, sp.tan(q.phi))),
-        relation(ClutchClaim.TRAVEL, q.c, ">=", q.c_min),
+        replace(relation(ClutchClaim.TRAVEL, q.c, ">=", q.c_min), stated=True),
         relation(ClutchClaim.SLEEVE_SLIDES, along, ">=", q.f),
         relation(ClutchClaim.SLEEVE_ACROSS, pressing, "=", q.F_N),
         definition(ClutchClaim.SLEEVE_FRICTION, q.f, friction),

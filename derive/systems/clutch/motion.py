@@ -12,7 +12,7 @@ import sympy as sp
 from sympy import Derivative, Expr, Function, S, cos, pi, sin
 from sympy.calculus.euler import euler_equations
 
-from ...equations import Equation
+from ...equations import Equation, stated
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from . import quantities as q
 from .geometry import SIDES, definition, relation
@@ -74,7 +74,7 @@ def linkage_claims() -> list[Equation]:
             q.theta_Amax,
             crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c),
         ),
-        definition(ClutchClaim.SWITCHING_TIME, q.t_c, travel_time()),
+        stated(ClutchClaim.SWITCHING_TIME, q.t_c - travel_time(), q.t_c),
     ]
 
 
@@ -135,6 +135,22 @@ def contact_speed() -> Expr:
     return Motion(rates={angle: q.Delta_omega}).derivative(arm)[1]
 
 
+def common_speed() -> Expr:
+    """Speed at which body and shaft leave the impact together: it keeps the momentum that the body alone brings."""
+    speed, (mass, _) = sp.Dummy("speed"), modal()
+    brought = q.m1 * contact_speed()
+    (found,) = sp.solve((q.m1 + mass) * speed - brought, speed)
+    return found
+
+
+def held_at_bearing(deflection: Expr) -> dict[str, Expr]:
+    """What the bearing holds of a shaft that nothing else holds: its place and its direction there."""
+    return {
+        "deflection at the bearing": deflection.subs(q.x, 0),
+        "slope at the bearing": deflection.diff(q.x).subs(q.x, 0),
+    }
+
+
 def engagement_claims() -> list[Equation]:
     """Contact of tooth and output shaft: section 3.1."""
     of_beam, of_body = equations_of_motion()
@@ -151,6 +167,7 @@ def engagement_claims() -> list[Equation]:
         relation(ClutchClaim.BODY_FORCE, of_body, "=", S.Zero),
         relation(ClutchClaim.SHAFT_FORCE, of_beam, "=", S.Zero),
         definition(ClutchClaim.CONTACT_SPEED, q.v_0, contact_speed()),
+        definition(ClutchClaim.COMMON_SPEED, q.v_0, common_speed()),
         definition(ClutchClaim.MODAL_DEFLECTION, q.y, q.y_max * shape),
         definition(ClutchClaim.SHAFT_DEFLECTION, q.y, path * shape),
         definition(ClutchClaim.CONTACT_DEFLECTION, q.y_max, path),

@@ -6,11 +6,13 @@ import random
 from collections.abc import Mapping, Sequence
 
 from mpmath import mpf
+from sympy import Expr
 
 from ...audit.subject import Subject
 from ...equations import Claimed, Equation
 from ...quantity import Quantity
-from . import claims
+from . import claims, motion
+from .vocabulary import ClutchClaim
 
 
 class Clutch(Subject):
@@ -24,6 +26,10 @@ class Clutch(Subject):
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         return claims.reference(points)
+
+    def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
+        deflections = (ClutchClaim.MODAL_DEFLECTION, ClutchClaim.SHAFT_DEFLECTION)
+        return motion.held_at_bearing(said) if claim in deflections else {}
 
 
 SUBJECT = Clutch()

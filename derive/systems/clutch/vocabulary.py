@@ -67,6 +67,7 @@ class ClutchClaim(Claim):
     BODY_FORCE = "force on the engaging body"
     SHAFT_FORCE = "force on the output shaft"
     CONTACT_SPEED = "speed of the contact point at the start"
+    COMMON_SPEED = "speed of body and shaft at the start, when they move together"
     MODAL_DEFLECTION = "deflection of the shaft in its mode"
     SHAFT_DEFLECTION = "deflection of the shaft over time"
     CONTACT_DEFLECTION = "deflection at the contact over time"

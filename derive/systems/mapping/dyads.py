@@ -13,7 +13,7 @@ from typing import NamedTuple
 import sympy as sp
 from sympy import Expr, S
 
-from ...equations import Equation, defined, derived
+from ...equations import Equation, defined, derived, stated
 from ...mechanics.frames import Frame, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
@@ -204,9 +204,9 @@ def equations() -> Iterator[Equation]:
         yield derived(MappingClaim.COEFFICIENT_CONDITION.of(which), residual)
     yield defined(MappingClaim.ZERO_EIGENVALUES, q.n_zero, sp.Integer(zero_eigenvalues()))
     for name, expr in null_vector().items():
-        yield derived(MappingClaim.NULL_VECTOR.of(name), name - expr)
+        yield stated(MappingClaim.NULL_VECTOR.of(name), name - expr)
     for which, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conics(), strict=True):
         for name, expr in by_basis.items():
             yield defined(MappingClaim.CONIC_COEFFICIENT.of(name), name, expr)
-        yield derived(MappingClaim.NULL_SPACE_CONDITION.of(which), conic(names))
+        yield stated(MappingClaim.NULL_SPACE_CONDITION.of(which), conic(names))
     yield defined(MappingClaim.REAL_SOLUTIONS, q.n_real, eliminant().degree() - 2 * q.n_pairs)

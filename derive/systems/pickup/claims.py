@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from functools import cache
 
 from mpmath import mpf
@@ -44,7 +45,10 @@ def claims() -> dict[Claimed, Equation]:
 
 @cache
 def _derived() -> dict[Claimed, Equation]:
-    found = [defined(claim, *formula) for claim, formula in formulas().items()]
+    found = [
+        replace(defined(claim, *formula), stated=claim in spline.NAMED or claim in train.NAMED)
+        for claim, formula in formulas().items()
+    ]
     found.append(derived(PickupClaim.KNOT_ROW, spline.row()))
     slopes: list[tuple[PickupClaim, bool, Quantity, Relation]] = [
         (PickupClaim.GROWS_WITH_ADDENDUM, teeth.grows_with_addendum(), q.epsilon_ha, ">"),

@@ -65,6 +65,7 @@ def random_base(rng: random.Random) -> Values:
     """Independent quantities of a random pick-up: an obtuse bend, L2 > L1 > a2, the tip anywhere around O."""
     ranges: dict[Quantity, tuple[float, float]] = {
         q.L1: (0.06, 0.12), q.gamma: (1.7, 2.9), q.phi1: (3.2, 9.4), q.phi4: (-3.1, 3.1), q.phi50: (-1.0, 1.0),
+        q.phi30: (0.5, 1.5),
         q.phi2: (0.1, 6.2), q.omega: (1.0, 9.0), q.dphi1: (0.2, 1.5), q.dphi5: (0.2, 1.5),
         q.dR1: (-0.005, 0.005), q.ddR1: (-0.004, 0.002), q.m_n: (0.001, 0.002), q.beta: (0.14, 0.35),
         q.B: (0.005, 0.02), q.alpha_n: (0.25, 0.45), q.ha_n: (0.8, 1.2), q.alpha0: (0.25, 0.45),
@@ -193,6 +194,7 @@ def cycle(formulas: Mapping[Claimed, Formula], points: int) -> list[Values]:
 
         count = int(machine.si("spline.value_points"))
         tips = [follow(formulas, moment(mpf(j) / count)) for j in range(count)]
+        base[q.phi30] = tips[0][q.phi3]
         spline = ValuePoints(formulas, [(tip[q.x_S], tip[q.y_S]) for tip in tips])
         radius = pitch_slopes(formulas)
 

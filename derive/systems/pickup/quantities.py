@@ -67,6 +67,7 @@ phi3 = _of("3.1", "phi3", "rad", "rotation of the planet and its arm relative to
 phi4 = _of("3.2", "phi4", "rad", "direction of O-S from x, in (-pi, pi]")
 phi5 = _of("3.1", "phi5", "rad", "direction of O-O1 from x")
 phi50 = _of("3.1", "phi50", "rad", "phi5 at the initial position")
+phi30 = _derived("phi30", "rad", "phi3 at the initial position: the mounting angle of the arm on the planet")
 phi6 = _of("3.2", "phi6", "rad", "angle at O from the ray to S to the ray to O1, in [0, 2 pi)")
 phi1_far = _of("3.2", "phi1_far", "rad", "phi1 where the tip is farthest from O")
 phi6_far = _of("3.2", "phi6_far", "rad", "phi6 where the tip is farthest from O")

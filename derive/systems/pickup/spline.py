@@ -22,6 +22,10 @@ PEAK = (DEGREE + 1) // 2
 """Intervals from where a basis function begins to where it peaks."""
 
 
+NAMED = frozenset({PickupClaim.KNOT_INTERVAL})
+"""What says how a symbol is meant, so that nothing is derived."""
+
+
 def basis(first: int, degree: int) -> Expr:
     """The basis function that begins at knot ``first``, in the interval from knot 0 to knot 1."""
     if degree == 0:

@@ -20,6 +20,10 @@ MIDDLE = Frame("intermediate gear", BACK, Z, q.phi2)
 TURNING = Motion({q.phi5: q.dphi5, q.phi2: q.dphi2, q.phi1: q.dphi1})
 
 
+NAMED = frozenset({PickupClaim.TOTAL_RATIO})
+"""What says how a symbol is meant, so that nothing is derived."""
+
+
 def turn(frame: Frame, motion: Motion = TURNING) -> Expr:
     """Increment of a frame's angle as seen from the carrier."""
     return motion.spin(frame)[2] - motion.spin(CARRIER)[2]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from functools import cache
+from itertools import combinations
 
 import sympy as sp
 from mpmath import mpf
@@ -12,7 +13,7 @@ from sympy import Expr, S, pi
 
 from ...branches import switch
 from ...chain import ordered, solve_linear
-from ...equations import Balance, Claimed, Equation, among, by_claim, defined
+from ...equations import Balance, Claimed, Equation, among, by_claim, defined, stated
 from ...evaluate import Point
 from ...mechanics.bodies import Assembly
 from ...mechanics.contacts import GearContact
@@ -40,6 +41,12 @@ BETWEEN = (
     q.F_fQ,
 )
 """Quantities that the paper names between forces and geometry."""
+OFFSETS: dict[sp.Symbol, Expr] = {
+    q.phi72_dot: -q.omega, q.phi52_dot: -q.omega,
+    q.x_C1: q.x_A, q.y_C1: q.y_A, q.z_C1: q.z_A, q.x_C2: q.x_A, q.y_C2: q.y_A, q.z_C2: q.z_A,
+    q.x_CA: q.x_A1, q.y_CA: q.y_A1, q.x_CB: q.x_B1, q.y_CB: q.y_B1,
+}  # fmt: skip
+"""Rates that come in relative to the carrier's reverse, places that come in relative to a pin."""
 SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 """Places on the carrier and on the sun's pitch curve lie opposite each other on the two sides."""
 
@@ -82,7 +89,7 @@ def _cam(side: derivation.Side) -> list[Equation]:
     return [
         defined(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
         defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _law(mech, q.F_Ex)),
-        defined(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, S.Zero),
+        stated(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
         defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _law(mech, q.F_Ez)),
         defined(PlantingClaim.CAM_MOMENT, q.M_T, moment),
     ]
@@ -129,7 +136,7 @@ def _teeth(
             PlantingClaim.FRICTION_DIRECTION.of(tag), across, switch(moment, contact.across(1), contact.across(-1))
         ),
         defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _law(mech, normal)),
-        defined(PlantingClaim.FRICTION_FORCE.of(tag), drag, normal * sp.tan(q.mu2)),
+        stated(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
         *(
             defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _law(mech, f))
             for axis, f in zip("xy", force, strict=True)
@@ -217,9 +224,23 @@ def moving() -> frozenset[Quantity]:
 
 def common(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
     """Two balances in the same quantities: what only one of them names is written by what both do."""
-    definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines is not None}
-    given = eliminated(printed, derived.free_symbols, definitions)
+    given = _given(printed, derived)
     return in_names(given), canonical(eliminated(derived, given.free_symbols, _relations()))
+
+
+def footings(printed: Expr, derived: Expr) -> list[tuple[Expr, Expr]]:
+    """Two balances with none, some and all of the unknowns eliminated that only the derived one names."""
+    given = _given(printed, derived)
+    relations = {s: e for s, e in _relations().items() if {s, q.twin(s)} & (derived.free_symbols - given.free_symbols)}
+    some = (chosen for size in range(len(relations) + 1) for chosen in combinations(relations, size))
+    sums = (eliminated(derived, given.free_symbols, {s: relations[s] for s in chosen}) for chosen in some)
+    return [(in_names(given), canonical(left)) for left in sums]
+
+
+def _given(printed: Expr, derived: Expr) -> Expr:
+    """A printed balance without the defined quantities that the derived one does not name."""
+    definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines is not None}
+    return eliminated(printed, derived.free_symbols, definitions)
 
 
 def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:

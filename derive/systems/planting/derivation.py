@@ -200,6 +200,11 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     return Side(k, mech, sun, carrier, middle, planet, inner, outer)
 
 
+def coupling() -> Quantity:
+    """The moment by which one half of the nozzle drives the other."""
+    return next(unknown for unknown in build_side().mechanism.unknowns if unknown.name == "M_K")
+
+
 @dataclass(frozen=True)
 class Support:
     """Sun and carrier in the frame, with what both sides do to them."""

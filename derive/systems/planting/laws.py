@@ -68,6 +68,7 @@ def laws() -> tuple[Law, ...]:
         Law("work of the motor is work of friction", "J", (q.M_L - (loss + other(loss)) / q.omega,), "turn"),
         Law("support force tends to the weight as the speed goes to zero", "N", (support[1] - weight,), cycle="slow"),
         *(Law(f"{name} only push", "N", (_pull(push), _pull(other(push)))) for name, push in pushes.items()),
+        *(Law(f"tooth force at {tag} has its moment", "N m", (gap, other(gap))) for tag, gap in _levers(side).items()),
     )
 
 
@@ -85,6 +86,12 @@ def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
     normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(contact.world)
     share = sp.sin(contact.pressure_angle - contact.friction) / sp.cos(contact.friction)
     return (normal[0] * force[0] + normal[1] * force[1]) / share
+
+
+def _levers(side: derivation.Side) -> dict[str, Expr]:
+    """Moment about the outer gear's shaft that is named, less that of the tooth force, at P and Q."""
+    found = claims.relations(side.mechanism)
+    return {tag: moment - found[moment] for tag, moment in (("P", q.M_P), ("Q", q.M_Q))}
 
 
 def _cam_push(side: derivation.Side) -> Expr:

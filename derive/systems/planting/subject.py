@@ -33,6 +33,12 @@ class PlantingDevice(Subject):
     def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
         return claims.common(printed, derived)
 
+    def footings(self, printed: Expr, derived: Expr) -> Sequence[tuple[Expr, Expr]]:
+        return claims.footings(printed, derived)
+
+    def folds(self) -> Mapping[sp.Symbol, Expr]:
+        return claims.OFFSETS
+
     def zero(self) -> Mapping[sp.Symbol, str]:
         return assumptions.ZERO
 

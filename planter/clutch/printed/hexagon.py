@@ -118,6 +118,15 @@ def travel(inputs: Inputs) -> float:
     return _travel(inputs, "exact")
 
 
+@formula("width by the travels over the shaft")
+def width_by_travels(inputs: Inputs) -> float:
+    """Width of the body that the printed travels belong to, by the printed formula, less the shaft's flats [mm]."""
+    pairs = zip(inputs.si("travels_mm"), inputs.si("tapers_deg"), strict=True)
+    sides = [travelled / least_travel(_of_side(1.0), float(taper), "printed") for travelled, taper in pairs]
+    width = model().at("polygon", a=float(np.mean(sides)))["R"]
+    return float(width / MM - inputs["shaft_flats_mm"])
+
+
 @formula("ratio of radii")
 def radius_ratio(inputs: Inputs) -> float:
     """Crank gear's pitch radius over the rack's."""
@@ -139,6 +148,10 @@ def _teeth(inputs: Inputs) -> dict[str, float]:
 
 
 def _travel(inputs: Inputs, name: Model) -> float:
-    """Travel by a model [mm]; friction and forces have no part in it."""
-    values = {"a": float(inputs.si("hexagon_side_mm")), "mu": 0.0, "F1": 0.0, "F2": 0.0}
-    return least_travel(values, float(inputs.si("taper_deg")), name) / MM
+    """Travel by a model [mm]."""
+    return least_travel(_of_side(float(inputs.si("hexagon_side_mm"))), float(inputs.si("taper_deg")), name) / MM
+
+
+def _of_side(a: float) -> dict[str, float]:
+    """What a travel is found from: the side of the hexagon [m]; friction and forces have no part in it."""
+    return {"a": a, "mu": 0.0, "F1": 0.0, "F2": 0.0}

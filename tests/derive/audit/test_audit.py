@@ -5,11 +5,12 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from derive.audit.judge import Judgement, judge
+from derive.audit.judge import judge
+from derive.audit.judgement import Judgement
 from derive.dimensions import DimensionError, dimension, of_unit
 from derive.equations import Equation
 from derive.evaluate import NotEvaluated
-from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, judged, quantity, t, u, v, x, x_dot
+from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, judged, quantity, t, u, v, x, x_dot
 
 
 def test_confirmed_however_it_is_written() -> None:
@@ -68,10 +69,10 @@ def test_contradicted_where_nothing_explains_a_printed_term() -> None:
     assert found.unexplained == (-b * sp.exp(u) * u**3,)
 
 
-def test_reconstructed_and_definition() -> None:
+def test_reconstructed_and_untested() -> None:
     lost = Equation("n", sp.S.Zero, "test", MadeUpClaim.SUM, "lost")
     assert judge(lost, replace(lost, residual=a), POINTS, WORDS).verdict == "reconstructed"
-    assert judge(replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS).verdict == "definition"
+    assert judge(replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS).verdict == "untested"
 
 
 @pytest.mark.parametrize("mixed", [a + t, a - b * t, sp.sin(a), a - b * x_dot])
@@ -93,7 +94,74 @@ def test_a_symbol_without_a_value_is_no_difference_but_an_error() -> None:
         judged(a - quantity("nowhere"), a - b)
 
 
+def test_a_summand_too_many_also_in_a_bracket() -> None:
+    assert judged(a * u - b + c, a * u - b).corrections == ((f"without {c}",),)
+    found = judged(a * (x_dot + b / t) ** 2 - c * x_dot**2, a * x_dot**2 - c * x_dot**2)
+    assert (f"without {b / t}",) in found.corrections
+
+
+def test_a_summand_that_a_bracket_lacks() -> None:
+    found = judged(a * u**2 - c * u * v, a * (u + v) ** 2 - c * u * v)
+    assert found.corrections == ((f"{u + v} for {u}",),)
+
+
+def test_a_term_that_is_gone_is_missing_and_no_edit() -> None:
+    found = judged(a * u - b * v, a * u - b * v + c * u * v)
+    assert (found.verdict, found.corrections, found.missing) == ("incomplete", (), (c * u * v,))
+
+
+def test_sign_and_factor_of_a_group() -> None:
+    found = judged(a * u - b * v - c + d, a * u + b * v + c + d)
+    assert found.verdict == "misprint"
+    assert min(map(len, found.corrections)) == 1
+    found = judged(a * u - 2 * b * v - 2 * c + d - e, a * u - b * v - c + d - e)
+    assert (found.verdict, len(found.corrections[0])) == ("misprint", 1)
+
+
+def test_a_derived_term_with_a_factor_that_is_a_root() -> None:
+    found = judged(a * u - b, a * u - sp.sqrt(3) * b, defines=x)
+    assert found.corrections == ((f"factor sqrt(3) on {-b}",),)
+    assert judged(a * u - b, a * u - sp.Rational(1001, 1000) * b, defines=x).verdict != "confirmed"
+
+
+def test_any_number_of_errors_in_different_terms_is_found() -> None:
+    meant = a * sp.sin(u) - b * sp.exp(v) + c * u * v - d * v**2 + e
+    printed = a * sp.cos(u) + b * sp.exp(v) + c * u * v - d * v**2 / 2 + e
+    found = judged(printed, meant)
+    assert found.verdict == "misprint"
+    assert set(found.corrections[0]) == {
+        f"sin for cos of {u}",
+        f"sign of {b * sp.exp(v)}",
+        f"factor 2 on {-d * v**2 / 2}",
+    }
+
+
+def test_taking_terms_away_explains_no_print_that_lacks_others() -> None:
+    assert judged(a - b * sp.exp(u) * u**3, a - c * sp.log(1 + v) - d).verdict == "contradicted"
+
+
 # what is no error
+
+
+def test_a_direction_is_the_same_a_whole_turn_on() -> None:
+    for turns, verdict in ((2, "confirmed"), (-4, "confirmed"), (1, "misprint"), (sp.Rational(1, 2), "misprint")):
+        printed, meant = (Equation("n", u - e, "test", MadeUpClaim.SUM, defines=u) for e in (v + turns * sp.pi, v))
+        found = judge(printed, meant, POINTS, WORDS, frozenset({u})).verdict
+        assert (found == "confirmed") is (verdict == "confirmed"), turns
+        assert judge(printed, meant, POINTS, WORDS).verdict != "confirmed", turns
+
+
+def test_a_definition_may_have_both_sides_the_other_way_round() -> None:
+    printed, meant = (Equation("n", e, "test", MadeUpClaim.SUM, defines=x) for e in (a * u - x, x - a * u))
+    assert judge(printed, meant, POINTS, WORDS).verdict == "confirmed"
+    assert judge(replace(printed, residual=a * u + x), meant, POINTS, WORDS).verdict == "misprint"
+
+
+def test_a_homogeneous_equation_may_be_divided_by_a_factor_of_its_terms() -> None:
+    assert judged(a * u - b * v, a * c * u - b * c * v).verdict == "confirmed"
+    assert judged(a * u / b - v, a * u - b * v).verdict == "confirmed"
+    assert judged(a * u + b * v, a * c * u - b * c * v).verdict == "misprint"
+    assert judged(a * u - v * b, a * c * u - b * c * v, ("<", "<")).verdict != "confirmed"
 
 
 def test_a_balance_times_a_number_is_the_same_balance() -> None:

@@ -52,7 +52,7 @@ class Here:
     def submit(self, function: Any, module: str, its_key: str) -> Future[Any]:
         self.judged.append("laws")
         found: Future[Any] = Future()
-        found.set_result([{"paper": CASES[module].paper.name, "law": "made up", "key": its_key}])
+        found.set_result([{"paper": CASES[module].paper.name, "law": "made up", "key": its_key, "shares": []}])
         return found
 
 
@@ -123,7 +123,7 @@ def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pyte
     third = {symbol: sp.Rational(1, 3)}
     others = [
         replace(own, subject=tampered(subject, claims=lambda _: derived)),
-        replace(own, paper=replace(own.paper, readings={})),
+        replace(own, paper=replace(own.paper, questions=[])),
         replace(own, subject=tampered(subject, admissible=lambda _, rng: {**subject.admissible(rng), **third})),
         replace(own, subject=tampered(subject, reference=lambda _, n: [v | third for v in subject.reference(n)])),
     ]
@@ -168,10 +168,10 @@ def test_the_committed_records_are_those_of_this_code() -> None:
 def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
     content = json.loads(committed)
-    assert record.as_json(content["equations"], content["laws"]) == committed
+    assert record.as_json(content["equations"], content["laws"], content["references"]) == committed
     typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
     shown = json.loads(typeset)
     assert record.typeset(record.keyed(content["equations"], shown).values()) == typeset
-    references = {case.paper.name: case.paper.reference for case in CASES.values()}
-    written = page.as_page(content["equations"], references, content["laws"])
+    titles = {case.paper.name: case.paper.reference for case in CASES.values()}
+    written = page.as_page(content["equations"], titles, content["laws"], content["references"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

@@ -6,42 +6,53 @@ import sympy as sp
 from mpmath import mpf
 
 from derive.audit.edits import edits
-from derive.audit.terms import Match, expanded, matched, overall_factor, remainder_vanishes, value
+from derive.audit.terms import Gap, Match, content, expanded, gap, monomials, overall_factor, remainder_vanishes, value
+from derive.audit.terms import matched as matched_sums
 from derive.evaluate import DIGITS, NotEvaluated, Point
 from tests.support.made_up import POINTS, WORDS, a, b, c, e, quantity, t, u, v, x, x_dot
 
 # terms
 
+AT = tuple(POINTS)
+
+
+def matched(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...], points: object = None) -> Match:
+    return matched_sums(monomials(sp.Add(*printed), AT), monomials(sp.Add(*derived), AT))
+
+
+def factor(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...]) -> sp.Expr:
+    return overall_factor(monomials(sp.Add(*printed), AT), monomials(sp.Add(*derived), AT))
+
 
 def test_equal_terms_are_struck_out() -> None:
-    assert matched((a * u, -b), (-b, a * u), POINTS) == Match((), ())
-    assert matched((a * u, -b), (a * u,), POINTS) == Match((-b,), ())
+    assert matched((a * u, -b), (-b, a * u)) == Match((), ())
+    assert matched((a * u, -b), (a * u,)) == Match((-b,), ())
 
 
 def test_terms_match_however_they_are_written() -> None:
-    assert matched((a * sp.sin(sp.pi - u, evaluate=False),), (a * sp.sin(u),), POINTS).equal
+    assert matched((a * sp.sin(sp.pi - u, evaluate=False),), (a * sp.sin(u),)).equal
 
 
 def test_a_part_of_a_coefficient_that_is_missing() -> None:
-    assert matched((a * u,), (3 * a * u,), POINTS) == Match((), (2 * a * u,))
+    assert matched((a * u,), (3 * a * u,)) == Match((), (2 * a * u,))
 
 
 def test_a_wrong_sign_and_a_coefficient_too_large_leave_both_terms() -> None:
-    assert matched((-a * u,), (a * u,), POINTS) == Match((-a * u,), (a * u,))
-    assert matched((3 * a * u,), (a * u,), POINTS) == Match((3 * a * u,), (a * u,))
+    assert matched((-a * u,), (a * u,)) == Match((-a * u,), (a * u,))
+    assert matched((3 * a * u,), (a * u,)) == Match((3 * a * u,), (a * u,))
 
 
 def test_a_coefficient_that_is_no_whole_part_is_another_term() -> None:
-    assert matched((2 * a * u,), (3 * a * u,), POINTS) == Match((2 * a * u,), (3 * a * u,))
+    assert matched((2 * a * u,), (3 * a * u,)) == Match((2 * a * u,), (3 * a * u,))
     fourth = sp.Rational(6, 25) * a * u
-    assert matched((fourth,), (2 * a * u,), POINTS) == Match((fourth,), (2 * a * u,))
+    assert matched((fourth,), (2 * a * u,)) == Match((fourth,), (2 * a * u,))
 
 
 def test_a_remainder_can_vanish_as_a_whole() -> None:
-    left = matched((a * sp.sin(u) ** 2, a * sp.cos(u) ** 2), (a,), POINTS)
+    left = matched((a * sp.sin(u) ** 2, a * sp.cos(u) ** 2), (a,))
     assert not left.equal
-    assert remainder_vanishes(left, POINTS)
-    assert not remainder_vanishes(Match((a,), (b,)), POINTS)
+    assert remainder_vanishes(left, AT)
+    assert not remainder_vanishes(Match((a,), (b,)), AT)
 
 
 def test_terms_of_nothing() -> None:
@@ -52,6 +63,18 @@ def test_terms_of_nothing() -> None:
 def test_value_of_what_is_not_real() -> None:
     assert value(sp.asin(2 + u), POINTS[0]) is None
     assert value(a, POINTS[0]) == POINTS[0](a)
+
+
+def test_a_gap_counts_what_has_no_like() -> None:
+    printed, derived = (monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e))
+    assert gap(printed, derived) == Gap(alien=1, unlike=1, lacking=2)
+    assert gap(printed, printed).size == 0
+
+
+def test_the_content_of_a_sum_is_what_all_its_terms_share() -> None:
+    assert content(a**2 * u - a * b * u) == a * u
+    assert content((a - b) / c) == 1 / c
+    assert content(a + 2 * b) == 1
 
 
 # edits
@@ -80,10 +103,27 @@ FORMULA = a * sp.sin(u) - b * sp.cos(v) + x_dot * t + c * sp.atan(u * v)
         FORMULA.xreplace({sp.sin(u): sp.sin(sp.pi / 180 * u)}),
         FORMULA.xreplace({sp.atan(u * v): u * v}),
         FORMULA.xreplace({sp.atan(u * v): sp.atan(sp.atan(u * v))}),
+        FORMULA - a * sp.sin(u),
+        FORMULA.xreplace({sp.sin(u): sp.sin(u + v)}),
+        FORMULA.xreplace({sp.sin(u): sp.sin(u - v)}),
     ],
 )
 def test_each_kind_of_edit_is_tried(meant: sp.Expr) -> None:
-    assert any(sp.expand(edit.result - meant) == 0 for edit in edits(FORMULA, WORDS))
+    assert any(sp.expand(edit.result - meant) == 0 for edit in edits(FORMULA, WORDS, present=[v]))
+
+
+@pytest.mark.parametrize(
+    ("printed", "meant"),
+    [
+        (a * (b + c - e), a * (b + c)),
+        (a * sp.sin(u + v - t / t), a * sp.sin(u - v + 1)),
+        (a * sp.sqrt(2 * u), a * sp.sqrt(u)),
+        (a * (x_dot + b / t) ** 2, a * x_dot**2),
+    ],
+)
+def test_edits_inside_a_bracket(printed: sp.Expr, meant: sp.Expr) -> None:
+    """A summand too many, the sign of a group, a factor on one."""
+    assert any(sp.expand(edit.result - meant) == 0 for edit in edits(printed, WORDS))
 
 
 def test_conditions_are_exchanged() -> None:
@@ -138,8 +178,8 @@ def test_a_new_value_of_a_symbol_is_used() -> None:
 
 
 def test_the_overall_factor_is_that_of_most_shared_terms() -> None:
-    assert overall_factor((2 * a, 2 * b * u), (a, b * u, c), POINTS) == 2
-    assert overall_factor((2 * a, 2 * b * u, -2 * c), (a, b * u, c), POINTS) == 2
-    assert overall_factor((2 * a, b * u), (a, b * u), POINTS) == 1
-    assert overall_factor((2 * a,), (a,), POINTS) == 1
-    assert overall_factor((a,), (b,), POINTS) == 1
+    assert factor((2 * a, 2 * b * u), (a, b * u, c)) == 2
+    assert factor((2 * a, 2 * b * u, -2 * c), (a, b * u, c)) == 2
+    assert factor((2 * a, b * u), (a, b * u)) == 1
+    assert factor((2 * a,), (a,)) == 1
+    assert factor((a,), (b,)) == 1

@@ -1,0 +1,151 @@
+"""An equation heard under every reading and on every footing: the mildest judgement, and what it hangs on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import sympy as sp
+from sympy import Expr
+
+from ..equations import Equation
+from ..evaluate import TOLERANCE
+from ..quantity import Quantity
+from .case import AS_READ, Case, Choice
+from .comparison import facing
+from .fold import folded
+from .judge import judge
+from .judgement import FAULTS, Judgement
+from .wording import Said, joined
+
+ACTIONS = ("N", "N m")
+"""Units of what one body does to another."""
+
+
+@dataclass(frozen=True)
+class Hearing:
+    """A judgement with the two sides that it was given on, under one reading."""
+
+    judgement: Judgement
+    printed: Equation
+    derived: Equation | None
+    choice: Choice = AS_READ
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is found of an equation: under the reading that is kindest to it, and under every other."""
+
+    kindest: Hearing
+    every: tuple[Hearing, ...] = ()
+
+    @property
+    def robust(self) -> bool:
+        """Whether every reading gives the same verdict."""
+        return len({hearing.judgement.verdict for hearing in (self.kindest, *self.every)}) == 1
+
+
+def heard(case: Case, number: str) -> Outcome:
+    """An equation's outcome; of equally kind readings the one that stands first."""
+    every = tuple(_heard(case, number, choice) for choice in case.choices(number))
+    if not every:
+        return Outcome(_heard(case, number, AS_READ))
+    return Outcome(min(every, key=lambda hearing: hearing.judgement.severity), every)
+
+
+def _heard(case: Case, number: str, choice: Choice) -> Hearing:
+    """The mildest judgement among the footings; missing terms are told on that which leaves fewest."""
+    tried = [
+        Hearing(judge(printed, derived, case.points, case.words, case.directions), printed, derived, choice)
+        for printed, derived in case.footings(number, choice)
+    ]
+    mildest = min(tried, key=lambda hearing: hearing.judgement.severity)
+    if loose := _loose(case, mildest):
+        return replace(mildest, judgement=_unheld(mildest.judgement, loose))
+    if mildest.judgement.verdict not in FAULTS:
+        return mildest
+    folds = case.subject.folds()
+    told = min((_folded(hearing, folds) for hearing in tried), key=_length)
+    found = replace(told.judgement, verdict=mildest.judgement.verdict, finding=mildest.judgement.finding,
+                    unexplained=mildest.judgement.unexplained)  # fmt: skip
+    return replace(told, judgement=found)
+
+
+def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
+    """Of what must vanish where a thing is held, what does not by the printed formula at its correction."""
+    symbol, found = hearing.printed.defines, hearing.judgement
+    if symbol is None or hearing.printed.legibility == "lost":
+        return {}
+    said = found.edits[-1].result if found.verdict == "misprint" else symbol - hearing.printed.residual
+    held = case.subject.held(hearing.printed.claims, said)
+    return {name: left for name, left in held.items() if any(abs(point(left)) > TOLERANCE for point in case.points)}
+
+
+def _unheld(found: Judgement, loose: Mapping[str, Expr]) -> Judgement:
+    pieces = [Said(f"{name} is ", left, ", and must be 0") for name, left in loose.items()]
+    if found.verdict in FAULTS:
+        pieces.insert(0, Said(found.finding))
+    return replace(found, verdict="contradicted", finding=joined("; ", pieces), loose=tuple(loose))
+
+
+def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
+    missing = folded(hearing.judgement.missing, folds)
+    return replace(hearing, judgement=replace(hearing.judgement, missing=missing))
+
+
+def _length(hearing: Hearing) -> int:
+    """What there is to tell of a difference: edits, and terms left over."""
+    found = hearing.judgement
+    return len(found.edits) + len(found.missing) + len(found.unexplained)
+
+
+def faced(case: Case, hearing: Hearing) -> Equation | None:
+    """The derived side of a hearing with the sign of the printed one."""
+    if hearing.derived is None:
+        return None
+    return facing(hearing.printed, hearing.derived, tuple(case.points))
+
+
+def is_fragile(judgement: Judgement) -> bool:
+    """Whether a correction puts one symbol for another whose name differs in a single character, a dot among them.
+
+    So little a machine that reads a print may have taken for something else.
+    """
+    swaps = (swap for edit in judgement.edits for swap in edit.swaps)
+    return any(isinstance(new, Quantity) and _one_apart(str(old), str(new)) for old, new in swaps)
+
+
+def _one_apart(one: str, two: str) -> bool:
+    """Whether two names are one character apart, put in, left out or exchanged."""
+    short, long = sorted((one, two), key=len)
+    if len(short) == len(long):
+        return sum(a != b for a, b in zip(one, two, strict=True)) == 1
+    return len(long) - len(short) == 1 and any(long[:i] + long[i + 1 :] == short for i in range(len(long)))
+
+
+def reasons(judgement: Judgement, printed: Equation) -> tuple[str, ...]:
+    """What is wrong, so that the same fault of two equations reads the same: edits, and what is left out."""
+    if judgement.verdict not in FAULTS:
+        return ()
+    edits = [_same_wherever(edit.swaps, str(edit.what)) for edit in judgement.edits]
+    edits += [f"{name} does not vanish" for name in judgement.loose]
+    unlike = [f"{', '.join(map(str, judgement.unexplained))} is not derived"] if judgement.unexplained else []
+    lacking = [] if judgement.unexplained else _left_out(judgement.missing, printed.residual)
+    told = [*edits, *unlike, *lacking] or [str(text) for text in judgement.corrections[0]]
+    return tuple(dict.fromkeys(told))
+
+
+def _same_wherever(swaps: Iterable[tuple[Quantity, Expr]], what: str) -> str:
+    """An edit without the place where it is made."""
+    one = next(iter(swaps), None)
+    return f"{one[1]} for {one[0]}" if one else what
+
+
+def _left_out(missing: Iterable[Expr], printed: Expr) -> list[str]:
+    """Actions that missing terms speak of, those that the print does not name before others; else the first term."""
+    terms = list(missing)
+    acting = {s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS}
+    acting = acting - printed.free_symbols or acting
+    named = (s.meaning.partition("; ")[0] for s in sorted(acting, key=str))
+    found = list(dict.fromkeys(f"lacks {meaning.rpartition(', ')[0] or meaning}" for meaning in named))
+    return found or [f"lacks {term}" for term in terms[:1]]

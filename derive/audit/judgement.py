@@ -1,0 +1,42 @@
+"""What is said of an equation: a verdict and its evidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from sympy import Expr
+
+from .edits import Edit
+
+Word = Literal[
+    "confirmed", "confirmed as rebuilt", "untested", "misprint", "incomplete", "contradicted", "reconstructed",
+    "definition",
+]  # fmt: skip
+FAULTS: tuple[Word, ...] = ("misprint", "incomplete", "contradicted")
+"""Verdicts that find fault with a print, the slightest first."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict with its evidence. ``missing`` are terms of the derivation that the print lacks.
+
+    ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first correction,
+    with what they replace.
+    """
+
+    verdict: Word
+    finding: str
+    corrections: tuple[tuple[str, ...], ...] = ()
+    missing: tuple[Expr, ...] = ()
+    unexplained: tuple[Expr, ...] = field(default=())
+    loose: tuple[str, ...] = ()
+    edits: tuple[Edit, ...] = field(default=(), compare=False)
+
+    @property
+    def severity(self) -> tuple[int, int, int]:
+        """What a judgement is the milder for being less: of the verdict, the terms left over, the edits needed."""
+        left = len(self.missing) + len(self.unexplained)
+        needed = min((len(c) for c in self.corrections), default=0)
+        grade = 1 + FAULTS.index(self.verdict) if self.verdict in FAULTS else 0
+        return grade, left, needed

@@ -1,0 +1,81 @@
+"""How the audit fares with planted errors and harmless rewrites: `python -m tests.support.tally [PAPER] [COUNT]`."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import sympy as sp
+
+from derive.audit.judgement import Judgement
+from tests.support import mutations
+from tests.support.mutations import CASES, Mutant, outcome, tried, untouched
+from tests.support.rewrites import PLACES_KEPT, REWRITES
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Planted errors that change what is found; those in sound equations, and how many are told exactly; rewrites."""
+
+    planted: int
+    noticed: int
+    in_sound: int
+    corrected: int
+    rewritten: int
+    accused: int
+
+
+def tally(paper: str, count: int) -> Tally:
+    """The counts of one paper for so many planted errors."""
+    errors = mutations.mutants(paper, count)
+    sound = [m for m in errors if mutations.is_sound(paper, CASES[paper].paper.equations[m.equation.number])]
+    neutral = [(name, n) for name in REWRITES for n in mutations.derivable(paper) if _is_neutral(paper, name, n)]
+    return Tally(
+        planted=len(errors),
+        noticed=sum(is_noticed(paper, m) for m in errors),
+        in_sound=len(sound),
+        corrected=sum(is_told(paper, m) for m in sound),
+        rewritten=len(neutral),
+        accused=sum(is_accused(paper, name, n) for name, n in neutral),
+    )
+
+
+def is_noticed(paper: str, mutant: Mutant) -> bool:
+    return outcome(tried(paper, mutant.equation)) != outcome(untouched(paper, mutant.equation.number))
+
+
+def is_told(paper: str, mutant: Mutant) -> bool:
+    """Whether an error in a sound equation is told as what it is: its correction, or the very terms that are gone."""
+    found = tried(paper, mutant.equation)
+    if found.corrections and not found.missing and not found.unexplained:
+        return min(map(len, found.corrections)) <= mutant.errors
+    return found.verdict == "incomplete" and not found.corrections and _is_gone(paper, mutant, found)
+
+
+def _is_gone(paper: str, mutant: Mutant, found: Judgement) -> bool:
+    """Whether the missing terms are what the planted error took away, but for a sign or factor on the whole."""
+    own = CASES[paper]
+    before, after = (e.residual for e in (own.paper.equations[mutant.equation.number], mutant.equation))
+    reading = own.reading_of(mutant.equation.number)
+    taken, told = (before - after).xreplace(reading), sp.Add(*found.missing)
+    ratios = {round(float(point(taken) / point(told)), 9) for point in own.points}
+    return len(ratios) == 1
+
+
+def is_accused(paper: str, name: str, number: str) -> bool:
+    """Whether a harmless rewrite changes the verdict."""
+    rewritten = REWRITES[name](CASES[paper].paper.equations[number])
+    return tried(paper, rewritten).verdict != untouched(paper, number).verdict
+
+
+def _is_neutral(paper: str, name: str, number: str) -> bool:
+    """Whether a rewrite changes the text, of a faulty equation without changing the places of its faults."""
+    equation = CASES[paper].paper.equations[number]
+    kept = name in PLACES_KEPT or mutations.is_sound(paper, equation)
+    return kept and REWRITES[name](equation) != equation
+
+
+if __name__ == "__main__":
+    wanted = sys.argv[1].split(",") if len(sys.argv) > 1 else list(CASES)
+    for paper in wanted:
+        print(paper, tally(paper, int(sys.argv[2]) if len(sys.argv) > 2 else 100), flush=True)
