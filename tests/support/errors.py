@@ -102,7 +102,7 @@ def _dots(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
 def _cosine(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
     if isinstance(node, sp.sin | sp.cos):
         other = sp.cos if isinstance(node, sp.sin) else sp.sin
-        yield f"{other.__name__} of {node.args[0]}", other(node.args[0])
+        yield f"{other.__name__} of {node.args[0]}", other(node.args[0], evaluate=False)
 
 
 def _function(node: Expr, words: list[Quantity]) -> Iterator[Planted]:

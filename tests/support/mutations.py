@@ -81,6 +81,11 @@ def _pair(name: str, equation: Equation) -> tuple[Equation, Equation | None]:
     return _like(name, alone).pair(equation.number)
 
 
+def read(name: str, equation: Equation) -> Expr:
+    """The residual of an equation in the quantities that it is judged in."""
+    return _pair(name, equation)[0].residual
+
+
 @cache
 def derivable(name: str) -> tuple[str, ...]:
     """Numbers of the equations that can be read, are derived and quick to judge with an error in them.

@@ -55,9 +55,8 @@ def is_told(paper: str, mutant: Mutant) -> bool:
 def _is_gone(paper: str, mutant: Mutant, found: Judgement) -> bool:
     """Whether the missing terms are what the planted error took away, but for a sign or factor on the whole."""
     own = CASES[paper]
-    before, after = (e.residual for e in (own.paper.equations[mutant.equation.number], mutant.equation))
-    reading = own.reading_of(mutant.equation.number)
-    taken, told = (before - after).xreplace(reading), sp.Add(*found.missing)
+    before, after = (mutations.read(paper, e) for e in (own.paper.equations[mutant.equation.number], mutant.equation))
+    taken, told = before - after, sp.Add(*found.missing)
     ratios = {round(float(point(taken) / point(told)), 9) for point in own.points}
     return len(ratios) == 1
 
