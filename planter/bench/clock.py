@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from planter.bench.case import Call, Contender
+from planter.bench.results import Spread
 from planter.errors import ComputationError
 from planter.kernels import Array
 
@@ -33,10 +34,10 @@ class Times:
     def median_us(self) -> float:
         return float(np.median(self.seconds)) * 1e6
 
-    def spread(self) -> dict[str, float]:
+    def spread(self) -> Spread:
         """Quartiles [us] and the number of calls."""
         low, high = np.percentile(self.seconds, (25, 75)) * 1e6
-        return {"quartile1_us": float(low), "quartile3_us": float(high), "calls": len(self.seconds)}
+        return Spread(float(low), float(high), len(self.seconds))
 
 
 def agree(work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array]) -> dict[str, float]:

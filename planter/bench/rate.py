@@ -12,6 +12,7 @@ from importlib import resources
 
 from planter.bench.case import Case
 from planter.bench.clock import timed
+from planter.bench.results import Arithmetic, Rate
 from planter.kernels import Kernel, toolchain
 from planter.kernels.loops import Graph, functions
 from planter.kernels.loops.graph import Assignment
@@ -60,7 +61,7 @@ class Peak:
         """Bits."""
         return 64 * self.lanes
 
-    def table(self, case: Case, medians_us: dict[str, dict[str, float]]) -> dict[str, object]:
+    def table(self, case: Case, medians_us: dict[str, dict[str, float]]) -> Arithmetic:
         """Operations a cycle of the ways that evaluate the lanes' graph, from medians by work and way."""
         force, turn = case.device.force, len(case.lanes)
         counts = {
@@ -68,10 +69,9 @@ class Peak:
             "cycle+gradient": turn * operations(force.slopes_kernel),
         }
         rows = [
-            {"work": work, "way": way, "operations": counts[work],
-             "operations_per_cycle": (rate := counts[work] / (median * 1e-6 * self.hertz)),
-             "share_of_peak": rate / self.operations_per_cycle}
+            Rate(work, way, counts[work], rate := counts[work] / (median * 1e-6 * self.hertz),
+                 rate / self.operations_per_cycle)
             for work, medians in medians_us.items() if work in counts
             for way, median in medians.items() if way in ("casadi-vm", "casadi-c", "lanes")
         ]  # fmt: skip
-        return {"clock_GHz": self.hertz / 1e9, "peak_operations_per_cycle": self.operations_per_cycle, "rates": rows}
+        return Arithmetic(self.hertz / 1e9, self.operations_per_cycle, rows)

@@ -9,6 +9,7 @@ from typing import Any
 
 from planter.bench.case import Case
 from planter.bench.clock import Times, race
+from planter.bench.results import Basins, Seed
 from planter.optimise import genetic
 from planter.optimise.starts import descents
 from planter.planting import search
@@ -47,13 +48,13 @@ def printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, list[f
     return race(calls, itertools.count(), rounds, 0), reached
 
 
-def exact(case: Case, rounds: int) -> dict[str, Any]:
+def exact(case: Case, rounds: int) -> Basins:
     """The exact model has several basins: time and starts until IPOPT meets what the GA found, for each seed."""
     device = compiled(case, "exact")
-    return {"model": "exact", "seeds": [_met(device, seed) for seed in range(rounds)]}
+    return Basins("exact", [_met(device, seed) for seed in range(rounds)])
 
 
-def _met(device: Device, seed: int) -> dict[str, Any]:
+def _met(device: Device, seed: int) -> Seed:
     sought, begun = problem_of(device), time.perf_counter()
     wanted = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
@@ -64,5 +65,4 @@ def _met(device: Device, seed: int) -> dict[str, Any]:
         if best <= wanted * (1 + CLOSE):
             break
     ipopt_s = time.perf_counter() - begun
-    return {"seed": seed, "ga_objective": wanted, "ga_s": ga_s, "ipopt_objective": best, "ipopt_s": ipopt_s,
-            "starts": starts, "met": best <= wanted * (1 + CLOSE)}  # fmt: skip
+    return Seed(seed, wanted, ga_s, best, ipopt_s, starts, met=best <= wanted * (1 + CLOSE))

@@ -7,17 +7,18 @@ import platform
 from importlib import metadata
 from pathlib import Path
 
+from planter.bench.results import Surroundings
 from planter.kernels import toolchain
 from planter.version import __version__
 
 PACKAGES = ("casadi", "numpy", "scipy", "pymoo", "jax", "jaxlib", "sympy")
 
 
-def machine() -> dict[str, object]:
+def machine() -> Surroundings:
     """Processor, cores, and how busy the machine was when the benchmark began (None where it cannot be told)."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"processor": _processor(), "architecture": platform.machine(), "cores": os.cpu_count(),
-            "system": f"{platform.system()} {platform.release()}", "load_before": load}  # fmt: skip
+    system = f"{platform.system()} {platform.release()}"
+    return Surroundings(_processor(), platform.machine(), os.cpu_count(), system, load)
 
 
 def _processor() -> str:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from planter.bench import graphs, jaxed, lanes, plain, processes, searches, symbolic
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Times, agree, race
+from planter.bench.results import Reached, Skipped, Way, Work
 from planter.bench.settings import WAYS, Settings
 from planter.kernels import Array
 
 Builder = Callable[[Case, str], Contender]
-Table = dict[str, Any]
 Built = Mapping[str, str]
 
 BUILDERS: dict[str, Builder] = {
@@ -40,7 +40,7 @@ UNITS = {
 }
 
 
-def run(name: str, case: Case, settings: Settings) -> Table:
+def run(name: str, case: Case, settings: Settings) -> Work:
     """One work. Raises Absent where it cannot be done here, Disagreement where a way is wrong."""
     if name in ("cycle", "cycle+gradient", "hessian"):
         return _turn(name, case, settings)
@@ -51,7 +51,7 @@ def run(name: str, case: Case, settings: Settings) -> Table:
     return _derive(settings) if name == "derive" else _cold_start(settings)
 
 
-def _turn(name: str, case: Case, settings: Settings) -> Table:
+def _turn(name: str, case: Case, settings: Settings) -> Work:
     """A new design at every call, through what each way calls its public function."""
     contenders, skipped = entered(name, case, settings)
     designs = case.designs()
@@ -61,7 +61,7 @@ def _turn(name: str, case: Case, settings: Settings) -> Table:
     return table(name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped)
 
 
-def _batch(case: Case, settings: Settings) -> Table:
+def _batch(case: Case, settings: Settings) -> Work:
     contenders, skipped = entered("batch", case, settings)
     rng = np.random.default_rng(0)
 
@@ -73,24 +73,23 @@ def _batch(case: Case, settings: Settings) -> Table:
     times = race({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
     built = {way: c.built for way, c in contenders.items()}
     unit = f"us per {settings.designs} designs: their objectives, {os.cpu_count()} cores"
-    return {**table("batch", times, "lanes", built, off, skipped), "unit": unit}
+    return replace(table("batch", times, "lanes", built, off, skipped), unit=unit)
 
 
-def _optimise(case: Case, settings: Settings) -> Table:
+def _optimise(case: Case, settings: Settings) -> Work:
     times, reached = searches.printed(case, settings.searches)
     found = table("optimise", times, searches.REFERENCE, searches.BUILT)
-    for way in found["ways"]:
-        way["objectives"] = {"least": min(reached[way["way"]]), "largest": max(reached[way["way"]])}
-    return found if settings.quick else {**found, "exact": searches.exact(case, settings.searches)}
+    ways = [replace(w, objectives=Reached(min(reached[w.way]), max(reached[w.way]))) for w in found.ways]
+    return replace(found, ways=ways, exact=None if settings.quick else searches.exact(case, settings.searches))
 
 
-def _derive(settings: Settings) -> Table:
+def _derive(settings: Settings) -> Work:
     with processes.derivation() as start:
         times = race({"derive": start}, _nothing(), settings.derivations, 0)
     return table("derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"})
 
 
-def _cold_start(settings: Settings) -> Table:
+def _cold_start(settings: Settings) -> Work:
     with processes.cold_starts() as (starts, built):
         times = race(starts, _nothing(), settings.processes, 0)
     return table("cold start", times, "lanes", built)
@@ -101,10 +100,10 @@ def _nothing() -> Iterator[None]:
         yield None
 
 
-def entered(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[dict[str, str]]]:
+def entered(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[Skipped]]:
     """Who takes part in a work, CasADi's virtual machine first, and who does not, with the reason."""
     found: dict[str, Contender] = {}
-    skipped: list[dict[str, str]] = []
+    skipped: list[Skipped] = []
     variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
     for way, builder in {**BUILDERS, **variants}.items():
         try:
@@ -113,7 +112,7 @@ def entered(name: str, case: Case, settings: Settings) -> tuple[dict[str, Conten
             found[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
         except Absent as reason:
             if way not in variants:
-                skipped.append({"way": way, "reason": str(reason)})
+                skipped.append(Skipped(way, str(reason)))
     return dict(sorted(found.items(), key=lambda item: item[0] != "casadi-vm")), skipped
 
 
@@ -128,17 +127,16 @@ def table(
     over: str,
     built: Built,
     off: Mapping[str, float] | None = None,
-    skipped: list[dict[str, str]] | None = None,
-) -> Table:
+    skipped: list[Skipped] | None = None,
+) -> Work:
     """A work as the interface gives it: ratios over the way `over`, or over the first where that is not there."""
     reference = over if over in times else next(iter(times))
     rows = [
-        {"way": way, "median_us": taken.median_us, "ratio": taken.median_us / times[reference].median_us,
-         "spread": taken.spread(), "built": built[way], **({"disagreement": off[way]} if off else {})}
+        Way(way, taken.median_us, taken.median_us / times[reference].median_us, taken.spread(), built[way],
+            off[way] if off else None)
         for way, taken in times.items()
     ]  # fmt: skip
     order = (*WAYS, *times)
-    rows.sort(key=lambda row: order.index(str(row["way"])))
-    return {"name": name, "unit": UNITS.get(name, ""), "over": reference,
-            "ways": [row for row in rows if row["way"] not in VARIANTS],
-            "variants": [row for row in rows if row["way"] in VARIANTS], "skipped": skipped or []}  # fmt: skip
+    rows.sort(key=lambda row: order.index(row.way))
+    own, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
+    return Work(name, UNITS.get(name, ""), reference, own, variants, skipped or [])

@@ -8,18 +8,22 @@ from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
+import jsonschema
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from typer.testing import CliRunner
 
 from planter import bench
 from planter.bench import clock, graphs, jaxed, lanes, page, plain, processes, rate, symbolic, works
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
+from planter.bench.results import Benchmark
 from planter.cli.app import application
 from planter.errors import ComputationError
 from planter.kernels import Kernel, toolchain
 from planter.planting.simulation import objective_gradient
+from planter.records import schema
 
 QUICK = ("--quick", "--rounds", "1")
 WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "derive", "cold start")
@@ -73,7 +77,8 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
             assert work["over"] == ("lanes" if has_compiler() else "casadi-vm")
     assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
     text = (tmp_path / "here" / "bench.md").read_text()
-    assert text == page.markdown(found)
+    jsonschema.validate(found, json.loads((schema.FOLDER / "bench.json").read_text(encoding="utf-8")))
+    assert text == page.markdown(TypeAdapter(Benchmark).validate_python(found))
     assert all(version in text for version in found["versions"].values())
 
 
@@ -167,7 +172,7 @@ def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
 
 def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
     times = race({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
-    assert times["slow"].spread()["calls"] < times["fast"].spread()["calls"] == 2 * clock.MOST_CALLS
+    assert times["slow"].spread().calls < times["fast"].spread().calls == 2 * clock.MOST_CALLS
 
 
 def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: Case) -> None:
@@ -175,7 +180,7 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: C
         monkeypatch.setitem(__import__("sys").modules, name, None)
     found, skipped = works.entered("cycle", case, bench.settings(quick=True))
     assert "numpy" in found
-    reasons = {entry["way"]: entry["reason"] for entry in skipped}
+    reasons = {entry.way: entry.reason for entry in skipped}
     assert reasons["jax"] == "jax is not installed"
     assert reasons["lambdify"] == "sympy is not installed"
 
@@ -184,7 +189,7 @@ def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("CC", "")
     found, skipped = works.entered("cycle", Case(), bench.settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"]))
     assert set(found) == {"casadi-vm"}
-    assert {"casadi-c", "lanes"} <= {entry["way"] for entry in skipped}
+    assert {"casadi-c", "lanes"} <= {entry.way for entry in skipped}
 
 
 def test_operations_are_counted() -> None:
@@ -203,7 +208,7 @@ def test_no_way_beats_the_peak(case: Case) -> None:
     assert peak.operations_per_cycle > 1
     times = race({"lanes": case.turns.value}, case.designs(), 3, 0.01)
     table = peak.table(case, {"cycle": {"lanes": times["lanes"].median_us}})
-    assert 0 < table["rates"][0]["share_of_peak"] < 1
+    assert 0 < table.rates[0].share_of_peak < 1
 
 
 def test_a_process_that_fails_is_an_error() -> None:

@@ -1,0 +1,137 @@
+"""What `planter bench` returns, key by key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planter.records import Record
+
+
+@dataclass(frozen=True)
+class Spread(Record):
+    """Quartiles of the durations, and how many there are."""
+
+    quartile1_us: float
+    quartile3_us: float
+    calls: int
+
+
+@dataclass(frozen=True)
+class Reached(Record):
+    """The objectives that a method reached."""
+
+    least: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class Way(Record):
+    """A way to do a work: its median, that over the reference's, how it was built, how far its results are off."""
+
+    way: str
+    median_us: float
+    ratio: float
+    spread: Spread
+    built: str
+    disagreement: float | None = None
+    objectives: Reached | None = None
+
+
+@dataclass(frozen=True)
+class Skipped(Record):
+    """A way that takes no part in a work, with the reason."""
+
+    way: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class LeftOut(Record):
+    """A work that was not done, with the reason."""
+
+    work: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Seed(Record):
+    """What it took IPOPT to meet the genetic algorithm at a seed."""
+
+    seed: int
+    ga_objective: float
+    ga_s: float
+    ipopt_objective: float
+    ipopt_s: float
+    starts: int
+    met: bool
+
+
+@dataclass(frozen=True)
+class Basins(Record):
+    """A model with several basins."""
+
+    model: str
+    seeds: list[Seed]
+
+
+@dataclass(frozen=True)
+class Work(Record):
+    """A work: times of its ways; `over` is the way that ratios are counted from."""
+
+    name: str
+    unit: str
+    over: str
+    ways: list[Way]
+    variants: list[Way]
+    skipped: list[Skipped]
+    exact: Basins | None = None
+
+
+@dataclass(frozen=True)
+class Rate(Record):
+    """How much of the peak a way makes of its arithmetic."""
+
+    work: str
+    way: str
+    operations: int
+    operations_per_cycle: float
+    share_of_peak: float
+
+
+@dataclass(frozen=True)
+class Arithmetic(Record):
+    """The peak of one core, and what the ways make of it."""
+
+    clock_GHz: float
+    peak_operations_per_cycle: float
+    rates: list[Rate]
+
+
+@dataclass(frozen=True)
+class Surroundings(Record):
+    """Where it ran; the load that stood before it is null where it cannot be told."""
+
+    processor: str
+    architecture: str
+    cores: int | None
+    system: str
+    load_before: float | None
+
+
+@dataclass(frozen=True)
+class Benchmark(Record):
+    """All works in one run; without a compiler there is no arithmetic."""
+
+    work: list[Work]
+    machine: Surroundings
+    versions: dict[str, str]
+    skipped: list[LeftOut]
+    vector_width: int | None
+    arithmetic: Arithmetic | None
+    device: str
+    samples: int
+    seconds: float
+
+
+COMMANDS = {"bench": Benchmark}
+"""What the room's command returns."""
