@@ -15,7 +15,7 @@ from ..quantity import Quantity
 from .comparison import Comparison
 from .terms import largest_term, monomials, value
 
-MOST = 60
+MOST = 150
 """Derived terms of which pairs are tried."""
 
 

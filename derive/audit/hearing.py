@@ -13,6 +13,7 @@ from ..evaluate import TOLERANCE
 from ..quantity import Quantity
 from .case import AS_READ, Case, Choice
 from .comparison import facing
+from .edits import Edit
 from .fold import folded
 from .judge import judge
 from .judgement import FAULTS, Judgement
@@ -111,7 +112,7 @@ def is_fragile(judgement: Judgement) -> bool:
 
     So little a machine that reads a print may have taken for something else.
     """
-    swaps = (swap for edit in judgement.edits for swap in edit.swaps)
+    swaps = (edit.swaps[0] for edit in judgement.edits if len(edit.swaps) == 1)
     return any(isinstance(new, Quantity) and _one_apart(str(old), str(new)) for old, new in swaps)
 
 
@@ -127,7 +128,7 @@ def reasons(judgement: Judgement, printed: Equation) -> tuple[str, ...]:
     """What is wrong, so that the same fault of two equations reads the same: edits, and what is left out."""
     if judgement.verdict not in FAULTS:
         return ()
-    edits = [_same_wherever(edit.swaps, str(edit.what)) for edit in judgement.edits]
+    edits = [_same_wherever(edit) for edit in judgement.edits]
     edits += [f"{name} does not vanish" for name in judgement.loose]
     unlike = [f"{', '.join(map(str, judgement.unexplained))} is not derived"] if judgement.unexplained else []
     lacking = [] if judgement.unexplained else _left_out(judgement.missing, printed.residual)
@@ -135,10 +136,12 @@ def reasons(judgement: Judgement, printed: Equation) -> tuple[str, ...]:
     return tuple(dict.fromkeys(told))
 
 
-def _same_wherever(swaps: Iterable[tuple[Quantity, Expr]], what: str) -> str:
+def _same_wherever(edit: Edit) -> str:
     """An edit without the place where it is made."""
-    one = next(iter(swaps), None)
-    return f"{one[1]} for {one[0]}" if one else what
+    if len(edit.swaps) != 1:
+        return str(edit.what)
+    ((old, new),) = edit.swaps
+    return f"{new} for {old}"
 
 
 def _left_out(missing: Iterable[Expr], printed: Expr) -> list[str]:
