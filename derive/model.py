@@ -66,7 +66,7 @@ class Call:
 
 @dataclass(frozen=True)
 class SineSeries:
-    """``symbol = argument + sum over k of b_k sin(k argument) / k``; b_k is entry k of ``coefficients``."""
+    """``symbol = sum over k of b_k sin(k argument) / k``; b_k is entry k of ``coefficients``."""
 
     symbol: Quantity
     argument: Quantity
@@ -202,6 +202,15 @@ class ClosedForm:
 
 
 @dataclass(frozen=True)
+class Effects:
+    """What is proved of a lane's output: named inputs ``without`` effect, and of each function that is composed at run
+    time the outputs that are ``felt``."""
+
+    without: tuple[str, ...]
+    felt: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
 class System:
     """A model of a machine: a lane along its angle, functions in closed form, or both.
 
@@ -215,6 +224,7 @@ class System:
     lane: Lane | None = None
     closed_forms: tuple[ClosedForm, ...] = ()
     data: Mapping[str, Datum] = field(default_factory=dict)
+    effects: Effects | None = None
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

@@ -74,7 +74,7 @@ def tangent(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """81 operations. Outputs:
+    """78 operations. Outputs:
 
         r [m] pitch radius of the gear
         dr [m] slope of the pitch radius, per polar angle
@@ -90,47 +90,45 @@ def contact(terms: int) -> Function:
     e = parameters[1]  # [m] eccentricity of the circle
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    c1 = 2 * pi
-    c2 = c1 * floor(t / 2 / pi)
     # deformation: polar angle within the turn
-    tau = t - c2
+    tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
-    c3 = 1 / m
-    c4 = tau - pi * c3 <= 0
+    c1 = 1 / m
+    c2 = tau - pi * c1 <= 0
     # deformation: parameter
-    u = if_else(c4, m * tau, m2 * (-tau + 2 * pi))
+    u = if_else(c2, m * tau, m2 * (-tau + 2 * pi))
     # deformation: slope of the parameter
-    du = if_else(c4, m, -m2)
-    # rotation: u + sum over k of hoisted[k] sin(k u) / k, by Clenshaw's recurrence
+    du = if_else(c2, m, -m2)
+    # rotation: sum over k of hoisted[k] sin(k u) / k, by Clenshaw's recurrence
     twice_cos, last, before = 2 * cos(u), 0, 0
     for k in range(hoisted.numel() - 1, 0, -1):
         last, before = hoisted[k] / k + twice_cos * last - before, last
-    turned_u = u + last * sin(u)
-    c5 = cos(u)
-    c6 = e**2
-    c7 = sin(u)
-    c8 = c7**2
-    c9 = R**2 - c6 * c8
-    c10 = sqrt(c9)
-    c11 = e * c5 + c10
+    ahead = last * sin(u)
+    c3 = cos(u)
+    c4 = e**2
+    c5 = sin(u)
+    c6 = c5**2
+    c7 = R**2 - c4 * c6
+    c8 = sqrt(c7)
+    c9 = e * c3 + c8
     # pitch curve
-    r = c11
-    c12 = 1 / c10
-    c13 = -e * c7 - c12 * c5 * c6 * c7
+    r = c9
+    c10 = 1 / c8
+    c11 = -e * c5 - c10 * c3 * c4 * c5
     # pitch curve, differentiated
-    dr = du * c13
-    c14 = c5**2
+    dr = du * c11
+    c12 = c3**2
     # pitch curve, differentiated
-    ddr = du**2 * e * (-e**3 * c14 * c8 / (sqrt(c9) * c9) - e * c12 * c14 + e * c12 * c8 - c5)
-    c15 = a - c11
-    c16 = 1 / c15
+    ddr = du**2 * e * (-e**3 * c12 * c6 / (sqrt(c7) * c7) - e * c10 * c12 + e * c10 * c6 - c3)
+    c13 = a - c9
+    c14 = 1 / c13
     # conjugation
-    ratio = c11 * c16
+    ratio = c14 * c9
     # conjugation, differentiated
-    dratio = du * (c11 * c13 / c15**2 + c13 * c16)
+    dratio = du * (c11 * c14 + c11 * c9 / c13**2)
     # conjugation, integrated
-    turned = c2 + if_else(c4, turned_u * c3, c1 - turned_u / m2)
+    turned = ahead * if_else(c2, c1, -1 / m2) + t
     outputs = [
         r, dr, ddr, ratio, dratio, turned
     ]

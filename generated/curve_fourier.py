@@ -78,7 +78,7 @@ def tangent(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """72 operations. Outputs:
+    """69 operations. Outputs:
 
         r [m] pitch radius of the gear
         dr [m] slope of the pitch radius, per polar angle
@@ -96,44 +96,42 @@ def contact(terms: int) -> Function:
     C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
     m = parameters[4]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    c1 = 2 * pi
-    c2 = c1 * floor(t / 2 / pi)
     # deformation: polar angle within the turn
-    tau = t - c2
+    tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
-    c3 = 1 / m
-    c4 = tau - pi * c3 <= 0
+    c1 = 1 / m
+    c2 = tau - pi * c1 <= 0
     # deformation: parameter
-    u = if_else(c4, m * tau, m2 * (-tau + 2 * pi))
+    u = if_else(c2, m * tau, m2 * (-tau + 2 * pi))
     # deformation: slope of the parameter
-    du = if_else(c4, m, -m2)
-    # rotation: u + sum over k of hoisted[k] sin(k u) / k, by Clenshaw's recurrence
+    du = if_else(c2, m, -m2)
+    # rotation: sum over k of hoisted[k] sin(k u) / k, by Clenshaw's recurrence
     twice_cos, last, before = 2 * cos(u), 0, 0
     for k in range(hoisted.numel() - 1, 0, -1):
         last, before = hoisted[k] / k + twice_cos * last - before, last
-    turned_u = u + last * sin(u)
-    c5 = C1 * cos(u)
-    c6 = 2 * u
-    c7 = C2 * cos(c6)
-    c8 = 3 * u
-    c9 = C3 * cos(c8)
-    c10 = C0 + c5 + c7 + c9
+    ahead = last * sin(u)
+    c3 = C1 * cos(u)
+    c4 = 2 * u
+    c5 = C2 * cos(c4)
+    c6 = 3 * u
+    c7 = C3 * cos(c6)
+    c8 = C0 + c3 + c5 + c7
     # pitch curve
-    r = c10
-    c11 = -C1 * sin(u) - 2 * C2 * sin(c6) - 3 * C3 * sin(c8)
+    r = c8
+    c9 = -C1 * sin(u) - 2 * C2 * sin(c4) - 3 * C3 * sin(c6)
     # pitch curve, differentiated
-    dr = du * c11
+    dr = du * c9
     # pitch curve, differentiated
-    ddr = -du**2 * (c5 + 4 * c7 + 9 * c9)
-    c12 = a - c10
-    c13 = 1 / c12
+    ddr = -du**2 * (c3 + 4 * c5 + 9 * c7)
+    c10 = a - c8
+    c11 = 1 / c10
     # conjugation
-    ratio = c10 * c13
+    ratio = c11 * c8
     # conjugation, differentiated
-    dratio = du * (c10 * c11 / c12**2 + c11 * c13)
+    dratio = du * (c11 * c9 + c8 * c9 / c10**2)
     # conjugation, integrated
-    turned = c2 + if_else(c4, turned_u * c3, c1 - turned_u / m2)
+    turned = ahead * if_else(c2, c1, -1 / m2) + t
     outputs = [
         r, dr, ddr, ratio, dratio, turned
     ]

@@ -41,7 +41,7 @@ def tangent(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """70 operations. Outputs:
+    """66 operations. Outputs:
 
         r [m] pitch radius of the gear
         dr [m] slope of the pitch radius, per polar angle
@@ -57,38 +57,36 @@ def contact(terms: int) -> Function:
     b = parameters[1]  # [m] amplitude of the limacon's radius
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    c1 = 2 * pi
-    c2 = c1 * floor(t / 2 / pi)
     # deformation: polar angle within the turn
-    tau = t - c2
+    tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
-    c3 = 1 / m
-    c4 = tau - pi * c3 <= 0
+    c1 = 1 / m
+    c2 = tau - pi * c1 <= 0
     # deformation: parameter
-    u = if_else(c4, m * tau, m2 * (-tau + 2 * pi))
+    u = if_else(c2, m * tau, m2 * (-tau + 2 * pi))
     # deformation: slope of the parameter
-    du = if_else(c4, m, -m2)
-    c5 = 1 / (l + sqrt(3 * b**2 + l**2))
-    c6 = b * cos(u)
-    c7 = b * sin(u)
+    du = if_else(c2, m, -m2)
+    c3 = 1 / (l + sqrt(3 * b**2 + l**2))
+    c4 = b * cos(u)
+    c5 = b * sin(u)
     # rotation in closed form
-    turned_u = u + 4 * atan(c5 * c7 / (-c5 * c6 + 1))
-    c8 = l + c6
+    ahead = 4 * atan(c3 * c5 / (-c3 * c4 + 1))
+    c6 = l + c4
     # pitch curve
-    r = c8
+    r = c6
     # pitch curve, differentiated
-    dr = -du * c7
+    dr = -du * c5
     # pitch curve, differentiated
-    ddr = -du**2 * c6
-    c9 = a - c8
-    c10 = 1 / c9
+    ddr = -du**2 * c4
+    c7 = a - c6
+    c8 = 1 / c7
     # conjugation
-    ratio = c10 * c8
+    ratio = c6 * c8
     # conjugation, differentiated
-    dratio = du * (-c10 * c7 - c7 * c8 / c9**2)
+    dratio = du * (-c5 * c6 / c7**2 - c5 * c8)
     # conjugation, integrated
-    turned = c2 + if_else(c4, turned_u * c3, c1 - turned_u / m2)
+    turned = ahead * if_else(c2, c1, -1 / m2) + t
     outputs = [
         r, dr, ddr, ratio, dratio, turned
     ]

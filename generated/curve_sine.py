@@ -40,7 +40,7 @@ def tangent(terms: int) -> Function:
 
 
 def contact(terms: int) -> Function:
-    """65 operations. Outputs:
+    """61 operations. Outputs:
 
         r [m] pitch radius of the gear
         dr [m] slope of the pitch radius, per polar angle
@@ -55,42 +55,40 @@ def contact(terms: int) -> Function:
     D = parameters[0]  # [m] centre distance of the gear pair
     c = parameters[1]  # [1] amplitude of the ratio
     m = parameters[2]  # [1] deformation coefficient
-    c1 = 2 * pi
-    c2 = c1 * floor(t / 2 / pi)
     # deformation: polar angle within the turn
-    tau = t - c2
+    tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
-    c3 = 1 / m
-    c4 = tau - pi * c3 <= 0
+    c1 = 1 / m
+    c2 = tau - pi * c1 <= 0
     # deformation: parameter
-    u = if_else(c4, m * tau, m2 * (-tau + 2 * pi))
+    u = if_else(c2, m * tau, m2 * (-tau + 2 * pi))
     # deformation: slope of the parameter
-    du = if_else(c4, m, -m2)
-    c5 = sin(u)
-    c6 = c * c5
+    du = if_else(c2, m, -m2)
+    c3 = sin(u)
+    c4 = c * c3
     # rotation in closed form
-    turned_u = u + c6
-    c7 = cos(u)
-    c8 = c * c7
-    c9 = c8 + 2
-    c10 = 1 / c9
-    c11 = c8 + 1
+    ahead = c4
+    c5 = cos(u)
+    c6 = c * c5
+    c7 = c6 + 2
+    c8 = 1 / c7
+    c9 = c6 + 1
     # pitch curve
-    r = D * c10 * c11
-    c12 = D * c6
+    r = D * c8 * c9
+    c10 = D * c4
     # pitch curve, differentiated
-    dr = du * (-c10 * c12 + c11 * c12 / c9**2)
-    c13 = c * c10
-    c14 = 2 * c13 * c5**2 + c7
+    dr = du * (-c10 * c8 + c10 * c9 / c7**2)
+    c11 = c * c8
+    c12 = 2 * c11 * c3**2 + c5
     # pitch curve, differentiated
-    ddr = D * du**2 * c13 * (c10 * c11 * c14 - c14)
+    ddr = D * du**2 * c11 * (c12 * c8 * c9 - c12)
     # conjugation
-    ratio = c11
+    ratio = c9
     # conjugation, differentiated
-    dratio = -du * c6
+    dratio = -du * c4
     # conjugation, integrated
-    turned = c2 + if_else(c4, turned_u * c3, c1 - turned_u / m2)
+    turned = ahead * if_else(c2, c1, -1 / m2) + t
     outputs = [
         r, dr, ddr, ratio, dratio, turned
     ]

@@ -31,8 +31,9 @@ def all_conditions(curve: PitchCurve) -> list[Condition]:
 def contact(curve: PitchCurve) -> Emitted:
     """Contact of the deformed curve at the polar angle t."""
     turned = curve.turned()
-    rotation: Step = Let(meshing.turned_u, turned, "rotation in closed form") if isinstance(turned, sp.Expr) else (
-        SineSeries(meshing.turned_u, meshing.u, HOISTED, "rotation"))  # fmt: skip
+    rotation: Step = SineSeries(meshing.ahead, meshing.u, HOISTED, "rotation")
+    if isinstance(turned, sp.Expr):
+        rotation = Let(meshing.ahead, turned - meshing.u, "rotation in closed form")
     steps = share((*meshing.parameter_steps(), rotation, *meshing.contact_steps(curve)), prefix="c")
     return Emitted("contact", (meshing.t, parameters_of(curve), HOISTED), steps, meshing.CONTACT)
 

@@ -11,6 +11,7 @@ from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanTrue
 
 from ..branches import Turns
+from ..polynomial import Polynomial
 
 ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
 
@@ -19,7 +20,7 @@ class UnsupportedNode(TypeError):
     """An expression holds a node that no emitter knows."""
 
 
-PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "log", "floor", "sign")
+PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "log", "floor", "sign", "polyval")
 """Functions of one name everywhere but in some targets."""
 
 
@@ -29,7 +30,8 @@ class Dialect:
 
     ``ratio`` and ``length`` are templates of a quotient of two whole numbers and of the length of a vector; ``first``
     is what every function takes before its own arguments. ``solver`` is the text of a function ``solved`` of a matrix
-    and a right-hand side, both lists, that gives the unknowns of simultaneous equations and their pivot.
+    and a right-hand side, both lists, that gives the unknowns of simultaneous equations and their pivot. ``series``
+    is a function that sums a sine series, None where a target writes its sum out.
     """
 
     functions: dict[str, str]
@@ -37,6 +39,7 @@ class Dialect:
     length: str
     first: tuple[str, ...] = ()
     solver: str = ""
+    series: str | None = None
 
     def call(self, function: str, *arguments: str) -> str:
         return f"{self.functions[function]}({', '.join(arguments)})"
@@ -153,6 +156,12 @@ def _relation(symbol: str) -> Handler:
     return handler
 
 
+def _polynomial(p: Printer, expr: Basic) -> Text:
+    at, *coefficients = expr.args
+    listed = ", ".join(p.text(a, TEST) for a in coefficients)
+    return p.dialect.call("polyval", f"[{listed}]", p.text(at, TEST)), ATOM
+
+
 def _function(name: str) -> Handler:
     return lambda p, expr: p.call(name, *expr.args)
 
@@ -181,7 +190,8 @@ TABLE: dict[type[Basic], Handler] = {
     sp.Ne: _relation("!="),
     sp.Abs: _function("abs"),
     Turns: _function("floor"),
-    **{getattr(sp, name): _function(name) for name in PLAIN if name != "sqrt"},
+    Polynomial: _polynomial,
+    **{getattr(sp, name): _function(name) for name in PLAIN if name not in ("sqrt", "polyval")},
 }  # fmt: skip
 
 
@@ -190,6 +200,8 @@ def operations(expr: Basic) -> int:
     if expr.is_Atom:
         return 0
     inner = sum(operations(a) for a in expr.args)
+    if isinstance(expr, Polynomial):
+        return inner + 2 * (len(expr.args) - 2)
     if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or | sp.Piecewise):
         return inner + len(expr.args) - 1
     return inner if isinstance(expr, ExprCondPair) else inner + 1

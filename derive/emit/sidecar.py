@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy as sp
 
+from ..gearing import similarity
 from ..gearing.meshing import PitchCurve
 from ..model import Event, System
 from ..quantity import OpenVector, Quantity, Vector
@@ -28,6 +29,7 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
         "vectors": {v.name: _vector(v) for v in system.vectors},
         **({"events": [_event(e) for e in events]} if events else {}),
+        **({"effects": {"without": system.effects.without, "felt": system.effects.felt}} if system.effects else {}),
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip
@@ -41,6 +43,10 @@ def of_curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
         "radius": str(curve.radius()),
         "parameters": _vector(parameters_of(curve)),
         "series": not isinstance(curve.turned(), sp.Expr),
+        "similar": {
+            "lengths": [q.name for q in similarity.lengths(curve)],
+            "unchanged": [q.name for q in similarity.unchanged(curve)],
+        },
         "conditions": [{"name": c.name, "allowed": c.allowed} for c in all_conditions(curve)],
         "shapes": [_entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)} for s in curve.shapes],
         "functions": {f.name: _function(f) for f in functions},

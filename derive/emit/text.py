@@ -149,13 +149,16 @@ def _filled(text: str) -> list[str]:
 def _series(step: SineSeries, dialect: Dialect) -> list[str]:
     """Clenshaw's recurrence."""
     u, b = step.argument.name, step.coefficients.name
+    if dialect.series is not None:
+        arguments = ", ".join((*dialect.first, u, b))
+        return [f"# {step.source}", f"{step.symbol.name} = {dialect.series}({arguments})"]
     twice_cos, sin = f"2 * {dialect.call('cos', u)}", dialect.call("sin", u)
     return [
-        f"# {step.source}: {u} + sum over k of {b}[k] sin(k {u}) / k, by Clenshaw's recurrence",
+        f"# {step.source}: sum over k of {b}[k] sin(k {u}) / k, by Clenshaw's recurrence",
         f"twice_cos, last, before = {twice_cos}, 0, 0",
         f"for k in range({dialect.length.format(b)} - 1, 0, -1):",
         f"    last, before = {b}[k] / k + twice_cos * last - before, last",
-        f"{step.symbol.name} = {u} + last * {sin}",
+        f"{step.symbol.name} = last * {sin}",
     ]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, pi
 
-from ..branches import Turns, switch, wrap
+from ..branches import switch, wrap
 from ..discovery import modules
 from ..model import Let
 from ..quantity import Quantity, Vector
@@ -28,7 +28,7 @@ _SOURCE = "pitch curve"
 tau = Quantity("tau", "rad", "polar angle within the turn", _SOURCE)
 m2 = Quantity("m2", "1", "deformation coefficient of the second segment", _SOURCE)
 du = Quantity("du", "1", "slope of the parameter, per polar angle", _SOURCE)
-turned_u = Quantity("turned_u", "rad", "rotation of the undeformed conjugate since u = 0", _SOURCE)
+ahead = Quantity("ahead", "rad", "rotation of the undeformed conjugate since u = 0, less u", _SOURCE)
 r = Quantity("r", "m", "pitch radius of the gear", _SOURCE)
 dr = Quantity("dr", "m", "slope of the pitch radius, per polar angle", _SOURCE)
 ddr = Quantity("ddr", "m", "second derivative of the pitch radius, per polar angle", _SOURCE)
@@ -71,14 +71,13 @@ def polar_steps() -> tuple[Let, ...]:
 def contact_steps(curve: PitchCurve) -> tuple[Let, ...]:
     """Contact of the deformed curve with its conjugate at the polar angle t, from the radius alone."""
     radius, of_u = curve.radius(), curve.ratio()
-    rotation = switch(pi / m - tau, turned_u / m, 2 * pi - turned_u / m2)
     return (
         Let(r, radius, "pitch curve"),
         Let(dr, radius.diff(u) * du, "pitch curve, differentiated"),
         Let(ddr, radius.diff(u, 2) * du**2, "pitch curve, differentiated"),
         Let(ratio, of_u, "conjugation"),
         Let(dratio, of_u.diff(u) * du, "conjugation, differentiated"),
-        Let(turned, 2 * pi * Turns(t / (2 * pi)) + rotation, "conjugation, integrated"),
+        Let(turned, t + switch(pi / m - tau, 1 / m, -1 / m2) * ahead, "conjugation, integrated"),
     )
 
 

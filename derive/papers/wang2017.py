@@ -13,7 +13,7 @@ from ..audit.paper import Paper, Reading
 from ..chain import Chain, Solve
 from ..equations import Balance, Definition
 from ..model import System
-from ..systems.planting import derivation
+from ..systems.planting import derivation, support
 from ..systems.planting.quantities import *
 from ..systems.planting.subject import SUBJECT
 from ..systems.planting.vocabulary import PlantingClaim
@@ -299,5 +299,10 @@ def printed() -> System:
     return derivation.printed(SIDE, FRAME)
 
 
-SYSTEMS = (printed,)
+def printed_support() -> System:
+    """The support force alone, as this paper prints it."""
+    return support.of_model(printed(), flat=False)
+
+
+SYSTEMS = (printed, printed_support)
 CASE = Case(PAPER, SUBJECT, (SIDE, FRAME))

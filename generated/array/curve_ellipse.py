@@ -18,45 +18,43 @@ def contact(xp, t, parameters, hoisted):
     k = parameters[1]  # [1] eccentricity of the ellipse
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    c1 = 2 * xp.pi
-    c2 = c1 * xp.floor(t / 2 / xp.pi)
     # deformation: polar angle within the turn
-    tau = t - c2
+    tau = t - 2 * xp.pi * xp.floor(t / 2 / xp.pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
-    c3 = 1 / m
-    c4 = tau - xp.pi * c3 <= 0
+    c1 = 1 / m
+    c2 = tau - xp.pi * c1 <= 0
     # deformation: parameter
-    u = xp.where(c4, m * tau, m2 * (-tau + 2 * xp.pi))
+    u = xp.where(c2, m * tau, m2 * (-tau + 2 * xp.pi))
     # deformation: slope of the parameter
-    du = xp.where(c4, m, -m2)
-    c5 = xp.cos(u)
-    c6 = k * c5 - 1
-    c7 = -c6
-    c8 = 1 / c7
-    c9 = xp.sin(u)
-    c10 = k * c9
+    du = xp.where(c2, m, -m2)
+    c3 = xp.cos(u)
+    c4 = k * c3 - 1
+    c5 = -c4
+    c6 = 1 / c5
+    c7 = xp.sin(u)
+    c8 = k * c7
     # rotation in closed form
-    turned_u = u + 2 * xp.arctan(c10 * c8)
-    c11 = k**2 - 1
-    c12 = -c11
-    c13 = A * c12
-    c14 = c13 * c8
+    ahead = 2 * xp.arctan(c6 * c8)
+    c9 = k**2 - 1
+    c10 = -c9
+    c11 = A * c10
+    c12 = c11 * c6
     # pitch curve
-    r = c14
-    c15 = c10 * c13 / c7**2
+    r = c12
+    c13 = c11 * c8 / c5**2
     # pitch curve, differentiated
-    dr = -du * c15
+    dr = -du * c13
     # pitch curve, differentiated
-    ddr = A * du**2 * k * c11 * (2 * k * c9**2 / c6 + c5) / c6**2
-    c16 = a - c14
-    c17 = 1 / c16
+    ddr = A * du**2 * k * c9 * (2 * k * c7**2 / c4 + c3) / c4**2
+    c14 = a - c12
+    c15 = 1 / c14
     # conjugation
-    ratio = c14 * c17
+    ratio = c12 * c15
     # conjugation, differentiated
-    dratio = du * (-A**2 * c10 * c12**2 / c16**2 / c7**3 - c15 * c17)
+    dratio = du * (-A**2 * c10**2 * c8 / c14**2 / c5**3 - c13 * c15)
     # conjugation, integrated
-    turned = c2 + xp.where(c4, turned_u * c3, c1 - turned_u / m2)
+    turned = ahead * xp.where(c2, c1, -1 / m2) + t
     return (
         r, dr, ddr, ratio, dratio, turned,
     )

@@ -226,6 +226,19 @@ class Proof(Record):
 
 
 @dataclass(frozen=True)
+class GlobalBound(Record):
+    """No design of the box has an objective below `lower_bound`: the gap to the optimum, and how it is said."""
+
+    objective: float
+    lower_bound: float
+    gap: float
+    boxes: int
+    seconds: float
+    proved: bool
+    statement: str
+
+
+@dataclass(frozen=True)
 class OptimumFound(Record):
     """An optimum, less its scores in both models."""
 
@@ -285,6 +298,7 @@ class OptimisationFound(Record):
     start_variance_N2: float
     cross: dict[str, Scores]
     front: list[FrontPoint] | None = None
+    proof: GlobalBound | None = None
 
 
 @dataclass(frozen=True)

@@ -113,6 +113,8 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
         front = ((one.range_N, one.variance_N2) for one in result.front)
         console.table("Front of range and variance", ("range / N", "variance / N2"), front)
     certificate(console, result)
+    if result.proof is not None:
+        print(f"{result.proof.statement} ({result.proof.boxes} boxes, {result.proof.seconds:.0f} s)")
 
 
 def certificate(console: Console, result: OptimisationFound) -> None:

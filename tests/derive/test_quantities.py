@@ -7,7 +7,7 @@ from derive import papers, systems
 from derive.build.generation import models
 from derive.dimensions import DimensionError, dimension, of_unit
 from derive.discovery import modules
-from derive.emit.schedule import expression
+from derive.emit.schedule import expressions
 from derive.model import Let, System, entries
 from derive.papers import wang2017
 from derive.quantity import Quantity
@@ -16,7 +16,7 @@ SYSTEMS = {system.name: system for system in models((*modules(systems), *modules
 
 
 def symbols(system: System) -> set[sp.Symbol]:
-    found = {s for step in system.steps for s in expression(step).free_symbols | set(step.defines)}
+    found = {s for step in system.steps for e in expressions(step) for s in e.free_symbols | set(step.defines)}
     return found.union(*map(entries, system.inputs))
 
 

@@ -8,7 +8,7 @@ Number = Any
 cos, sin, tan, sqrt, exp, log, floor = mp.cos, mp.sin, mp.tan, mp.sqrt, mp.exp, mp.log, mp.floor
 arcsin, arccos, arctan, arctan2 = mp.asin, mp.acos, mp.atan, mp.atan2
 sign, maximum, minimum = mp.sign, max, min
-absolute = abs
+absolute, polyval = abs, mp.polyval
 pi = mp.pi
 
 

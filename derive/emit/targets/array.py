@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...gearing.meshing import PitchCurve
-from ...model import System
+from ...model import SineSeries, System
 from ..curve import in_closed_form
 from ..expression import PLAIN, Dialect, Printer
 from ..target import Target
@@ -45,16 +45,24 @@ ARRAY = Dialect({f: f"xp.{f}" for f in PLAIN} | {
     "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.absolute",
     "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
     "not": "xp.logical_not", "pi": "xp.pi",
-}, ratio="xp.divide({0}, {1})", length="len({0})", solver=SOLVER, first=("xp",))  # fmt: skip
+}, ratio="xp.divide({0}, {1})", length="len({0})", solver=SOLVER, first=("xp",), series="sine_series")  # fmt: skip
 MEANT = """`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath.
 Packed inputs are indexed along their first axis, so an entry may itself be an array."""
 WIDTH = 118
 
 
+SERIES = '''def sine_series(xp, u, b):
+    """Sum over k of b[k] sin(k u) / k, by Clenshaw's recurrence."""
+    twice_cos, last, before = 2 * xp.cos(u), 0, 0
+    for k in range(len(b) - 1, 0, -1):
+        last, before = b[k] / k + twice_cos * last - before, last
+    return last * xp.sin(u)'''
+
+
 def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a module with the functions of a model."""
     solver = [SOLVER] if any(f.solves for f in functions) else []
-    texts = "\n\n\n".join((*solver, *map(_function, functions)))
+    texts = "\n\n\n".join((*solver, *_helpers(functions), *map(_function, functions)))
     meant = "\n".join(filled(f"{MEANT} {composed(system.functions, ARRAY.first)}", WIDTH))
     return f'''"""{system.title}: array code.
 
@@ -65,6 +73,14 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
 
 {texts}
 '''
+
+
+def _helpers(functions: Sequence[Emitted]) -> list[str]:
+    return [SERIES] if any(map(_sums, functions)) else []
+
+
+def _sums(function: Emitted) -> bool:
+    return any(isinstance(step, SineSeries) for step in function.steps)
 
 
 def _function(function: Emitted) -> str:
@@ -79,7 +95,7 @@ def _function(function: Emitted) -> str:
 
 def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     """The text of a module with the functions of a pitch curve and its prologue."""
-    texts = "\n\n\n".join((_prologue(curve), *map(_curve_function, functions)))
+    texts = "\n\n\n".join((_prologue(curve), *_helpers(functions), *map(_curve_function, functions)))
     return f'''"""{curve.title.capitalize()}: array code of a pitch curve and its conjugate.
 
 {NOTICE}
@@ -92,7 +108,9 @@ def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
 
 
 def _curve_function(function: Emitted) -> str:
-    return f'''def {function.name}(xp, {function.names()}):
+    """A function that sums a series takes another way to do so, if one likes."""
+    otherwise = ", sine_series=sine_series" if _sums(function) else ""
+    return f'''def {function.name}(xp, {function.names()}{otherwise}):
     """{", ".join(q.name for q in function.output)}."""
 {function.body(ARRAY)}
     return (
@@ -106,20 +124,36 @@ def _prologue(curve: PitchCurve) -> str:
     """Centre distance in closed form; the rotation needs no series."""
 {unpacked(curve.parameters, "parameters")}
     return [{Printer(ARRAY)(curve.centre_distance())}, *([0] * terms)]'''
-    return f'''def prologue(xp, parameters, terms):
-    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    return f'''def radii(xp, parameters, terms):
+    """Parameters of the midpoints of half a turn, and the radii there."""
 {unpacked(curve.parameters, "parameters")}
     nodes = [xp.pi * (2 * j + 1) / (4 * terms) for j in range(2 * terms)]
-    radii = [{Printer(ARRAY)(curve.radius())} for u in nodes]
-    a = sum(radii) / terms
-    for r in radii:
+    return nodes, [{Printer(ARRAY)(curve.radius())} for u in nodes]
+
+
+def closure(a, radii):
+    """Ratios at the midpoints, what their sum exceeds a mean of 1 by, and the slope of that in the centre distance."""
+    ratios = [r / (a - r) for r in radii]
+    slope = -sum(r / (a - r) ** 2 for r in radii)
+    return ratios, sum(ratios) - len(radii), slope
+
+
+def series(xp, ratios, nodes):
+    """Cosine series of the ratio."""
+    terms = len(nodes) // 2
+    return [sum(f * xp.cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]
+
+
+def prologue(xp, parameters, terms):
+    """Centre distance by closure (the mean ratio is 1), then the cosine series of the ratio."""
+    nodes, at_nodes = radii(xp, parameters, terms)
+    a = sum(at_nodes) / terms
+    for r in at_nodes:
         a = xp.maximum(a, r * (1 + 1e-6))
     for _ in range(50):
-        ratios = [r / (a - r) for r in radii]
-        slope = -sum(r / (a - r) ** 2 for r in radii)
-        a = a - (sum(ratios) - 2 * terms) / slope
-    series = [sum(f * xp.cos(k * u) for f, u in zip(ratios, nodes)) / terms for k in range(1, terms + 1)]
-    return [a, *series]'''
+        ratios, excess, slope = closure(a, at_nodes)
+        a = a - excess / slope
+    return [a, *series(xp, ratios, nodes)]'''
 
 
 TARGET = Target("array", "array/{name}.py", frozenset({"xp", "len", "solved"}), model, curve)

@@ -49,7 +49,8 @@ class Gears:
         point = Point({**self.values, meshing.a: self.distance, meshing.t: t})
         for step in self.steps:
             if step.symbol == meshing.turned:
-                point.set(meshing.turned_u, self._turned(point(meshing.u), self.distance))
+                u = point(meshing.u)
+                point.set(meshing.ahead, self._turned(u, self.distance) - u)
             point.set(step.symbol, point(step.expr))
         return tuple(point(symbol) for symbol in meshing.CONTACT)
 

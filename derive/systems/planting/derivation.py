@@ -73,14 +73,19 @@ STAGE1 = GearStage(1, q.PARAMETERS1, q.HOISTED1)
 STAGE2 = GearStage(2, q.PARAMETERS2, q.HOISTED2)
 
 
+def flank(x: Expr) -> Expr:
+    """Rise of a flank from 0 to 1, over its own share: a 4-5-6-7 polynomial (Norton, Cam Design, 2009)."""
+    return x**4 * (35 + x * (-84 + x * (70 - 20 * x)))
+
+
+def share_of_flank(delta: Expr, start: Expr, end: Expr) -> Expr:
+    """How much of a flank the cam angle has passed, 0 before it and 1 behind it."""
+    return clip((delta - start) / (end - start), S.Zero, S.One)
+
+
 def cam_law(delta: Expr) -> Expr:
-    """Swing over the cam angle: a 4-5-6-7 polynomial rise and fall (Norton, Cam Design, 2009)."""
-
-    def flank(start: Expr, end: Expr) -> Expr:
-        x = clip((delta - start) / (end - start), S.Zero, S.One)
-        return x**4 * (35 + x * (-84 + x * (70 - 20 * x)))
-
-    return q.H * (flank(*q.delta_r) - flank(*q.delta_f))
+    """Swing over the cam angle: a rise and a fall."""
+    return q.H * (flank(share_of_flank(delta, *q.delta_r)) - flank(share_of_flank(delta, *q.delta_f)))
 
 
 @dataclass(frozen=True)

@@ -104,6 +104,10 @@ def optimise(
     ] = False,
     least: LeastOption = None,
     hold: HoldOption = None,
+    prove: Annotated[
+        bool, typer.Option("--prove", help="also prove how much better any design within the bounds can be at most")
+    ] = False,
+    prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -116,7 +120,7 @@ def optimise(
     with console.outcome(), renewing(out):
         if least is not None:
             besides = {"--model": model is not Model.exact, "--method": method is not Method.hybrid, "--front": front,
-                       "--samples": samples is not None, "--speed-rpm": speed_rpm is not None}  # fmt: skip
+                       "--prove": prove, "--samples": samples is not None, "--speed-rpm": speed_rpm is not None}  # fmt: skip
             search(console, machine, least, hold or (), starts, seed, changes(set_), out, besides)
             return
         from planter.planting import optimisation, tables
@@ -128,6 +132,10 @@ def optimise(
             if out is not None:
                 report.write_partial(out, device, so_far, interrupted)
 
+        if prove:
+            from planter.planting import proof
+
+            proof.check(optimisation.sampling_of(device, samples))
         try:
             found = optimisation.optimise(device, method.value, samples, seed, starts, console.progress, keep)
         except Interrupted as stop:
@@ -139,6 +147,10 @@ def optimise(
                 report.write_optimum(out, device, found)
             if front:
                 found = optimisation.with_front(found, console.progress)
+                if out is not None:
+                    report.write_optimum(out, device, found)
+            if prove:
+                found = proof.with_proof(found, prove_seconds, console.progress)
                 if out is not None:
                     report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))

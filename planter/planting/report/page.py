@@ -33,7 +33,7 @@ CAPTIONS = {
 
 _ELSEWHERE = (
     "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
-    "target", "reached", "miss_percent",
+    "proof", "target", "reached", "miss_percent",
 )  # fmt: skip
 _CROSS = ("design", "machine file", "optimum")
 
@@ -73,6 +73,8 @@ def sections(
     yield Section("Results", list(results(summary)))
     if "certificate" in summary:
         yield Section("Certificate", list(certificate(summary["certificate"])))
+    if "proof" in summary:
+        yield Section("Proof", list(proof(summary["proof"])))
     if summary.get("requirements"):
         yield Section("Requirements", [requirements(summary["requirements"])])
     if "gradient" in summary:
@@ -155,6 +157,17 @@ def certificate(found: Summary) -> Iterator[Block]:
     others = {key: value for key, value in found.items() if isinstance(value, list) and key != "active_bounds"}
     for key, value in others.items():
         yield Items([f"{labels.spaced(key)}: {labels.flat(item)}" for item in value])
+
+
+def proof(found: Summary) -> Iterator[Block]:
+    """How much better than the optimum any design within the bounds can be at most, and what that rests on."""
+    yield Text(f"{found['statement'][0].upper()}{found['statement'][1:]}.", "" if found["proved"] else "warning")
+    yield Keys({labels.label(key): value for key, value in found.items() if key != "statement"})
+    yield Text(
+        "By branch and bound on enclosures of the objective and its derivatives over boxes, in doubles whose rounding "
+        "is added to each: it rests on the arithmetic of IEEE 754, and on sines, cosines, arc tangents within 2^-49.",
+        "note",
+    )
 
 
 def gradient(found: Mapping[str, float]) -> Block:

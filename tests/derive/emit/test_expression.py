@@ -11,6 +11,7 @@ from derive.emit import expression
 from derive.emit.expression import Printer, UnsupportedNode, operations
 from derive.emit.targets.array import ARRAY
 from derive.emit.targets.casadi import CASADI
+from derive.polynomial import Polynomial
 
 x, y, z = sp.symbols("x y z", real=True)
 NODES = {
@@ -46,6 +47,7 @@ NODES = {
     "sign": sp.sign(x - y),
     "floor": sp.floor(10 * x),
     "turns": Turns(-7 * x / 2),
+    "polynomial": Polynomial(x * y, 2, -3, 0, sp.Rational(1, 4)),
     "min": sp.Min(x, y, z),
     "max": sp.Max(x, y, z),
     "switch": switch(x - y, x**2, y / 3),

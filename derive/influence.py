@@ -1,0 +1,192 @@
+"""What a result feels: the steps and inputs that cannot change it, proved symbolically.
+
+The result is differentiated backwards through the steps, side by side where a machine has equal sides. A quantity whose
+derivative is identically zero, whatever the values of all that comes before it, cannot change the result and is put to
+zero: what internal forces cancel is then never computed, and an input that goes this way has no effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr, S
+
+from .evaluate import Point
+from .model import Call, Lane, Let, Step, needed
+from .polynomial import Polynomial
+from .quantity import Quantity
+
+TESTED = 3
+"""Points at which a derivative is evaluated before it is asked to vanish identically."""
+SMALL = mpf(10) ** -40
+LONG = 100
+"""Operations of a slope above which it is no longer carried as an expression."""
+
+
+class NotAdditive(ValueError):
+    """A total is not a sum of what equal sides do."""
+
+
+def share(lane: Lane, total: Quantity, name: Quantity) -> Let:
+    """``name``, the share of one side in a total of equal sides: the total is that of side 1 plus that of side 2.
+
+    Raises NotAdditive where it is not.
+    """
+    shared = lane.shared
+    if shared is None:
+        raise NotAdditive(f"{total}: the lane has no equal sides")
+    whole = _substituted(shared.steps, total)
+    ours = dict.fromkeys(lane.outputs, S.Zero)
+    theirs = {shared.twin(s): S.Zero for s in lane.outputs}
+    own = sp.expand(whole.xreplace(theirs) - whole.xreplace(ours | theirs) / 2)
+    if sp.expand(whole - own - own.xreplace({s: shared.twin(s) for s in lane.outputs})) != 0:
+        raise NotAdditive(f"{total} is not a sum of what each side does")
+    return Let(name, own, f"derived: share of a side in {total}")
+
+
+def _substituted(steps: Sequence[Let], wanted: Quantity) -> Expr:
+    found: Expr = wanted
+    for step in reversed(steps):
+        found = found.xreplace({step.symbol: step.expr})
+    return found
+
+
+@dataclass(frozen=True)
+class Influence:
+    """Derivatives of the sum of ``result`` over a lane's sides in all that goes before, the steps of both sides."""
+
+    lane: Lane
+    result: Let
+
+    @cached_property
+    def steps(self) -> tuple[Step, ...]:
+        return needed((*self.lane.steps, self.result), frozenset({self.result.symbol}))
+
+    @cached_property
+    def without(self) -> frozenset[sp.Symbol]:
+        """Steps and inputs that cannot change the result."""
+        seen = frozenset().union(*(step.needs for step in self.steps)) | {
+            s for step in self.steps for s in step.defines
+        }
+        return frozenset(s for s in seen if s != self.lane.angle and s not in self._opaque and self._vanishes(s))
+
+    @cached_property
+    def felt(self) -> dict[str, tuple[str, ...]]:
+        """Of each function that is composed at run time, the outputs that can change the result."""
+        found: dict[str, tuple[str, ...]] = {}
+        for call in (step for step in self.steps if isinstance(step, Call)):
+            pairs = zip(call.function.gives, call.outputs, strict=True)
+            names = (name for name, symbol in pairs if symbol is not None and symbol not in self.without)
+            found[call.function.name] = tuple(dict.fromkeys((*found.get(call.function.name, ()), *names)))
+        return found
+
+    def reduced(self) -> tuple[Step, ...]:
+        """The steps of the result, those without effect put to zero."""
+        gone = dict.fromkeys(self.without, S.Zero)
+        kept: list[Step] = []
+        for step in self.steps:
+            if isinstance(step, Let) and step.symbol not in gone:
+                kept.append(Let(step.symbol, step.expr.xreplace(gone), step.source))
+            elif isinstance(step, Call):
+                outputs = tuple(None if symbol in gone else symbol for symbol in step.outputs)
+                kept.append(Call(outputs, step.function, step.argument, step.vectors, step.source))
+        if any(isinstance(s, Let) and s.expr.has(sp.nan, sp.zoo) for s in kept):
+            raise ValueError(f"{self.result.symbol}: what has no effect stands in a denominator")
+        return needed(kept, frozenset({self.result.symbol}))
+
+    @cached_property
+    def _opaque(self) -> frozenset[sp.Symbol]:
+        """What goes into a function composed at run time one of whose outputs the result feels."""
+        found: set[sp.Symbol] = set()
+        for step in self.steps:
+            if isinstance(step, Call) and not all(self._vanishes(s) for s in step.defines):
+                found |= step.needs
+        return frozenset(found)
+
+    @cached_property
+    def _slopes(self) -> dict[sp.Symbol, Expr]:
+        """Derivative of the share of side 1 in each symbol of side 1."""
+        slopes: dict[sp.Symbol, Expr] = {self.result.symbol: S.One}
+        for step in reversed(self.steps):
+            if isinstance(step, Let):
+                slope = self._held(step.symbol, _simple(slopes.get(step.symbol, S.Zero)))
+                slopes[step.symbol] = slope
+                if slope != 0:
+                    for symbol in step.needs:
+                        slopes[symbol] = slopes.get(symbol, S.Zero) + slope * step.expr.diff(symbol)
+        return {s: _simple(slope) for s, slope in slopes.items()}
+
+    @staticmethod
+    def _held(symbol: sp.Symbol, slope: Expr) -> Expr:
+        """A long slope as a number of its own, of which nothing is known: what vanishes with it vanishes without."""
+        if sp.count_ops(slope) <= LONG:
+            return slope
+        return Quantity(f"slope_{symbol}", "1", f"slope in {symbol}", "derived: influence")
+
+    @cached_property
+    def _vanishing(self) -> dict[sp.Symbol, bool]:
+        return {}
+
+    def _vanishes(self, symbol: sp.Symbol) -> bool:
+        if symbol not in self._vanishing:
+            self._vanishing[symbol] = self._cancels(symbol)
+        return self._vanishing[symbol]
+
+    def _cancels(self, symbol: sp.Symbol) -> bool:
+        """Whether the derivative of the sum over both sides is identically zero."""
+        slope = self._slopes.get(symbol, S.Zero)
+        shared = self.lane.shared
+        if slope == 0 or shared is None or symbol in self._defined:
+            return bool(slope == 0)
+        moving = self._defined | {s for s in slope.free_symbols if s.name.startswith("slope_")}
+        twins = {s: shared.twin(s) for s in moving}
+        other = slope.xreplace(twins | {self.lane.angle: self.lane.angle - sp.pi})
+        return _simple(slope + other) == 0
+
+    @cached_property
+    def _defined(self) -> frozenset[sp.Symbol]:
+        return frozenset(s for step in self.steps for s in step.defines if isinstance(s, Quantity))
+
+
+def flattened(steps: Sequence[Step], result: Quantity, kept: frozenset[sp.Symbol]) -> tuple[Step, ...]:
+    """The steps of a result, which is written out as a sum of products in the ``kept`` quantities."""
+    lets = [step for step in steps if isinstance(step, Let)]
+    source = next(step.source for step in lets if step.symbol == result)
+    whole: Expr = result
+    for step in reversed(lets):
+        if step.symbol not in kept:
+            whole = whole.xreplace({step.symbol: step.expr})
+    others = (step for step in steps if result not in step.defines)
+    return needed((*others, Let(result, _expanded(whole), source)), frozenset({result}))
+
+
+def _expanded(expr: Expr) -> Expr:
+    """As a sum of products, without squares of cosines."""
+    found = sp.expand(expr)
+    for cosine in sorted(found.atoms(sp.cos), key=str):
+        found = sp.expand(found.subs(cosine**2, 1 - sp.sin(cosine.args[0]) ** 2))
+    return found
+
+
+def _simple(expr: Expr) -> Expr:
+    """Zero if the expression is found to be identically zero; else as it is, or another form of it.
+
+    Nothing is sought among branches and polynomials: what vanishes on each of them counts as felt.
+    """
+    if expr == 0 or expr.has(sp.Piecewise, Polynomial) or _differs(expr):
+        return expr
+    return _expanded(expr)
+
+
+def _differs(expr: Expr) -> bool:
+    """Whether an expression is not zero at some point."""
+    symbols = sorted(expr.free_symbols, key=str)
+    for k in range(TESTED):
+        values = {s: sp.Rational(100 + 37 * ((i + 3) * (k + 2) % 29), 1000) for i, s in enumerate(symbols)}
+        if abs(Point(values)(expr)) > SMALL:
+            return True
+    return False

@@ -1,0 +1,179 @@
+"""Intervals as balls, midpoint and radius, over NumPy arrays: every result encloses the exact one.
+
+What is assumed of the floating point: +, -, *, / and the square root are those of IEEE 754 in round to nearest, with an
+error of at most U of the result; sin, cos and arctan err by less than `LIBM`, eight units in the last place of 1, where
+NumPy promises four. Radii are sums of terms that are not negative, so that a factor `GROWN` covers the rounding of
+their own evaluation, and `TINY` what underflows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planter.errors import ComputationError
+from planter.kernels import Array
+from planter.numerics.arrays import Flags
+
+U = 2.0**-53
+"""Largest relative error of one operation."""
+SLACK = 4 * U
+"""Covers the rounding of a sum of up to four products, as a share of each."""
+GROWN = 1 + 2.0**-44
+"""Covers the rounding of a radius: a sum of less than 500 terms."""
+TINY = 1e-300
+LIBM = 2.0**-49
+"""Largest error of sin, cos and arctan [-]."""
+
+
+class Unbounded(ComputationError):
+    """A function has no bound over a box: a denominator or a root's argument may vanish."""
+
+
+@dataclass(frozen=True)
+class Ball:
+    """All numbers closer to `mid` than `rad` (shapes alike or broadcast).
+
+    >>> third = Ball.exact(1.0) / Ball.exact(3.0)
+    >>> bool(third.low * 3 < 1 < third.high * 3)
+    True
+    """
+
+    mid: Array
+    rad: Array
+
+    @classmethod
+    def exact(cls, value: Any) -> Ball:
+        mid = np.asarray(value, dtype=float)
+        return cls(mid, np.zeros_like(mid))
+
+    @classmethod
+    def between(cls, low: Array, high: Array) -> Ball:
+        """The ball around an interval."""
+        mid = low + (high - low) / 2
+        return cls(mid, np.maximum(high - mid, mid - low) * GROWN + TINY)
+
+    @property
+    def low(self) -> Array:
+        return _down(self.mid - self.rad)
+
+    @property
+    def high(self) -> Array:
+        return -_down(-self.mid - self.rad)
+
+    @property
+    def most(self) -> Array:
+        """No less than any absolute value in it."""
+        found: Array = (np.abs(self.mid) + self.rad) * GROWN
+        return found
+
+    def __getitem__(self, key: Any) -> Ball:
+        return Ball(self.mid[key], self.rad[key])
+
+    def __neg__(self) -> Ball:
+        return Ball(-self.mid, self.rad)
+
+    def __add__(self, other: Ball) -> Ball:
+        mid = self.mid + other.mid
+        return Ball(mid, (self.rad + other.rad + U * np.abs(mid)) * GROWN + TINY)
+
+    def __sub__(self, other: Ball) -> Ball:
+        return self + (-other)
+
+    def __mul__(self, other: Ball) -> Ball:
+        return products((self, other))
+
+    def __truediv__(self, other: Ball) -> Ball:
+        return self * other.inverse()
+
+    def inverse(self) -> Ball:
+        """1 / x. Raises Unbounded where x may be zero."""
+        room = np.abs(self.mid) * (1 - 4 * U) - self.rad
+        if not np.all(room > 0):
+            raise Unbounded("a denominator may vanish")
+        mid = 1 / self.mid
+        return Ball(mid, (self.rad / room + SLACK) * np.abs(mid) * GROWN + TINY)
+
+    def power(self, exponent: int) -> Ball:
+        """A whole power, at least 0."""
+        mid, steep = np.ones_like(self.mid), np.ones_like(self.mid)
+        most = self.most
+        for k in range(exponent):
+            mid = mid * self.mid
+            steep = steep * most if k else steep
+        rad = exponent * steep * self.rad + (exponent + 1) * U * np.abs(mid)
+        return Ball(mid, rad * GROWN + TINY)
+
+    def sqrt(self) -> Ball:
+        """Raises Unbounded where x may be negative or zero."""
+        room = self.mid * (1 - 4 * U) - self.rad
+        if not np.all(room > 0):
+            raise Unbounded("the argument of a root may vanish")
+        mid = np.sqrt(self.mid)
+        return Ball(mid, (self.rad / (mid + np.sqrt(room)) + SLACK * mid) * GROWN + TINY)
+
+    def sin(self) -> Ball:
+        return self._wave(np.sin(self.mid), np.cos(self.mid))
+
+    def cos(self) -> Ball:
+        return self._wave(np.cos(self.mid), np.sin(self.mid))
+
+    def _wave(self, mid: Array, slope: Array) -> Ball:
+        """From Taylor's formula to the second order, whose second derivative is at most 1."""
+        rad = (np.abs(slope) + LIBM) * self.rad + self.rad**2 / 2 + LIBM
+        return Ball(mid, np.minimum(rad, 1 + np.abs(mid)) * GROWN + TINY)
+
+    def arctan(self) -> Ball:
+        low, high = np.arctan(self.low) - LIBM, np.arctan(self.high) + LIBM
+        return Ball.between(_down(low), -_down(-high))
+
+    def nonnegative(self) -> Ball:
+        """Of a quantity that cannot be negative."""
+        return Ball.between(np.maximum(self.low, 0), np.maximum(self.high, 0))
+
+    def sum(self, axis: int = -1) -> Ball:
+        count = self.mid.shape[axis]
+        rounding = (count + 1) * U * np.abs(self.mid).sum(axis=axis)
+        return Ball(self.mid.sum(axis=axis), (self.rad.sum(axis=axis) + rounding) * _grown(count) + TINY)
+
+    def spread(self, axis: int = -1) -> Ball:
+        """One ball around all those along an axis."""
+        return Ball.between(self.low.min(axis=axis), self.high.max(axis=axis))
+
+
+def products(*pairs: tuple[Ball, Ball]) -> Ball:
+    """The sum of up to four products."""
+    (one, two), *others = pairs
+    mid, rad = one.mid * two.mid, _error(one, two)
+    for one, two in others:
+        mid, rad = mid + one.mid * two.mid, rad + _error(one, two)
+    return Ball(mid, rad * GROWN + TINY)
+
+
+def _error(one: Ball, two: Ball) -> Array:
+    """Of a product, its rounding and its part in that of the sum included."""
+    size = np.abs(two.mid)
+    found: Array = (np.abs(one.mid) + one.rad) * (two.rad + SLACK * size) + one.rad * size
+    return found
+
+
+def tighter(one: Ball, two: Ball) -> Ball:
+    """Of two balls that enclose the same, everywhere the smaller."""
+    first = one.rad <= two.rad
+    return Ball(np.where(first, one.mid, two.mid), np.where(first, one.rad, two.rad))
+
+
+def chosen(condition: Flags, one: Ball, two: Ball) -> Ball:
+    return Ball(np.where(condition, one.mid, two.mid), np.where(condition, one.rad, two.rad))
+
+
+def _down(value: Array) -> Array:
+    """Below the exact value of what was rounded to `value`."""
+    found: Array = value - (2 * U * np.abs(value) + TINY)
+    return found
+
+
+def _grown(count: int) -> float:
+    return GROWN + 4 * U * count

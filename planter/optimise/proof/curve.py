@@ -1,0 +1,86 @@
+"""A response over a box of designs: an enclosure of each of its samples over a turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+
+from planter.numerics.arrays import Integers
+from planter.optimise.proof.arithmetic import PI, Enclosing
+from planter.optimise.proof.balls import Ball, U, Unbounded, chosen
+from planter.optimise.proof.branches import Branches
+from planter.optimise.proof.jets import Jet, Space
+
+MOST_LANES = 8
+"""Pieces of a lane, on average, above which a box is too wide to follow them."""
+
+
+class Enclosed(Protocol):
+    """A response F(phi, x), continuous in x: the sum over `offsets` [turns] of `share` at phi + each.
+
+    `period` [turns] is that of F.
+    """
+
+    @property
+    def offsets(self) -> tuple[Fraction, ...]: ...
+    @property
+    def period(self) -> Fraction: ...
+
+    def share(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Jet:
+        """At designs x (p,) and angles over lanes [rad]; smooth but where it asks `xp`'s space."""
+
+
+def samples(response: Enclosed, space: Space, count: int) -> Jet:
+    """The response at phi = 2 pi i / count over a box, a lane for each of the angles that differ by its period."""
+    whole = (count * response.period).denominator == 1
+    distinct = int(count * response.period) if whole else count
+    turns = [Fraction(i, count) + offset for offset in response.offsets for i in range(distinct)]
+    shares = _pieces(response, space, _angles(turns))
+    found = shares.taken(slice(0, distinct))
+    for k in range(1, len(response.offsets)):
+        found = found + shares.taken(slice(k * distinct, (k + 1) * distinct))
+    return found
+
+
+def _angles(turns: Sequence[Fraction]) -> Ball:
+    share = np.array([float(2 * turn) for turn in turns])
+    return PI * Ball(share, U * np.abs(share))
+
+
+def _pieces(response: Enclosed, space: Space, phi: Ball) -> Jet:
+    """The share at angles (lanes,): around all pieces of each."""
+    lanes, script = np.arange(len(phi.mid)), np.empty((0, len(phi.mid)))
+    parts: list[tuple[Integers, Jet]] = []
+    while len(lanes):
+        branches = Branches(len(lanes), script)
+        asked = space.asking(branches)
+        jet = response.share(Enclosing(asked), asked.parameters(), asked.constant(phi[lanes]))
+        parts.append((lanes, Jet(space, jet.felt, jet.value, jet.gradient, jet.hessian)))
+        further, script = branches.further()
+        lanes = lanes[further]
+        if sum(len(known) for known, _ in parts) > MOST_LANES * len(phi.mid):
+            raise Unbounded("a box goes through many branches")
+    return _around(parts)
+
+
+def _around(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
+    """One jet around all parts: the first has every lane, the others pieces of some."""
+    (lanes, first), *others = parts
+    felt = tuple(sorted({k for _, jet in parts for k in jet.felt}))
+    whole = first.over(felt).taken(lanes)
+    touched = np.zeros(len(lanes), dtype=bool)
+    balls = [whole.value, whole.gradient, whole.hessian]
+    bounds = [(ball.low, ball.high) for ball in balls] if others else []
+    for which, jet in others:
+        touched[which] = True
+        piece = jet.over(felt).taken(np.arange(len(which)))
+        for (low, high), ball in zip(bounds, (piece.value, piece.gradient, piece.hessian), strict=True):
+            for lane, place in enumerate(which):
+                low[..., place] = np.minimum(low[..., place], ball.low[..., lane])
+                high[..., place] = np.maximum(high[..., place], ball.high[..., lane])
+    if others:
+        balls = [chosen(touched, Ball.between(*side), ball) for side, ball in zip(bounds, balls, strict=True)]
+    return Jet(whole.space, felt, *balls)

@@ -1,0 +1,333 @@
+"""Numbers with derivatives over a box of designs: a second-order form, centred in the box.
+
+A `Jet` encloses, of a function f of the design: value and gradient at the box's centre c, and value, gradient and
+Hessian anywhere in the box. Then f(x) lies in f(c) + f'(c) (x - c) + (x - c)' H (x - c) / 2, and f'(x) in
+f'(c) + H (x - c): what arithmetic by parts overestimates is cut back to that after each operation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.numerics.arrays import Flags, Integers
+from planter.optimise.proof.balls import GROWN, TINY, Ball, chosen, products, tighter
+from planter.optimise.proof.branches import Branches
+
+CENTRE, ANYWHERE = 0, 1
+
+
+class Space:
+    """A box of designs, [lower, upper] (p,), in which jets live; parameters of no width are constants."""
+
+    def __init__(self, lower: Array, upper: Array, branches: Branches | None = None) -> None:
+        self.lower, self.upper = lower, upper
+        self.centre = lower + (upper - lower) / 2
+        half = np.maximum(upper - self.centre, self.centre - lower)
+        self.half = np.where(upper > lower, half * GROWN + TINY, 0.0)
+        self.branches = Branches.none(1) if branches is None else branches
+        self._reach: dict[tuple[int, ...], Array] = {}
+
+    def asking(self, branches: Branches) -> Space:
+        """The same box, whose questions go to `branches`."""
+        return Space(self.lower, self.upper, branches)
+
+    def parameters(self) -> list[Jet]:
+        return [self._parameter(k) for k in range(len(self.lower))]
+
+    def _parameter(self, k: int) -> Jet:
+        if self.half[k] == 0:
+            return self.constant(Ball.exact([self.lower[k]]))
+        mid = np.full((2, 1), self.centre[k])
+        value = Ball(mid, np.array([[0.0], [self.half[k]]]))
+        return Jet(self, (k,), value, Ball.exact(np.ones((2, 1, 1))), Ball.exact(np.zeros((1, 1))))
+
+    def constant(self, value: Ball) -> Jet:
+        """What the design does not change: balls (lanes,)."""
+        both = _both(value, value)
+        nothing = Ball.exact(np.zeros((2, 0, 1))), Ball.exact(np.zeros((0, 1)))
+        return Jet(self, (), both, *nothing)
+
+    def whole(self, number: int) -> Jet:
+        """A number that is held exactly."""
+        return self.constant(Ball.exact([float(number)]))
+
+    def reach(self, felt: tuple[int, ...]) -> Array:
+        """(k, K): what a packed Hessian's absolute values make of a gradient, from the centre to the box's faces."""
+        if felt not in self._reach:
+            rows, columns = packing(len(felt))
+            found = np.zeros((len(felt), len(rows)))
+            for place, (i, j) in enumerate(zip(rows, columns, strict=True)):
+                found[i, place] = self.half[felt[j]]
+                found[j, place] = self.half[felt[i]]
+            self._reach[felt] = found
+        return self._reach[felt]
+
+
+@dataclass(frozen=True, eq=False)
+class Jet:
+    """A quantity over lanes; `felt` are the k parameters that change it.
+
+    value (2, lanes) and gradient (2, k, lanes) at the centre and anywhere; hessian (K, lanes) anywhere, packed.
+    """
+
+    space: Space
+    felt: tuple[int, ...]
+    value: Ball
+    gradient: Ball
+    hessian: Ball
+
+    @property
+    def lanes(self) -> int:
+        return max(self.value.mid.shape[-1], self.gradient.mid.shape[-1], self.hessian.mid.shape[-1])
+
+    def taken(self, lanes: Any) -> Jet:
+        """Some of its lanes."""
+        value, gradient, hessian = (_full(b, self.lanes) for b in (self.value, self.gradient, self.hessian))
+        return Jet(self.space, self.felt, value[..., lanes], gradient[..., lanes], hessian[..., lanes])
+
+    def over(self, felt: tuple[int, ...]) -> Jet:
+        """The same as a function of more parameters."""
+        if felt == self.felt:
+            return self
+        rows, places = _embedding(self.felt, felt)
+        gradient, hessian = (_zeros(b, n) for b, n in ((self.gradient, len(felt)), (self.hessian, packed(len(felt)))))
+        for part in ("mid", "rad"):
+            getattr(gradient, part)[:, rows] = getattr(self.gradient, part)
+            getattr(hessian, part)[places] = getattr(self.hessian, part)
+        return Jet(self.space, felt, self.value, gradient, hessian)
+
+    def cut(self) -> Jet:
+        """With value and gradient anywhere no larger than the second-order form has them."""
+        if not self.felt:
+            return self
+        half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt) @ self.hessian.most
+        slope = self.gradient[CENTRE]
+        gradient = Ball(slope.mid, (slope.rad + moved) * GROWN + TINY)
+        centre = self.value[CENTRE]
+        change = half @ (slope.most + moved / 2)
+        value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWN + TINY)
+        return Jet(
+            self.space, self.felt, _both(centre, tighter(self.value[ANYWHERE], value)),
+            _both(slope, tighter(self.gradient[ANYWHERE], gradient)), self.hessian,
+        )  # fmt: skip
+
+    @property
+    def least(self) -> Array:
+        """Lower bounds over the box, (lanes,)."""
+        half, (rows, columns) = self.space.half[list(self.felt)], packing(len(self.felt))
+        weights = np.where(rows == columns, 0.5, 1.0) * half[rows] * half[columns]
+        bent = np.where((rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.most)
+        change = (half @ self.gradient[CENTRE].most + weights @ bent) * GROWN + TINY
+        centre = self.value[CENTRE]
+        formed = Ball(centre.mid, (centre.rad + change) * GROWN + TINY).low
+        return np.maximum(formed, self.value[ANYWHERE].low)
+
+    def __neg__(self) -> Jet:
+        return Jet(self.space, self.felt, -self.value, -self.gradient, -self.hessian)
+
+    def __add__(self, other: Any) -> Jet:
+        one, two = self._paired(other)
+        if not two.felt:
+            return Jet(self.space, one.felt, one.value + two.value, one.gradient, one.hessian)
+        if not one.felt:
+            return Jet(self.space, two.felt, one.value + two.value, two.gradient, two.hessian)
+        one, two = _together(one, two)
+        return Jet(
+            self.space, one.felt, one.value + two.value, one.gradient + two.gradient, one.hessian + two.hessian
+        ).cut()
+
+    def __mul__(self, other: Any) -> Jet:
+        one, two = self._paired(other)
+        value = one.value * two.value
+        if not two.felt:
+            one, two = two, one
+        if not one.felt:
+            rate = one.value[:, None]
+            return Jet(self.space, two.felt, value, rate * two.gradient, one.value[ANYWHERE] * two.hessian)
+        one, two = _together(one, two)
+        gradient = products((one.value[:, None], two.gradient), (two.value[:, None], one.gradient))
+        rows, columns = packing(len(one.felt))
+        along, across = one.gradient[ANYWHERE], two.gradient[ANYWHERE]
+        hessian = products(
+            (one.value[ANYWHERE], two.hessian), (two.value[ANYWHERE], one.hessian),
+            (along[rows], across[columns]), (along[columns], across[rows]),
+        )  # fmt: skip
+        return Jet(self.space, one.felt, value, gradient, hessian).cut()
+
+    def through(self, value: Ball, first: Ball, second: Ball) -> Jet:
+        """A function of this, from its value (2, lanes), first (2, lanes) and second derivative (lanes,)."""
+        if not self.felt:
+            return Jet(self.space, (), value, self.gradient, self.hessian)
+        rows, columns = packing(len(self.felt))
+        slope = self.gradient[ANYWHERE]
+        hessian = products((first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns]))
+        return Jet(self.space, self.felt, value, first[:, None] * self.gradient, hessian).cut()
+
+    def __pow__(self, exponent: int) -> Jet:
+        if exponent < 0:
+            return self.inverse() ** -exponent
+        if exponent == 0:
+            return self.space.constant(Ball.exact([1.0]))
+        scales = [Ball.exact(float(n)) for n in (exponent, exponent * (exponent - 1))]
+        first = scales[0] * self.value.power(exponent - 1)
+        second = scales[1] * self.value[ANYWHERE].power(max(exponent - 2, 0))
+        return self.through(self.value.power(exponent), first, second)
+
+    def polynomial(self, coefficients: Sequence[float]) -> Jet:
+        """The sum of a_k x^k, the highest power first.
+
+        With p(x) = sum b_k (x - c)^k about the centre c of each lane, value and derivatives over the box are bounded by
+        those of a few small powers.
+        """
+        centre = Ball(self.value.mid[CENTRE], np.zeros_like(self.value.mid[CENTRE]))
+        about = [Ball.exact(np.full(centre.mid.shape, float(a))) for a in coefficients]
+        for end in range(len(about), 1, -1):
+            for k in range(1, end):
+                about[k] = about[k] + centre * about[k - 1]
+        taylor, step = about[::-1], self.value - Ball(_both(centre, centre).mid, np.zeros_like(self.value.mid))
+        value, first, second = (_derivative(taylor, step, n) for n in range(3))
+        return self.through(value, first, second[ANYWHERE])
+
+    def inverse(self) -> Jet:
+        value = self.value.inverse()
+        square = value * value
+        return self.through(value, -square, Ball.exact(2.0) * square[ANYWHERE] * value[ANYWHERE])
+
+    def sqrt(self) -> Jet:
+        root = self.value.sqrt()
+        first = (Ball.exact(2.0) * root).inverse()
+        return self.through(root, first, -(first * (Ball.exact(2.0) * self.value).inverse())[ANYWHERE])
+
+    def sin(self) -> Jet:
+        value = self.value.sin()
+        return self.through(value, self.value.cos(), -value[ANYWHERE])
+
+    def cos(self) -> Jet:
+        value = self.value.cos()
+        return self.through(value, -self.value.sin(), -value[ANYWHERE])
+
+    def arctan(self) -> Jet:
+        first = (Ball.exact(1.0) + self.value.power(2).nonnegative()).inverse()
+        second = -(Ball.exact(2.0) * self.value * first * first)[ANYWHERE]
+        return self.through(self.value.arctan(), first, second)
+
+    def floor(self) -> Jet:
+        """The whole number below; its derivative is that between its steps."""
+        return self.space.constant(Ball.exact(self.space.branches.floor(self.value[ANYWHERE])))
+
+    def mean(self) -> Jet:
+        """Over the lanes."""
+        share = Ball.exact(1.0) / Ball.exact(float(self.lanes))
+        whole = (_full(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
+        value, gradient, hessian = (Ball(b.mid[..., None], b.rad[..., None]) * share for b in whole)
+        return Jet(self.space, self.felt, value, gradient, hessian).cut()
+
+    def where(self, condition: Any, other: Any) -> Jet:
+        """This on the lanes where the condition holds, the other elsewhere."""
+        one, two = _together(*self._paired(other))
+        parts = zip((one.value, one.gradient, one.hessian), (two.value, two.gradient, two.hessian), strict=True)
+        return Jet(self.space, one.felt, *(chosen(condition, mine, its) for mine, its in parts))
+
+    def holding(self, value: Ball) -> Jet:
+        """The same where the value (2, lanes) is known otherwise."""
+        return Jet(self.space, self.felt, value, self.gradient, self.hessian)
+
+    def _paired(self, other: Any) -> tuple[Jet, Jet]:
+        if isinstance(other, Jet):
+            return self, other
+        return self, self.space.constant(Ball.exact(np.atleast_1d(np.asarray(other, dtype=float))))
+
+    def _ask(self, other: Any, strictly: bool) -> Flags:
+        return self.space.branches.below((self - other).value[ANYWHERE], strictly)
+
+    def __sub__(self, other: Any) -> Jet:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Jet:
+        return -self + other
+
+    def __truediv__(self, other: Any) -> Jet:
+        return self * self._paired(other)[1].inverse()
+
+    def __rtruediv__(self, other: Any) -> Jet:
+        return self.inverse() * other
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __lt__(self, other: Any) -> Flags:
+        return self._ask(other, strictly=True)
+
+    def __le__(self, other: Any) -> Flags:
+        return self._ask(other, strictly=False)
+
+    def __gt__(self, other: Any) -> Flags:
+        return (-self)._ask(-other, strictly=True)
+
+    def __ge__(self, other: Any) -> Flags:
+        return (-self)._ask(-other, strictly=False)
+
+
+def _derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
+    """The n-th derivative of sum b_k h^k at steps h (2, lanes)."""
+    found = Ball.exact(np.zeros_like(step.mid))
+    for k in range(order, len(taylor)):
+        found = found + Ball.exact(float(math.perm(k, order))) * taylor[k] * step.power(k - order)
+    return found
+
+
+def packed(size: int) -> int:
+    return size * (size + 1) // 2
+
+
+@lru_cache(maxsize=64)
+def packing(size: int) -> tuple[Integers, Integers]:
+    """Rows and columns of the entries of a packed symmetric matrix."""
+    rows, columns = np.tril_indices(size)
+    return rows, columns
+
+
+@lru_cache(maxsize=4096)
+def _embedding(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, Integers]:
+    """Where the parameters, and the packed entries, of a function of few stand in one of many."""
+    rows = np.array([many.index(k) for k in few], dtype=np.int64)
+    i, j = packing(len(few))
+    a, b = rows[i], rows[j]
+    high, low = np.maximum(a, b), np.minimum(a, b)
+    return rows, high * (high + 1) // 2 + low
+
+
+def _together(one: Jet, two: Jet) -> tuple[Jet, Jet]:
+    """Both as functions of the same parameters."""
+    if one.felt == two.felt:
+        return one, two
+    felt = tuple(sorted({*one.felt, *two.felt}))
+    return one.over(felt), two.over(felt)
+
+
+def _zeros(like: Ball, rows: int) -> Ball:
+    shape = (*like.mid.shape[:-2], rows, like.mid.shape[-1])
+    return Ball(np.zeros(shape), np.zeros(shape))
+
+
+def _full(ball: Ball, lanes: int) -> Ball:
+    if ball.mid.shape[-1] == lanes == ball.rad.shape[-1]:
+        return ball
+    shape = (*ball.mid.shape[:-1], lanes)
+    return Ball(np.broadcast_to(ball.mid, shape), np.broadcast_to(ball.rad, shape))
+
+
+def _both(centre: Ball, anywhere: Ball) -> Ball:
+    return Ball(_stacked(centre.mid, anywhere.mid), _stacked(centre.rad, anywhere.rad))
+
+
+def _stacked(one: Array, two: Array) -> Array:
+    found = np.empty((2, *np.broadcast_shapes(one.shape, two.shape)))
+    found[CENTRE], found[ANYWHERE] = one, two
+    return found

@@ -1,0 +1,133 @@
+"""The support force of a planting device over boxes of designs, from generated array code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from planter.gearing.stage import Stage
+from planter.kernels import generated
+from planter.optimise.proof.arithmetic import Enclosing
+from planter.optimise.proof.balls import Ball
+from planter.optimise.proof.jets import Jet
+from planter.optimise.proof.roots import root
+from planter.planting.model import Device
+
+REMEMBERED = 64
+"""Boxes of a stage's parameters for which what it hoists is kept."""
+
+
+class EnclosedForce:
+    """The vertical force on the support over boxes of designs, from generated array code. Implements `Enclosed`."""
+
+    offsets = (Fraction(0), Fraction(-1, 2))
+    period = Fraction(1, 2)
+
+    def __init__(self, device: Device) -> None:
+        name = f"planting_support_{device.model}"
+        self.device, self.sidecar = device, generated.sidecar(name)
+        self._module = generated.module(f"array.{name}")
+        effects = self.sidecar["effects"]
+        self._gone = set(effects["without"])
+        self._gears = [Gear(*pair) for pair in zip(device.stages, effects["felt"].values(), strict=True)]
+        own = [len(stage.names) for stage in device.stages]
+        self._parts = np.cumsum([0, device.size - sum(own), *own]).tolist()
+
+    def share(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Jet:
+        mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
+        pair = [gear.meshing(xp, own) for gear, own in zip(self._gears, parameters, strict=True)]
+        packed = [part for own, stage in zip(parameters, pair, strict=True) for part in (own, stage.told)]
+        constants = [xp.space.constant(Ball.exact([value])) for value in self.device.constants]
+        contacts = [stage.contact for stage in pair]
+        hoisted = self._module.prologue(xp, mounting, *packed, constants, *contacts)
+        (force,) = self._module.lane(xp, phi, mounting, *packed, constants, hoisted, *contacts)
+        found: Jet = force
+        return found
+
+    @property
+    def without(self) -> tuple[str, ...]:
+        """Design parameters that cannot change the force, as was proved when its code was generated.
+
+        A stage does not feel its length, if it has but one and all that is felt is shared by similar curves.
+        """
+        vectors = self.device.sidecar["vectors"]
+        own = [entry["shown"] for entry in vectors["mounting"] if entry["name"] in self._gone]
+        distances = [vectors[f"hoisted{i}"]["known"]["0"]["name"] for i in (1, 2)]
+        pairs = zip(self._gears, distances, strict=True)
+        return (*own, *(name for gear, distance in pairs if distance in self._gone for name in gear.without))
+
+
+class Gear:
+    """A stage over boxes of its parameters; what it hoists is remembered for some of them.
+
+    Where all that is felt of it is shared by similar curves, the curve of unit size is enclosed: its first length is 1.
+    """
+
+    def __init__(self, stage: Stage, felt: Sequence[str]) -> None:
+        self.stage, similar = stage, stage.sidecar["similar"]
+        self._module: ModuleType = generated.module(f"array.curve_{stage.family}")
+        order = [entry["name"] for entry in stage.sidecar["parameters"]]
+        alike = set(felt) <= set(similar["unchanged"])
+        self._lengths = [order.index(name) for name in similar["lengths"]] if alike else []
+        self._known: dict[Any, list[Jet]] = {}
+
+    @property
+    def without(self) -> tuple[str, ...]:
+        """The one length of a curve of which nothing is felt that it changes."""
+        return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
+
+    def meshing(self, xp: Enclosing, own: Sequence[Jet]) -> Meshing:
+        """The stage with parameters `own`, in the box of `xp`."""
+        size, parameters = xp.space.whole(1), list(own)
+        if self._lengths:
+            size = own[self._lengths[0]]
+            for place in self._lengths:
+                parameters[place] = xp.space.whole(1) if place == self._lengths[0] else own[place] / size
+        distance, *series = self._hoisted(xp, own, parameters)
+        return Meshing(self._module, parameters, [distance, *series], [distance * size, *series])
+
+    def _hoisted(self, xp: Enclosing, own: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
+        """Centre distance and series of a curve with these parameters, which `own` change."""
+        box = tuple(float(part) for jet in own for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
+        if box not in self._known:
+            if len(self._known) == REMEMBERED:
+                del self._known[next(iter(self._known))]
+            self._known[box] = self._found(xp, parameters)
+        return [replace(jet, space=xp.space) for jet in self._known[box]]
+
+    def _found(self, xp: Enclosing, parameters: Sequence[Jet]) -> list[Jet]:
+        if not self.stage.sidecar["series"]:
+            return [self._module.prologue(xp, parameters, 0)[0]]
+        nodes, radii = self._module.radii(xp, parameters, self.stage.terms)
+        middle = np.array([jet.value.mid[0, 0] for jet in parameters])
+        start = float(self.stage.prologue(parameters=middle)["hoisted"][0, 0])
+        distance = root(xp.space, start, lambda a: self._module.closure(a, radii)[1:])
+        ratios, _, _ = self._module.closure(distance, radii)
+        return [distance, *self._module.series(xp, ratios, nodes)]
+
+
+@dataclass(frozen=True)
+class Meshing:
+    """A pitch curve with its conjugate over a box: what its generated code hoists, and what a lane is told."""
+
+    module: ModuleType
+    parameters: Sequence[Jet]
+    hoisted: Sequence[Jet]
+    told: Sequence[Jet]
+
+    def contact(self, xp: Enclosing, t: Jet, _own: Any, _told: Any) -> tuple[Jet, ...]:
+        own = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
+        found: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **own)
+        return found
+
+
+def _sine_series(_xp: Enclosing, u: Jet, b: Sequence[Jet]) -> Jet:
+    """Sum over k of b[k] sin(k u) / k, term by term: enclosures would grow with each step of a recurrence."""
+    terms = [b[k] / k * (u * k).sin() for k in range(1, len(b))]
+    return sum(terms[1:], terms[0])

@@ -1,0 +1,185 @@
+"""Proofs on a small response of known optimum, with branches, kinks and a period; tampered ones fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from planter.kernels import Array
+from planter.optimise.proof import curve, objective
+from planter.optimise.proof.arithmetic import Enclosing
+from planter.optimise.proof.balls import Ball, Unbounded
+from planter.optimise.proof.branches import Branches
+from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.roots import root
+from planter.optimise.proof.search import Bounded, Search
+
+LOWER, UPPER = np.array([0.1, 0.9, -0.04]), np.array([0.6, 1.3, 0.1])
+SAMPLES = 24
+
+
+class Bent:
+    """F = 2 x0 |sin(phi - x2)| + (x1 - x2^2) cos(2 phi): two halves of a turn, each with kinks where phi = x2."""
+
+    offsets, period = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2)
+
+    def share(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Jet:
+        wave = xp.sin(phi - x[2])
+        return x[0] * xp.where(wave >= 0, wave, -wave) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)
+
+
+def force(x: Array) -> Array:
+    phi = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
+    return 2 * x[0] * np.abs(np.sin(phi - x[2])) + (x[1] - x[2] ** 2) * np.cos(2 * phi)
+
+
+def value(x: Array) -> float:
+    found = force(x)
+    return float(0.6 * np.ptp(found) + 0.4 * found.var())
+
+
+def bounding(lower: Array, upper: Array) -> objective.Bounds:
+    return objective.bounds(curve.samples(Bent(), Space(lower, upper), SAMPLES), 0.6, lambda v: v * 0.4)
+
+
+def found_by_hand() -> Array:
+    """Along the edge where the first parameter is largest and the second least, by a fine grid and golden sections."""
+    edge = [np.array([UPPER[0], LOWER[1], x]) for x in np.linspace(LOWER[2], UPPER[2], 2001)]
+    near = min(edge, key=value)[2]
+    found = minimize_scalar(
+        lambda x: value(np.array([UPPER[0], LOWER[1], x])), bounds=(near - 1e-4, near + 1e-4), method="bounded",
+        options={"xatol": 1e-12},
+    )  # fmt: skip
+    return np.array([UPPER[0], LOWER[1], found.x])
+
+
+OPTIMUM = found_by_hand()
+BEST = value(OPTIMUM)
+
+
+def proved(box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goal: float = 1e-6) -> Bounded:
+    return Search(bounding, *box, floor=0.0).run(BEST - goal, seconds)
+
+
+def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
+    rng = np.random.default_rng(2)
+    for share in (1.0, 0.1):
+        half = share * (UPPER - LOWER) / 2
+        middle = (LOWER + UPPER) / 2
+        found = curve.samples(Bent(), Space(middle - half, middle + half), SAMPLES).value[ANYWHERE]
+        for _ in range(100):
+            exact = force(middle + rng.uniform(-1, 1, 3) * half)[: SAMPLES // 2]
+            assert (found.low <= exact + 1e-14).all()
+            assert (exact - 1e-14 <= found.high).all()
+
+
+def slopes_at_the_kink() -> Ball:
+    """Of the sample at phi = 0 in x2, over a box in which |sin x2| has its kink."""
+    found = curve.samples(Bent(), Space(LOWER, UPPER), SAMPLES)
+    return found.gradient[ANYWHERE][2, 0]
+
+
+def test_slopes_of_both_sides_of_a_branch_are_held() -> None:
+    found = slopes_at_the_kink()
+    assert found.low < -2 * UPPER[0] * np.cos(LOWER[2])
+    assert found.high > 2 * UPPER[0] * np.cos(UPPER[2])
+
+
+def test_one_side_of_a_branch_alone_does_not_hold_both(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Branches, "further", lambda self: (np.empty(0, dtype=int), np.empty((0, 0))))
+    found = slopes_at_the_kink()
+    assert found.low > -1 or found.high < 1
+
+
+def test_bounds_of_objective_and_slopes_hold_at_random_designs() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        middle = LOWER + rng.random(3) * (UPPER - LOWER)
+        half = 0.05 * rng.random() * (UPPER - LOWER)
+        found = bounding(middle - half, middle + half)
+        assert value(middle) <= found.reached + 1e-14
+        for _ in range(20):
+            x, y = (middle + rng.uniform(-1, 1, 3) * half for _ in range(2))
+            assert found.least <= value(x) + 1e-14
+            low, high = found.slopes.low, found.slopes.high
+            step = y - x
+            most = np.where(step > 0, high, low) @ step
+            assert value(y) - value(x) <= most + 1e-13
+
+
+def test_the_optimum_is_proved() -> None:
+    found = proved()
+    assert BEST - 1e-6 <= found.least <= BEST + 1e-14
+    assert found.met >= BEST - 1e-9
+    assert 1 < found.boxes < 400
+
+
+def test_a_box_without_its_optimum_is_not_taken_for_the_whole() -> None:
+    """The bound of a part is above the optimum of the whole; a false optimum that is too high is never proved."""
+    part = proved((LOWER, np.array([UPPER[0] - 0.1, *UPPER[1:]])))
+    assert part.least > BEST + 1e-3
+    above = Search(bounding, LOWER, UPPER, floor=0.0).run(BEST + 0.01, 3.0)
+    assert above.least <= BEST + 1e-14
+    assert above.met < BEST + 0.01
+
+
+@pytest.mark.parametrize("tamper", ["slopes", "least"])
+def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
+    def wrong(lower: Array, upper: Array) -> objective.Bounds:
+        found = bounding(lower, upper)
+        slopes = -found.slopes if tamper == "slopes" else found.slopes
+        least = found.least if tamper == "slopes" else 2 * found.reached - found.least
+        return objective.Bounds(least, found.reached, slopes, found.looseness)
+
+    assert Search(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).least > BEST
+
+
+def test_what_has_no_bound_is_halved_and_time_ends_a_search() -> None:
+    def partly(lower: Array, upper: Array) -> objective.Bounds:
+        if (upper - lower)[0] > 0.3:
+            raise Unbounded("a denominator may vanish")
+        return bounding(lower, upper)
+
+    assert Search(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).least >= BEST - 1e-6
+    hurried = Search(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 0.0)
+    assert hurried.least == 0.0
+
+
+def test_a_root_is_enclosed_with_its_derivatives() -> None:
+    """a^3 + x0 a = x1: derivatives by those of the implicit function."""
+    upper = LOWER + (UPPER - LOWER) / 4
+    space = Space(LOWER, upper)
+    x = space.parameters()
+
+    def residual(a: Jet) -> tuple[Jet, Jet]:
+        return a**3 + x[0] * a - x[1], 3 * a**2 + x[0]
+
+    found, rng = root(space, 0.8, residual), np.random.default_rng(6)
+    for _ in range(100):
+        p = LOWER + rng.random(3) * (upper - LOWER)
+        a = float(np.roots([1, 0, p[0], -p[1]])[-1].real)
+        slope = 3 * a * a + p[0]
+        first = np.array([-a / slope, 1 / slope])
+        second = -6 * a / slope * np.outer(first, first)
+        second[0, :] -= first / slope
+        second[:, 0] -= first / slope
+        assert within(found.value[ANYWHERE], a)
+        assert within(found.gradient[ANYWHERE][:, 0], first)
+        assert within(found.hessian[:, 0], second[np.tril_indices(2)])
+    assert found.value.rad[0, 0] < 1e-14
+
+
+def within(ball: Ball, value: Array | float) -> bool:
+    return bool(((ball.low <= value) & (value <= ball.high)).all())
+
+
+def test_a_root_that_may_not_be_there_is_refused() -> None:
+    space = Space(np.array([-1.0]), np.array([1.0]))
+    (x,) = space.parameters()
+    unknown: Callable[[Jet], tuple[Jet, Jet]] = lambda a: (a**2 - x, 2 * a)  # noqa: E731
+    with pytest.raises(Unbounded):
+        root(space, 0.5, unknown)

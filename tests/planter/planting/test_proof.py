@@ -1,0 +1,217 @@
+"""Proof of the planting device's optimum: enclosures against two other ways to compute, effects, tampered cases."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+
+from planter.kernels import Array, generated
+from planter.optimise.proof.balls import Ball
+from planter.optimise.proof.curve import samples
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
+from planter.optimise.proof.search import Search
+from planter.planting import optimisation, proof
+from planter.planting.enclosed import EnclosedForce
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
+from planter.progress import Progress
+from tests.support import xp_arb
+from tests.support.cli import answer, refusal
+from tests.support.machines import device, machine
+
+COUNT = 24
+BITS = 1500
+"""Fifty Newton steps of the generated prologue lose some of them."""
+ASKED = range(1, COUNT // 2, 3)
+"""Samples that are compared: not the first, where the cam's angle is zero and a ball cannot tell its turn."""
+SHARE = 0.02
+SHORT = ("--method", "ipopt", "--starts", "1", "--samples", "24")
+
+
+@cache
+def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
+    """A small box within a machine's."""
+    subject, rng = device(name, model), np.random.default_rng(seed)
+    half = SHARE * (subject.upper - subject.lower) / 2
+    middle = subject.lower + half + rng.random(subject.size) * (subject.upper - subject.lower - 2 * half)
+    return middle - half, middle + half
+
+
+@cache
+def enclosed(name: str, model: Model) -> Jet:
+    return samples(EnclosedForce(device(name, model)), Space(*box(name, model)), COUNT)
+
+
+def inside(name: str, model: Model, seed: int) -> Array:
+    lower, upper = box(name, model)
+    return lower + np.random.default_rng(seed).random(len(lower)) * (upper - lower)
+
+
+def by_arb(subject: Device, x: Array, sample: int) -> arb:
+    """The force at a sample, by the generated code of the whole model on arb balls."""
+    with ctx.workprec(BITS):
+        return _by_arb(subject, x, arb(sample) / COUNT)
+
+
+def _by_arb(subject: Device, x: Array, turn: arb) -> arb:
+    own = [len(stage.names) for stage in subject.stages]
+    parts = np.cumsum([0, subject.size - sum(own), *own]).tolist()
+    mounting, *parameters = ([arb(float(v)) for v in x[a:b]] for a, b in pairwise(parts))
+    curves = [generated.module(f"array.curve_{stage.family}") for stage in subject.stages]
+    hoisted = [
+        curve.prologue(xp_arb, p, stage.terms)
+        for curve, p, stage in zip(curves, parameters, subject.stages, strict=True)
+    ]
+    packed = [part for pair in zip(parameters, hoisted, strict=True) for part in pair]
+    constants, contacts = [arb(float(v)) for v in subject.constants], [curve.contact for curve in curves]
+    module = generated.module(f"array.planting_support_{subject.model}")
+    still = module.prologue(xp_arb, mounting, *packed, constants, *contacts)
+    return sum(
+        (module.lane(xp_arb, 2 * xp_arb.pi * (turn + back), mounting, *packed, constants, still, *contacts)[0]
+         for back in (arb(0), arb(-1) / 2)), arb(0)
+    )  # fmt: skip
+
+
+def holds(ball: Ball, value: arb) -> bool:
+    return bool(arb(float(ball.low)) <= value <= arb(float(ball.high)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_force_of_an_interval_library_is_enclosed(model: Model) -> None:
+    found = enclosed("wang2017", model).value[ANYWHERE]
+    for seed in range(4):
+        x = inside("wang2017", model, seed)
+        assert all(holds(found[i], by_arb(device("wang2017", model), x, i)) for i in ASKED)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At a single design, where only rounding has a width."""
+    subject, x = device("wang2017", model), inside("wang2017", model, 1)
+    exact = [by_arb(subject, x, i) for i in ASKED]
+
+    def missed() -> int:
+        found = samples(EnclosedForce(subject), Space(x, x), COUNT).value[ANYWHERE]
+        return sum(not holds(found[i], value) for i, value in zip(ASKED, exact, strict=True))
+
+    assert missed() == 0
+    for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWN", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
+        monkeypatch.setattr(f"planter.optimise.proof.balls.{part}", value)
+    monkeypatch.setattr("planter.optimise.proof.curve.PI", Ball.exact([np.pi]))
+    monkeypatch.setattr("planter.optimise.proof.arithmetic.PI", Ball.exact([np.pi]))
+    assert missed() > 0
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", ["wang2017", "compact"])
+def test_force_and_slopes_of_the_whole_model_are_enclosed(name: str, model: Model) -> None:
+    """The compiled kernels of the whole model, internal forces and all: the reduced one is the same."""
+    subject, found = device(name, model), enclosed(name, model)
+    angles = 2 * np.pi * np.arange(COUNT // 2) / COUNT
+    for seed in range(30):
+        force, slopes = subject.support_slopes(subject.prologue(inside(name, model, seed)), angles)
+        assert_within(found.value[ANYWHERE], force)
+        felt = list(found.felt)
+        assert_within(found.gradient[ANYWHERE], slopes[:, 1:].T[felt])
+        gone = [k for k in range(subject.size) if k not in felt]
+        assert np.abs(slopes[:, 1:].T[gone]).max(initial=0) < 1e-8
+
+
+def assert_within(ball: Ball, value: Array) -> None:
+    room = 1e-9 * (1 + np.abs(value))
+    assert (ball.low - room <= value).all()
+    assert (value <= ball.high + room).all()
+
+
+def test_the_enclosure_is_narrow() -> None:
+    found = enclosed("wang2017", "exact")
+    assert found.value.rad[CENTRE].max() < 1e-4
+    assert found.value.rad[ANYWHERE].max() < 0.05
+
+
+def test_parameters_without_effect() -> None:
+    assert EnclosedForce(device("wang2017", "exact")).without == ("gamma_deg", "A6_mm")
+    assert EnclosedForce(device("wang2017", "printed")).without == ()
+
+
+def problem(model: Model) -> tuple[proof.Objective, Array, Array, Array]:
+    """Objective, a corner of the box that is an optimum of all that is near, and a small box there."""
+    subject = device("wang2017", model)
+    bounding = proof.Objective(subject, COUNT)
+    lower, upper = bounding.searched(subject.design)
+    half = 0.01 * (upper - lower)
+    slopes = bounding(lower + half, upper - 97 * half).slopes.mid
+    corner = np.where(slopes < 0, upper, lower)
+    return bounding, corner, np.where(slopes < 0, upper - half, lower), np.where(slopes < 0, upper, lower + half)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_bounds_hold_at_designs_of_a_box(model: Model) -> None:
+    bounding, corner, lower, upper = problem(model)
+    found = bounding(lower, upper)
+    for seed in range(10):
+        x = lower + np.random.default_rng(seed).random(len(lower)) * (upper - lower)
+        assert found.least <= bounding(x, x).reached
+    assert found.least <= bounding(corner, corner).reached
+    open_ = upper > lower
+    assert ((found.slopes.low > 0) | (found.slopes.high < 0))[open_].sum() >= 5
+
+
+def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], design: Array) -> Search:
+    """A search that takes `without` as having no effect."""
+    subject = device(name, "exact")
+    gone = np.isin(subject.names, without)
+    bounding = proof.Objective(subject, COUNT)
+    return Search(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
+
+
+def test_a_small_box_is_proved_and_a_false_claim_of_no_effect_is_not() -> None:
+    """The claim that the sun's deformation has no effect takes the optimum out of the box."""
+    bounding, corner, lower, upper = problem("exact")
+    best = bounding(corner, corner).reached
+    honest = shifted("wang2017", lower, upper, bounding.force.without, corner).run(best * (1 - 1e-6), 60.0)
+    assert honest.least <= min(best, honest.met)
+    assert honest.least >= honest.met * (1 - 1e-3)
+    elsewhere = np.where(np.isin(bounding.device.names, ["m31"]), bounding.device.upper, corner)
+    false = shifted("wang2017", lower, upper, (*bounding.force.without, "m31"), elsewhere).run(best, 5.0)
+    assert false.least > best
+
+
+def test_the_command_gives_the_gap_that_it_reaches() -> None:
+    found = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
+    told = found["proof"]
+    assert set(told) == {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement"}
+    assert told["objective"] == found["objective"]
+    assert told["proved"] == (told["gap"] <= 1e-6 * told["objective"])
+    assert not told["proved"]
+    assert told["lower_bound"] < told["objective"]
+    assert told["gap"] == pytest.approx(told["objective"] - told["lower_bound"], abs=1e-9)
+    assert told["statement"].startswith("not proved to 1e-06 of the objective in ")
+
+
+def test_a_proof_is_of_samples_only() -> None:
+    assert "--prove" in refusal("optimise", "wang2017", "--samples", "refined", "--prove")
+    assert "proof" not in answer("optimise", "wang2017", *SHORT)
+
+
+def test_a_narrow_box_is_proved() -> None:
+    """A machine whose bounds leave one parameter some room."""
+    base = machine("wang2017")
+    narrow = {f"bounds.{name}[{side}]": value for name, value in base.design.items() for side in (0, 1)}
+    narrow |= {"bounds.k6[0]": 0.0309, "bounds.k6[1]": 0.0311, "bounds.gamma_deg[0]": 20.0, "bounds.gamma_deg[1]": 40.0}
+    table = base.table()
+    table["bounds"] = {name: [narrow[f"bounds.{name}[0]"] - 1e-6, narrow[f"bounds.{name}[1]"] + 1e-6]
+                       for name in base.design}  # fmt: skip
+    subject = Device(type(base).read(table, "narrow"))
+    seen: list[Progress] = []
+    found = optimisation.optimise(subject, "ipopt", str(COUNT), starts=1)
+    told = proof.with_proof(found, 60.0, seen.append).result.proof
+    assert told is not None
+    assert told.proved, told
+    assert 0 <= told.gap <= 1e-6 * told.objective
+    assert told.statement.startswith("proved: no design of the box is better than ")
+    assert str(seen[-1]).startswith("proof: ")
