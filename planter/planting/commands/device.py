@@ -120,7 +120,8 @@ def optimise(
     with console.outcome(), renewing(out):
         if least is not None:
             besides = {"--model": model is not Model.exact, "--method": method is not Method.hybrid, "--front": front,
-                       "--prove": prove, "--samples": samples is not None, "--speed-rpm": speed_rpm is not None}  # fmt: skip
+                       "--samples": samples is not None, "--speed-rpm": speed_rpm is not None,
+                       "--prove": prove}  # fmt: skip
             search(console, machine, least, hold or (), starts, seed, changes(set_), out, besides)
             return
         from planter.planting import optimisation, tables
