@@ -20,6 +20,9 @@ from .quantity import Quantity
 MOST_CASES = 4
 """Unknowns of a set that may stand as sizes |N|; each doubles the number of times that the set is solved."""
 
+STATES = "states_"
+"""Beginning of the names of how many states of friction are possible."""
+
 
 class BlockError(ValueError):
     """A set of equations is not linear in its unknowns, or has too many cases."""
@@ -125,4 +128,13 @@ def _by_cases(
         for named, true in reversed(cases[:-1]):
             chosen = switch(true, named[unknown], chosen)
         steps.append(Let(unknown, chosen, f"{source}; the case that is true to its signs"))
+    trues = [true for _, true in cases]
+    strictly = sp.Add(*(switch(-true, sp.S.Zero, sp.S.One) for true in trues))
+    any_ = switch(sp.Max(*trues), sp.S.One, sp.S.Zero)
+    steps.append(Let(states(unknowns[0]), sp.Max(strictly, any_), f"{source}; cases that are true to their signs"))
     return tuple(steps)
+
+
+def states(first: Quantity) -> Quantity:
+    """How many states of friction the balances allow, by the first of the unknowns that are found with it."""
+    return Quantity(f"{STATES}{first}", "1", f"states of friction in which {first} can be", "derived: elimination")

@@ -39,6 +39,14 @@ class ComputationError(PlanterError):
     """Valid input, but the computation did not succeed."""
 
 
+class NotFiniteError(ComputationError):
+    """A function gives what is no number, or beyond all numbers: the first row and lane of its output."""
+
+    def __init__(self, function: str, output: str, row: int, lane: int) -> None:
+        super().__init__(f"{function}: output {output}[{row}] is not finite in lane {lane}")
+        self.row, self.lane = row, lane
+
+
 class Interrupted(PlanterError):
     """The user stopped a computation; `partial` holds what was found so far."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..blocks import STATES
 from ..chain import ordered
 from ..model import ClosedForm, Lane, Let, LinearSolve, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
@@ -22,10 +23,11 @@ def along(
     _report_laws(stated)
     outputs = stated.chosen(_known(stated, motion, reported is None), reported)
     forces = _forces(stated)
-    steps = sorted_steps(needed((*motion, *forces, *stated.reports), frozenset(outputs)))
     tested = [s for s in needed((*motion, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
     pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
-    told, data = Vector("outputs", (*outputs, *pivots)), stated.data(angle)
+    counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
+    told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
+    steps = sorted_steps(needed((*motion, *forces, *stated.reports), frozenset(told)))
     lane = Lane(angle, (data,), steps, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
     return lane, stated.loops.functions(angle, data, stated.named)
 

@@ -13,7 +13,7 @@ from threading import get_ident
 import casadi as ca
 import numpy as np
 
-from planter.errors import ComputationError, PlanterError
+from planter.errors import ComputationError, NotFiniteError, PlanterError
 from planter.kernels import backends, bound
 from planter.kernels.virtual import VirtualMachine
 from planter.kernels.work import Array, Work
@@ -134,7 +134,7 @@ class Kernel:
     def _finite(self, name: str, array: Array) -> Array:
         if not np.isfinite(array).all():
             row, lane = np.argwhere(~np.isfinite(array))[0]
-            raise ComputationError(f"{self._name}: output {name}[{row}] is not finite in lane {lane}")
+            raise NotFiniteError(self._name, name, int(row), int(lane))
         return array
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Self
 from pydantic import Field, PrivateAttr
 
 from planter.errors import InputError
-from planter.files import paths
+from planter.files import paths, units
 from planter.files.document import Document, Origins
 from planter.files.fields import Line, Pair, Real, Section, Whole
 from planter.files.text import parse_toml, read_text
@@ -107,6 +107,9 @@ def _check(found: MechanismFile) -> None:
                 close = paths.close(key, known)
                 hint = f"did you mean {close[0]}? " if close else ""
                 raise InputError(f"{found.source}: {section}.{key} is not allowed: {hint}there are {', '.join(known)}")
+    for key, value in found.values.items():
+        if value < 0 and units.suffix(key) in ("_kg", "_kg_m2"):
+            raise found.input_error(f"values.{key}", "it must not be negative")
     lacking = [f"{key} ({meaning})" for key, meaning in known.items() if key not in found.values]
     if lacking:
         raise InputError(f"{found.source}: [values] lacks {', '.join(lacking)}")

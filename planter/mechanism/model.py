@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.errors import ComputationError, InputError
+from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.loops import Loops
@@ -61,13 +61,21 @@ class Model:
         inputs: dict[str, object] = {self.angle: angles, "data": self.data}
         if self.loops is not None:
             inputs["loops"] = self.loops.at(angles)
-        found = self.formulas("lane", **inputs)
+        try:
+            found = self.formulas("lane", **inputs)
+        except NotFiniteError as error:
+            entry, angle = self.outputs[error.row], np.degrees(angles[error.lane])
+            told = f"{entry['name']} ({entry['meaning']}) is not finite at {angle:.6g} deg"
+            raise ComputationError(f"{self.file.name}: {told}") from None
         self._check(angles, found)
         return found
 
     def _check(self, angles: Array, found: dict[str, Array]) -> None:
         for entry in self.outputs:
             name = entry["name"]
+            if name.startswith("states_") and not np.all(found[name]):
+                angle = np.degrees(angles[int(np.argmin(found[name]))])
+                raise ComputationError(f"{self.file.name}: friction holds it fast at {angle:.6g} deg; less of it moves")
             if name.startswith("pivot_") and (least := float(found[name].min())) < PIVOT:
                 angle = np.degrees(angles[int(np.argmin(found[name]))])
                 raise ComputationError(f"{self.file.name}: {entry['meaning']}: {least:.1e} at {angle:.6g} deg")

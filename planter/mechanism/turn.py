@@ -13,7 +13,8 @@ from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
 
 LAW = "law_"
-HIDDEN = (LAW, "pivot_")
+STATES = "states_"
+HIDDEN = (LAW, "pivot_", STATES)
 """Beginnings of names that say how sound the results are, and are no results themselves."""
 
 
@@ -65,14 +66,19 @@ def _quantity(key: str, values: Array, degrees: Array) -> Quantity:
 
 
 def _works(model: Model, found: dict[str, Array]) -> dict[str, float]:
+    if model.speed == 0:
+        return {}
     period = 2 * np.pi / abs(model.speed)
     powers = [entry["name"] for entry in model.outputs if entry["unit"] == "W" and not entry["name"].startswith(LAW)]
     return {f"{name.removeprefix('P_')}_J": period * float(found[name].mean()) for name in powers}
 
 
 def _laws(model: Model, found: dict[str, Array]) -> list[Law]:
-    return [
+    """The laws of mechanics, and that friction has one state alone."""
+    laws = [
         Law(entry["meaning"], float(np.abs(found[entry["name"]]).max()), entry["unit"])
         for entry in model.outputs
         if entry["name"].startswith(LAW)
     ]
+    many = [entry for entry in model.outputs if entry["name"].startswith(STATES)]
+    return laws + [Law(f"{e['meaning']}, beyond one", float(found[e["name"]].max()) - 1, "1") for e in many]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.errors import ComputationError
 from planter.kernels import generated
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
@@ -82,7 +83,7 @@ def test_friction_follows_both_signs_of_the_guides_force(folder: Path, friction:
 
 def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) -> None:
     found = turn(model(folder, mu=0.2, omega_rpm=700.0), 90).result
-    assert [law.violation for law in found.laws] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert [law.violation for law in found.laws] == pytest.approx([0, 0, 0, 0], abs=1e-9)
     assert found.work["M_in_J"] == pytest.approx(found.work["guide_J"], rel=1e-9)
     assert found.work["guide_J"] > 0.1
 
@@ -116,3 +117,17 @@ def test_what_is_written_compares_equal_and_a_changed_file_does_not(folder: Path
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     written.write_text(text)
     assert (done.returncode, done.stdout) == (1, "changed: slider_crank.json\n")
+
+
+def test_friction_that_jams_is_told_and_friction_that_locks_is_an_error(folder: Path) -> None:
+    """Where mu tan(beta) passes one, more states than one are possible, or none."""
+    one, many = (turn(model(folder, mu=mu), 90).result.laws[-1] for mu in (0.2, 5.0))
+    assert one.law.startswith("states of friction")
+    assert (one.violation, many.violation) == (0, 1)
+    with pytest.raises(ComputationError, match="friction holds it fast at"):
+        turn(model(folder, mu=50.0), 90)
+
+
+def test_what_is_not_finite_is_named_with_its_angle(folder: Path) -> None:
+    with pytest.raises(ComputationError, match=r"F_gas \(force of the gas on the slider\) is not finite at 0 deg"):
+        turn(model(folder, h_mm=0.0), 90)

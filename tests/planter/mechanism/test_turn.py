@@ -12,6 +12,7 @@ from derive.__main__ import main as derive
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
+from planter.mechanism.turn import turn
 from planter.records import schema
 from tests.support.cli import answer
 
@@ -155,3 +156,14 @@ def test_functions_that_are_not_there_are_missed(folder: Path) -> None:
     file.write_text(text.replace('functions = "four_bar"', 'functions = "five_bar"'), encoding="utf-8")
     with pytest.raises(InputError, match=r"five_bar\.py and five_bar\.json must stand beside the file"):
         load(file)
+
+
+def test_a_mass_below_nothing_is_refused(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"values\.m_c_kg = -1.* is not allowed: it must not be negative"):
+        model(folder, m_c_kg=-1.0)
+
+
+def test_a_mechanism_at_rest_does_no_work(folder: Path) -> None:
+    found = turn(model(folder, omega_rad_s=0.0), 12).result
+    assert found.work == {}
+    assert found.quantities["gamma_dot_rad_s"].rms == 0
