@@ -20,6 +20,8 @@ from tests.support.tally import is_told, tally
 PLANTED = 16
 """Errors that are planted in each paper; the long tests plant more."""
 MANY = 120
+FEW = 3
+"""Equations of a paper that are rewritten in each way."""
 DERIVATIONS = 4
 PLANTED_IN_CONTRADICTED = 6
 EXACT = 0.9
@@ -51,7 +53,7 @@ def test_planted_errors_are_of_many_kinds_and_many_equations(paper: str) -> None
     planted = mutations.mutants(paper, PLANTED)
     assert len({(m.equation.number, m.equation.residual, m.equation.relation) for m in planted}) == PLANTED
     assert len({m.kind for m in planted}) >= 5
-    assert len({m.equation.number for m in planted}) >= 10
+    assert len({m.equation.number for m in planted}) >= PLANTED // 2
 
 
 @pytest.mark.long
@@ -82,14 +84,16 @@ def test_errors_of_every_kind_are_planted_in_some_paper() -> None:
 @pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize("name", REWRITES)
 def test_a_harmless_rewrite_of_a_confirmed_equation_changes_nothing(paper: str, name: str) -> None:
-    for equation in _derivable(paper, sound=True):
-        assert tried(paper, REWRITES[name](equation)) == untouched(paper, equation.number), equation.number
+    for equation in _some(paper, name, sound=True):
+        assert outcome(tried(paper, REWRITES[name](equation))) == outcome(untouched(paper, equation.number)), (
+            equation.number
+        )
 
 
 @pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize("name", PLACES_KEPT)
 def test_a_harmless_rewrite_of_a_faulty_equation_changes_only_the_text_of_places(paper: str, name: str) -> None:
-    for equation in _derivable(paper, sound=False):
+    for equation in _some(paper, name, sound=False):
         before, after = untouched(paper, equation.number), tried(paper, REWRITES[name](equation))
         assert _shape(after) == _shape(before), equation.number
 
@@ -125,6 +129,12 @@ def test_an_error_in_the_derivation_is_never_confirmed(paper: str, index: int) -
         spoiled = replace(derived, residual=sp.expand(derived.residual - change, trig=False))
         found = judge(printed, spoiled, CASES[paper].points, CASES[paper].words)
         assert found.verdict not in SOUND, f"({chosen.number}) without {change}"
+
+
+def _some(paper: str, name: str, sound: bool) -> list[Equation]:
+    """A few equations to rewrite in one way; the long tests rewrite all."""
+    known = _derivable(paper, sound)
+    return random.Random(f"{paper} {name}").sample(known, min(FEW, len(known)))
 
 
 def _derivable(paper: str, sound: bool) -> list[Equation]:
