@@ -16,6 +16,11 @@ def clip(x: Expr, lower: Expr, upper: Expr) -> Expr:
     return sp.Piecewise((lower, sp.Lt(x, lower)), (upper, sp.Gt(x, upper)), (x, True))
 
 
+def clip_slope(x: Expr, slope: Expr) -> Expr:
+    """The slope of ``clip(x, 0, 1)``, where that of ``x`` is ``slope``."""
+    return sp.Piecewise((sp.S.Zero, sp.Lt(x, 0)), (sp.S.Zero, sp.Gt(x, 1)), (slope, True))
+
+
 class Turns(sp.Function):
     """Number of whole periods in an angle: ``floor``, with the derivative that it has between its steps."""
 

@@ -122,7 +122,8 @@ Step = Let | Call | SineSeries | LinearSolve
 class Event:
     """A joint in a lane: where ``argument - target`` is a whole multiple of ``period`` (or zero, without one).
 
-    ``order`` is the order of the first derivative in the lane's angle that jumps there in the forces.
+    ``order`` is the order of the first derivative in the lane's angle that jumps there in the forces. Where a law is
+    chosen at run time, its choice decides that: ``position`` is the place in the law.
     """
 
     name: str
@@ -130,6 +131,7 @@ class Event:
     target: Expr
     order: int
     period: Expr | None = None
+    position: Expr | None = None
 
 
 Twin = Callable[[Quantity], Quantity]

@@ -54,7 +54,8 @@ def of_curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
 
 
 def _event(event: Event) -> dict[str, Any]:
-    return {"name": event.name, "order": event.order, "period": float(event.period) if event.period else None}
+    entry = {"name": event.name, "order": event.order, "period": float(event.period) if event.period else None}
+    return entry if event.position is None else entry | {"position": float(event.position)}
 
 
 def _function(function: Emitted) -> dict[str, Any]:

@@ -43,20 +43,59 @@ class GearContact:
         to it, outwards.
         """
         normal, across = self.normal(bearing), self.across(bearing)
-        drag = sp.tan(self.friction)
+        drag = self.drag(bearing)
         return sp.cos(normal) + drag * sp.cos(across), sp.sin(normal) + drag * sp.sin(across), S.Zero
+
+    def drag(self, bearing: int) -> Expr:
+        """Friction per normal force, outwards."""
+        return sp.tan(self.friction)
+
+    def lever(self, bearing: int) -> Expr:
+        """Moment about the outer gear's centre of what acts on it, per normal force."""
+        return self.outer_radius * self.flank(bearing)[1]
+
+
+@dataclass(frozen=True)
+class SlidingContact(GearContact):
+    """Teeth that touch a distance ``beyond`` from the pitch point along the line of action, and slide there.
+
+    ``turning`` is the rate of the inner gear relative to the outer one. ``share`` of 1 has friction act against the
+    sliding, of 0 outwards.
+    """
+
+    beyond: Expr
+    turning: Expr
+    share: Expr
+
+    def drag(self, bearing: int) -> Expr:
+        against = bearing * sp.sign(self.turning * self.beyond)
+        return sp.tan(self.friction) * (1 + self.share * (against - 1))
+
+    def lever(self, bearing: int) -> Expr:
+        """Friction acts beyond the pitch point; the normal force, on its own line, has the lever that it has there."""
+        return super().lever(bearing) + bearing * self.beyond * self.drag(bearing)
+
+    def loss(self, bearing: int) -> Expr:
+        """Power lost per normal force."""
+        return bearing * self.drag(bearing) * self.turning * self.beyond
 
 
 def mesh(mechanism: Assembly, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
-    """Tooth contact at the pitch point: the flank that gives the required moment bears, and pushes."""
+    """Tooth contact: the flank that gives the required moment bears, and pushes."""
     moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
     plus, minus = contact.flank(1), contact.flank(-1)
     normal = mechanism.unknown(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}")
-    lever = switch(moment, contact.outer_radius * plus[1], contact.outer_radius * minus[1])
+    lever = switch(moment, contact.lever(1), contact.lever(-1))
     mechanism.laws.append(Let(normal, moment / lever, f"derived: {normal.meaning}"))
     force = Vec(contact.frame, tuple(normal * switch(moment, p, m) for p, m in zip(plus, minus, strict=True)))
     named = mechanism.name_vector(f"F_{tag}", force.resolved(contact.world), "N", f"tooth force of {outer} on {inner}")
     mechanism.act(f"F_{tag}", inner, outer, contact.outer, named, (-moment) * unit(contact.world, Z))
+    if isinstance(contact, SlidingContact):
+        loss = mechanism.unknown(
+            f"F_{tag}_loss", "W", f"power lost to friction between the teeth of {inner} and {outer}"
+        )
+        power = normal * switch(moment, contact.loss(1), contact.loss(-1))
+        mechanism.laws.append(Let(loss, power, f"derived: {loss.meaning}"))
 
 
 def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, radius: Expr, slope: Expr) -> Expr:
@@ -96,23 +135,26 @@ def pitch_places(line: Frame, distance: Expr, sense: Expr, point: PitchPoint, no
 
 
 def follower(
-    mechanism: Assembly, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, across: Vec, friction: Expr
-) -> None:
+    mechanism: Assembly, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, across: Vec, friction: Expr,
+    rubbing: Expr = S.Zero,
+) -> None:  # fmt: skip
     """One-sided contact of a follower with a cam.
 
-    The contact works in the plane normal to ``across``. Without friction the force is perpendicular to the
-    follower's velocity relative to the cam; friction turns it by the angle ``friction`` against that velocity.
-    The force is named by its size, positive when it pushes the follower to the side ``velocity x across``.
+    The normal lies in the plane normal to ``across``, perpendicular to the follower's velocity there relative to the
+    cam. Friction turns the force by the angle ``friction`` against the sliding: that velocity, and the share
+    ``rubbing`` of the velocity along ``across``. The force is named by its size, positive when it pushes the follower
+    to the side ``velocity x across``.
     """
     frame = across.frame
     velocity = mechanism.motion.relative_derivative(displacement(cam_axis, at, frame), cam.frame)
-    sliding = velocity - velocity.dot(across) * across
-    if not any(sliding.components):
+    in_plane = velocity - velocity.dot(across) * across
+    if not any(in_plane.components):
         raise ValueError(f"{name}: {on} does not slide on {cam} at {at.name}, so the contact has no normal")
-    speed = sp.sqrt(sliding.dot(sliding))
-    normal = sliding.cross(across)
+    sliding = in_plane + (rubbing * velocity.dot(across)) * across
+    normal = in_plane.cross(across)
     size = mechanism.unknown(name, "N", f"contact force of {cam} on {on} at {at.name}")
-    direction = (sp.cos(friction) / speed) * normal - (sp.sin(friction) / speed) * sliding
+    direction = (sp.cos(friction) / sp.sqrt(in_plane.dot(in_plane))) * normal
+    direction -= (sp.sin(friction) / sp.sqrt(sliding.dot(sliding))) * sliding
     components = mechanism.name_vector(name, size * direction, "N", f"contact force of {cam} on {on} at {at.name}")
     mechanism.act(name, on, cam, at, components)
     loss = mechanism.unknown(f"{name}_loss", "W", f"power lost to friction between {cam} and {on} at {at.name}")

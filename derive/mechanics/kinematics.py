@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 from sympy import Expr, S
 
+from ..branches import clip, clip_slope
 from ..model import Call, Let, RuntimeFunction, Step
 from ..quantity import OpenVector, Quantity
 from .frames import Frame, Motion, Point, Vec, displacement, shorter
@@ -31,6 +32,17 @@ class GearStage:
         named = tuple(outputs.get(name) for name in contact.gives)
         source = f"derived: stage {self.number}{when}"
         return Call(named, contact, argument, (self.parameters, self.hoisted), source)
+
+
+@dataclass(frozen=True)
+class FollowerLaw:
+    """How a follower goes from one dwell to the next, by a law that is chosen at run time."""
+
+    name: str
+
+    @property
+    def function(self) -> RuntimeFunction:
+        return RuntimeFunction(self.name, "laws of cam flanks", ("x",), ("p", "dp", "ddp"))
 
 
 @dataclass
@@ -83,6 +95,19 @@ class Kinematics:
         self.steps.append(stage.call(t, r=r, dr=dr, ratio=ratio, dratio=dratio, turned=turned))
         rate = self.motion.rate(argument)
         self.motion.rates |= {t: rate, r: dr * rate, ratio: dratio * rate, turned: ratio * rate}
+
+    def flank(
+        self, law: FollowerLaw, angle: Quantity, ends: tuple[Expr, Expr], x: Quantity, pace: Quantity,
+        shares: tuple[Quantity, Quantity, Quantity],
+    ) -> None:  # fmt: skip
+        """A cam's flank between two angles: position x in it, how fast it is passed, share of the rise with slopes."""
+        start, end = ends
+        place, (share, slope, bend) = (angle - start) / (end - start), shares
+        self.let(x, clip(place, S.Zero, S.One))
+        self.let(pace, clip_slope(place, 1 / (end - start)))
+        self.steps.append(Call(shares, law.function, x, (), f"derived: {x.meaning}"))
+        passed = pace * self.motion.rates[angle]
+        self.motion.rates |= {x: passed, share: slope * passed, slope: bend * passed}
 
     def name_acceleration(self, point: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
         """Name the components of a point's acceleration along ``frame``."""

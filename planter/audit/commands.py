@@ -24,15 +24,20 @@ def audit(
     paper: Annotated[
         str | None, typer.Argument(help="one of the papers, by its short name", show_default=False)
     ] = None,
+    front: Annotated[
+        bool, typer.Option("--front", help="also what range and variance the derived model can give at all")
+    ] = False,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
     """Verdicts on the printed equations, laws and numbers of the papers."""
     console = Console(as_json)
     with console.outcome():
-        from planter.audit import page, tables, verdicts
+        from planter.audit import fronts, page, tables, verdicts
 
         result = verdicts.audit(paper)
+        if front:
+            result["front"] = fronts.sought(paper, console.progress)
         if out is not None:
             page.write(out, result)
         console.result(result, lambda: tables.show(console, result))

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from planter.audit import article, markup, tables
+from planter.audit import article, fronts, markup, tables
 from planter.audit.consequences import HEADLINE
 from planter.audit.markup import Cell, Raw, mark
 from planter.kernels import generated
@@ -42,6 +42,8 @@ def write(out: str | Path, result: Mapping[str, Any]) -> None:
     folder = files.output_folder(out)
     files.write_summary(folder / "summary.json", {**result, "provenance": {"planter": __version__}})
     files.write_text(folder / "report.html", html(result))
+    if "front" in result:
+        fronts.write(folder, result["front"])
 
 
 def html(result: Mapping[str, Any]) -> str:
@@ -55,6 +57,8 @@ def sections(result: Mapping[str, Any]) -> Iterator[Section]:
     yield Section("Summary", [Raw(summary(result))])
     for name, counted in result["summary"].items():
         yield Section(counted["title"], [Raw(paper(name, result))])
+    if "front" in result:
+        yield from fronts.sections(result["front"])
     yield Section("What the words mean", [Keys(MEANINGS)])
 
 

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planter.files.units import factor
+from planter.progress import Listener
 
 Value = float | None
 """What a formula gives; None where there is no such number."""
@@ -55,9 +56,12 @@ Formula = Callable[[Inputs], Value]
 Entries = list[dict[str, Any]]
 Consequence = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Entries]
 """From a row of the data file, what its paper discloses, and the paper's trial."""
+Front = Callable[[Listener | None], dict[str, Any]]
+"""What a model can give at all beside a paper's figures; it may be sought, which is told as it goes."""
 SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
 CONSEQUENCES: dict[str, Consequence] = {}
+FRONTS: dict[str, Front] = {}
 
 
 def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
@@ -75,6 +79,16 @@ def consequence(name: str) -> Callable[[Consequence], Consequence]:
 
     def enter(function: Consequence) -> Consequence:
         CONSEQUENCES[name] = function
+        return function
+
+    return enter
+
+
+def front(paper: str) -> Callable[[Front], Front]:
+    """Enters what a model can give at all in the registry, under the short name of the paper that it speaks of."""
+
+    def enter(function: Front) -> Front:
+        FRONTS[paper] = function
         return function
 
     return enter

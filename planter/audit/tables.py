@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
 
-from planter.audit import consequences
+from planter.audit import consequences, fronts
 from planter.terminal.console import Console, cell_text
 
 Entry = Mapping[str, Any]
@@ -22,6 +22,8 @@ _SHORT = 60
 
 def show(console: Console, result: Mapping[str, Any]) -> None:
     """Per paper: equations, laws, statements, numbers, consequences, and how often each verdict was given."""
+    if "front" in result:
+        fronts.show(console, result["front"])
     for paper, summary in result["summary"].items():
         mine = {part: [e for e in result.get(part, ()) if e["paper"] == paper] for part in PARTS}
         equations = ((e["equation"], e.get("claims", ""), e["verdict"], remark(e), hangs_on(e))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import generated
+from planter.planting import flanks
 from planter.planting.model import Device
 from planter.planting.support_force import FORCE
 
@@ -24,6 +25,7 @@ class ArrayCode:
     ) -> None:
         self.module = module or emitted_array(f"planting_{device.model}")
         self.contacts = contacts or [emitted_array(f"curve_{s.family}").contact for s in device.stages]
+        self.flank = emitted_array(flanks.module_name(device.machine.cam.flank)).law
         own = [len(stage.names) for stage in device.stages]
         self._x = np.cumsum([0, device.size - sum(own), *own]).tolist()
         self._h = np.cumsum([0, *(1 + stage.terms for stage in device.stages)]).tolist()
@@ -34,7 +36,9 @@ class ArrayCode:
         """All quantities of a side at angles `phi`."""
         mounting, first, second = (x[a:b] for a, b in zip(self._x, self._x[1:], strict=False))
         curve1, curve2, hoisted = h[: self._h[1]], h[self._h[1] : self._h[2]], h[self._h[2] :]
-        return self.module.lane(xp, phi, mounting, first, curve1, second, curve2, c, hoisted, *self.contacts)
+        return self.module.lane(
+            xp, phi, mounting, first, curve1, second, curve2, c, hoisted, *self.contacts, self.flank
+        )
 
     def share(self, xp: Any, phi: Any, x: Any, h: Any, c: Any) -> Any:
         """What one side at `phi` adds to the force, and half of what belongs to neither."""

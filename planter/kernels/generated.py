@@ -40,6 +40,11 @@ def module(name: str, folder: Path | None = None) -> ModuleType:
     return importlib.import_module(f"{_holder(name)}.{name}")
 
 
+def text(name: str) -> str:
+    """The text of a generated module. Raises InputError where there is none."""
+    return _places()[_holder(name)].joinpath(f"{name}.py").read_text(encoding="utf-8")
+
+
 @cache
 def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
     """What is written beside a generated module. Raises InputError where there is none."""

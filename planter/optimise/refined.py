@@ -66,7 +66,7 @@ class Panels:
         probes = np.concatenate([self.nodes, ends])
         force, rate = response.support_rate(self.at, np.mod(probes, response.period))
         self.force, self.node_rates = force[: len(self.nodes)], rate[: len(self.nodes)]
-        self.end_rates = rate[len(self.nodes) :].reshape(-1, 2)
+        self.end_force, self.end_rates = (ends[len(self.nodes) :].reshape(-1, 2) for ends in (force, rate))
         self.variance = Variance(self.force, self.weights)
 
     def _breaks(self) -> tuple[Array, Integers]:
@@ -104,6 +104,8 @@ class Panels:
     def look(self) -> Look:
         mean = self.variance.mean
         force = np.append(self.extremes.force, mean)
+        if (self.joints.orders == 0).any():
+            force = np.append(force, self.end_force)
         return Look(self.variance.value, float(force.max()), float(force.min()), mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:

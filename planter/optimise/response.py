@@ -14,7 +14,8 @@ from planter.kernels import Array
 class Event:
     """A kind of joint: the force is smooth in (phi, x) but where g(phi, x) is a whole multiple of `period`.
 
-    `period` None: where g = 0. `order` is the order of the first derivative of F in phi that jumps there, 1 or 2.
+    `period` None: where g = 0. `order` is the order of the first derivative of F in phi that jumps there: 1 or 2, or 0
+    where F itself jumps, which can be looked at but not optimised.
     """
 
     name: str

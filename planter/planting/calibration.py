@@ -1,183 +1,210 @@
-"""`planter calibrate`: undisclosed inputs fitted to a paper's reported force, and how little that settles."""
+"""`planter calibrate`: undisclosed inputs fitted to a paper's reported force, and how little that settles.
+
+The cam's flanks begin where the paper sees the nozzles open and close, by any of the usual laws; everything else is
+bounded by common sense. Both models are tried, first with a cam that only pushes.
+"""
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass
-from importlib.resources import files
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from scipy.optimize import differential_evolution, least_squares
 
 from planter.errors import InputError
-from planter.files import paths, units
+from planter.files import paths
 from planter.kernels import Array
-from planter.planting import cycle
+from planter.planting import cycle, flanks, plausible
+from planter.planting.file import Machine
+from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.results import CalibrationFound, Fitted, OtherModel
+from planter.planting.results import (
+    CalibrationFound,
+    Compromise,
+    Distance,
+    Fitted,
+    LargestRange,
+    ModelFitted,
+    OtherModel,
+)
+from planter.planting.undisclosed.attainable import largest_range
+from planter.planting.undisclosed.fit import MET, Figures, Fit, nearest, searched, settled
+from planter.planting.undisclosed.force import Force
+from planter.planting.undisclosed.inputs import DEG, Inputs, data, own_angles
+from planter.progress import Listener, Phase
 
 SEED = 0
-MET = 0.01
-"""A target is met where none of its numbers is missed by more than this share."""
-RANK = 1e-6
-"""Singular values below this share of the largest count as zero."""
-CLOSE = 1e-12
-"""Relative change at which the last, local search ends: a target that can be met is met to rounding of the model."""
-GENERATIONS, MEMBERS = 100, 5
-"""Generations of the global searches, and members of a population per input."""
+STARTS = {"lanes": 24}
+"""Starts of a law's search, where the force runs in machine code; one by one they are the machine's own and random."""
+SLOW_STARTS = 7
+POLISHED = 2
+"""Fits of a law that are drawn to the machine's own values."""
+WEIGHTS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+"""Weights of the variance beside the extremes, for the best misses."""
+FLANK = "cam.flank"
+AT_BOUND = 1e-6
 
 
-@dataclass(frozen=True)
-class Inputs:
-    """What is fitted: paths in the machine file, with bounds (n,) in SI."""
+def calibrate(
+    machine: Machine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None
+) -> CalibrationFound:
+    """Fit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
 
-    paths: tuple[str, ...]
-    lower: Array
-    upper: Array
-
-    @classmethod
-    def load(cls) -> Inputs:
-        bounds = _data()["bounds"]
-        factors = np.array([units.factor(path) for path in bounds])
-        low, high = np.array(list(bounds.values()), dtype=float).T
-        return cls(tuple(bounds), low * factors, high * factors)
-
-    def places(self, device: Device) -> list[int]:
-        shown = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
-        return [shown.index(path) for path in self.paths]
-
-    def scaled(self, z: Array) -> Array:
-        """Values in SI of a point in the unit box, (n,)."""
-        return self.lower + z * (self.upper - self.lower)
-
-
-class Force:
-    """The support force of a device's own design as a function of the fitted inputs z in [0, 1]^n.
-
-    The device stays as it is: values are changed in one of its own.
+    `laws` are those of the cam's flanks that are tried, all of them where there are none. Raises InputError for a
+    target or a law that there is not.
     """
-
-    def __init__(self, device: Device, inputs: Inputs) -> None:
-        self.inputs, self._places = inputs, inputs.places(device)
-        self._device = Device(device.machine, device.model)
-        self._device.constants = device.constants.copy()
-        self._device.compile()
-        self._own = device.constants[self._places]
-
-    def __call__(self, z: Array) -> Array:
-        device = self._device
-        device.constants[self._places] = self.inputs.scaled(z)
-        return device.support(device.prologue(device.design), cycle.angles(device.machine.objective.samples))
-
-    def start(self) -> Array:
-        """The machine's own values, taken into the bounds."""
-        return np.clip((self._own - self.inputs.lower) / (self.inputs.upper - self.inputs.lower), 0, 1)
-
-
-def calibrate(device: Device, other: Device, target: str) -> CalibrationFound:
-    """Fit the undisclosed inputs of a machine to a target, within bounds from common sense; `other` is its other model.
-
-    The result says whether the target is met and how well it is reached, how many of the inputs it settles (`rank`),
-    what the other model gives for the same inputs, and the largest range that inertia can reach there at all. Raises
-    InputError for a target that there is not.
-    """
-    targets = _data()["target"]
-    if target not in targets:
-        close = paths.close(target, targets)
-        hint = f"did you mean {close[0]}? " if close else ""
-        raise InputError(f"--target = {target} is not allowed: {hint}it must be one of {', '.join(targets)}")
-    wanted = targets[target]
-    inputs = Inputs.load()
-    force, compared = Force(device, inputs), Force(other, inputs)
-    z = _fitted(force, wanted)
-    other_force = cycle.statistics(compared(z))
-    misses = dict(zip(wanted, _residuals(force, z, wanted).tolist(), strict=True))
+    wanted = _target(target)
+    chosen = tuple(_law(law) for law in laws) or flanks.names()
+    phase = Phase("calibration", "law", len(chosen) * len(MODELS), progress)
+    best: dict[Model, Fit] = {}
+    found: dict[str, ModelFitted] = {}
+    for one in MODELS:
+        fits = list(_by_law(machine, one, wanted, chosen, phase))
+        best[one] = min(fits, key=lambda fit: fit.rank)
+        found[one] = _told(best[one], one, target, () if best[one].met else _misses(fits))
+    first, other = best[model], next(m for m in MODELS if m != model)
+    there = cycle.statistics(_turn(_with(first, other)))
+    device = first.force.device
     return CalibrationFound(
-        machine=device.machine.name,
-        model=device.model,
-        met=all(abs(miss) <= MET for miss in misses.values()),
-        statement=_statement(target, misses),
-        fitted=_table(inputs, z),
-        target=wanted,
-        reached=_reached(force(z), wanted),
-        miss_percent={key: 100 * miss for key, miss in misses.items()},
-        rank=_rank(force, z, wanted),
-        other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_force.mean_N),
-        largest_inertia_range_N=_largest_range(force if device.model == "exact" else compared),
+        **vars(found[model]),
+        machine=machine.name,
+        model=model,
+        target=dict(wanted),
+        events={f"{flank}_begins_deg": angle / DEG for flank, angle in own_angles(device).items()},
+        other_model=OtherModel(there.range_N, there.variance_N2, there.mean_N),
+        models=found,
+        largest_range_N=_largest(best["exact"].force),
     )
 
 
-def _statement(target: str, misses: dict[str, float]) -> str:
-    """Whether a target is met, with the relative misses."""
-    missed = {key: miss for key, miss in misses.items() if abs(miss) > MET}
-    if not missed:
-        return f"The target {target} is met, every number of it within {100 * MET:g} %."
-    told = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in missed.items())
-    return f"The target {target} is missed: {told}. No values within the bounds that were tried come nearer."
+def with_flank(machine: Machine, law: str) -> Machine:
+    """A machine with another law of its cam's flanks."""
+    table = machine.table()
+    return Machine.read({**table, "cam": {**table["cam"], "flank": law}}, machine.source, changed=machine.changed)
 
 
-def _data() -> dict[str, Any]:
-    return tomllib.loads(files("planter.planting").joinpath("calibration.toml").read_text(encoding="utf-8"))
+def _target(name: str) -> Figures:
+    known = data()["target"]
+    if name not in known:
+        close = paths.close(name, known)
+        hint = f"did you mean {close[0]}? " if close else ""
+        raise InputError(f"--target = {name} is not allowed: {hint}it must be one of {', '.join(known)}")
+    wanted: Figures = known[name]
+    return wanted
 
 
-def _reached(force: Array, wanted: dict[str, float]) -> dict[str, float]:
-    found = cycle.statistics(force)
-    return {key: float(getattr(found, key)) for key in wanted}
+def _law(name: str) -> str:
+    if name not in flanks.names():
+        close = paths.close(name, flanks.names())
+        hint = f"did you mean {close[0]}? " if close else ""
+        raise InputError(f"--flank = {name} is not allowed: {hint}it must be one of {', '.join(flanks.names())}")
+    return name
 
 
-def _residuals(force: Force, z: Array, wanted: dict[str, float]) -> Array:
-    """Relative misses of the target, (k,)."""
-    reached = _reached(force(z), wanted)
-    return np.array([reached[key] / value - 1 for key, value in wanted.items()])
+def _by_law(machine: Machine, model: Model, wanted: Figures, laws: Iterable[str], phase: Phase) -> Iterator[Fit]:
+    """The best fit of each law."""
+    for law in laws:
+        device = Device(with_flank(machine, law), model)
+        yield _best(Force(device, Inputs.with_events(device)), wanted)
+        phase.next(f"{model}, {law}")
 
 
-def _fitted(force: Force, wanted: dict[str, float]) -> Array:
-    """A global search in the bounds, then bounded least squares from there."""
-    start = _searched(lambda z: float((_residuals(force, z, wanted) ** 2).sum()), len(force.start()), force.start())
-    inside = np.clip(start, 1e-6, 1 - 1e-6)
-    exact = {"ftol": CLOSE, "xtol": CLOSE, "gtol": CLOSE}
-    found: Array = least_squares(lambda z: _residuals(force, z, wanted), inside, bounds=(0, 1), **exact).x
-    return found
+def _best(force: Force, wanted: Figures) -> Fit:
+    """With a cam that only pushes, where the target is met so, else with one that may pull."""
+    equal = np.ones(len(wanted))
+    found: list[Fit] = []
+    for pushing in (True, False):
+        fits = sorted(searched(force, wanted, pushing, _starts(force), equal), key=lambda fit: fit.rank)
+        found += [nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
+        if any(fit.met for fit in found):
+            break
+    return min(found, key=lambda fit: fit.rank)
 
 
-def _searched(cost: Callable[[Array], float], size: int, start: Array | None = None) -> Array:
-    """The best point of the unit box that differential evolution finds."""
-    found = differential_evolution(
-        cost, [(0.0, 1.0)] * size, seed=SEED, maxiter=GENERATIONS, popsize=MEMBERS, polish=False, x0=start
-    )
-    best: Array = found.x
-    return best
+def _starts(force: Force) -> list[Array]:
+    rng = np.random.default_rng(SEED)
+    count = STARTS.get(force.way, SLOW_STARTS)
+    return [force.own(), *(rng.random(len(force.inputs)) for _ in range(count - 1))]
 
 
-def _rank(force: Force, z: Array, wanted: dict[str, float]) -> int:
-    """How many combinations of the inputs the target settles."""
-    step = 1e-6
-    columns = []
-    for unit in np.eye(len(z)):
-        side = -1 if z @ unit > 0.5 else 1
-        moved = _residuals(force, z + side * step * unit, wanted)
-        columns.append(side * (moved - _residuals(force, z, wanted)) / step)
-    values = np.linalg.svd(np.array(columns), compute_uv=False)
-    return int((values > RANK * values[0]).sum())
-
-
-def _largest_range(force: Force) -> float:
-    """The largest range of the support force [N] that any inputs within the bounds give, in the exact model."""
-    return float(np.ptp(force(_searched(lambda z: -float(np.ptp(force(z))), len(force.inputs.paths)))))
-
-
-def _table(inputs: Inputs, z: Array) -> list[Fitted]:
-    values = zip(inputs.paths, inputs.scaled(z), inputs.lower, inputs.upper, strict=True)
-    return [
-        Fitted(
-            name=path,
-            value=value / units.factor(path),
-            unit=units.unit(path) or "1",
-            lower=low / units.factor(path),
-            upper=high / units.factor(path),
-            origin="calibrated",
-        )
-        for path, value, low, high in ((p, float(v), float(a), float(b)) for p, v, a, b in values)
+def _misses(fits: Sequence[Fit]) -> list[Compromise]:
+    """The best misses of the two best laws, from extremes alone to variance alone; those that others beat left out."""
+    tried = [
+        better
+        for fit in sorted(fits, key=lambda fit: fit.worst)[:2]
+        for weight in WEIGHTS
+        for better in searched(fit.force, fit.wanted, True, [fit.z], np.array([1.0, 1.0, weight]))
     ]
+    kept = [one for one in tried if one.pushes and not any(_beats(other, one) for other in tried if other.pushes)]
+    return [
+        Compromise(_choices(fit), fit.curve.figures(), fit.curve.range, {k: 100 * v for k, v in fit.misses.items()})
+        for fit in sorted(kept, key=lambda fit: abs(fit.misses["variance_N2"]))
+    ]
+
+
+def _beats(one: Fit, other: Fit) -> bool:
+    mine, its = (np.abs(list(fit.misses.values())) for fit in (one, other))
+    return bool((mine <= its).all() and (mine < its).any())
+
+
+def _choices(fit: Fit) -> dict[str, str]:
+    return {FLANK: fit.force.device.machine.cam.flank}
+
+
+def _told(fit: Fit, model: Model, target: str, front: Sequence[Compromise]) -> ModelFitted:
+    return ModelFitted(
+        met=fit.met,
+        statement=_statement(fit, model, target),
+        choices=_choices(fit),
+        fitted=[Fitted(**row) for row in fit.force.inputs.table(fit.z)],
+        reached=fit.curve.figures(),
+        miss_percent={key: 100 * miss for key, miss in fit.misses.items()},
+        cam_pushes=fit.pushes,
+        least_push_N=float(fit.curve.push.min()),
+        distance=_distance(fit),
+        rank=settled(fit),
+        front=list(front) or None,
+    )
+
+
+def _statement(fit: Fit, model: Model, target: str) -> str:
+    """Whether a target is met, how, and how far from the machine's own inputs."""
+    contact = "a cam that only pushes" if fit.pushes else "a cam that would have to pull"
+    if fit.met:
+        return (
+            f"The target {target} is met by the {model} model, every number of it within {100 * MET:g} %, with "
+            f"{contact} and {_choices(fit)[FLANK]} flanks; the inputs lie {fit.distance:.2g} widths of their bounds "
+            "(root mean square) from the machine's own."
+        )
+    told = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in fit.misses.items() if abs(miss) > MET)
+    return (
+        f"The target {target} is missed by the {model} model: {told}, with {contact}. No values within the bounds that "
+        "were tried come nearer."
+    )
+
+
+def _distance(fit: Fit) -> Distance:
+    on = [p for p, z in zip(fit.force.inputs.paths, fit.z, strict=True) if min(z, 1 - z) < AT_BOUND]
+    unusual = [warned.message for warned in plausible.warnings(fitted_machine(fit))]
+    return Distance(fit.distance, on, unusual)
+
+
+def fitted_machine(fit: Fit) -> Machine:
+    """The machine with the fitted inputs."""
+    rows = fit.force.inputs.table(fit.z)
+    return fit.force.device.machine.with_numbers({row["name"]: row["value"] for row in rows})
+
+
+def _with(fit: Fit, model: Model) -> Device:
+    """The fitted machine in a model."""
+    return Device(fitted_machine(fit), model)
+
+
+def _turn(device: Device) -> Array:
+    at = device.prologue(device.design)
+    return device.support(at, cycle.angles(device.machine.objective.samples))
+
+
+def _largest(force: Force) -> LargestRange:
+    """Of the law and the events of the exact model's fit; `planter audit --front` tries all laws and wider bounds."""
+    found = [largest_range(force, pushing, _starts(force)) for pushing in (True, False)]
+    return LargestRange(*(None if one is None else one.range for one in found))

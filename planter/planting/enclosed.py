@@ -19,6 +19,8 @@ from planter.optimise.proof.jets import Jet
 from planter.optimise.proof.roots import root
 from planter.planting.model import Device
 
+FLANK = "4-5-6-7 polynomial"
+"""The law that the support force alone was derived with."""
 REMEMBERED = 64
 """Boxes of a stage's parameters for which what it hoists is kept."""
 
@@ -30,6 +32,8 @@ class EnclosedForce:
     period = Fraction(1, 2)
 
     def __init__(self, device: Device) -> None:
+        if device.machine.cam.flank != FLANK:
+            raise device.machine.input_error("cam.flank", f"a proof is for {FLANK} flanks alone")
         name = f"planting_support_{device.model}"
         self.device, self.sidecar = device, generated.sidecar(name)
         self._module = generated.module(f"array.{name}")

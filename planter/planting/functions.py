@@ -1,4 +1,4 @@
-"""A planting device as CasADi functions: the dynamics of a model composed with two gear stages.
+"""A planting device as CasADi functions: the dynamics of a model composed with two gear stages and a cam law.
 
 The design vector x holds SI values and radians. `h` is what the carrier angle does not change (the prologue);
 derivatives cross that cut as inputs, so no lane is differentiated by the coefficients of a series.
@@ -30,16 +30,17 @@ class Prologue:
 
 
 class Functions:
-    """CasADi functions of a device: a model's dynamics composed with two gear stages."""
+    """CasADi functions of a device: a model's dynamics composed with two gear stages and a law of the cam's flanks."""
 
-    def __init__(self, model: Model, stages: tuple[Stage, Stage]) -> None:
+    def __init__(self, model: Model, stages: tuple[Stage, Stage], flank: ca.Function) -> None:
         self.sidecar = generated.sidecar(f"planting_{model}")
         module = generated.module(f"planting_{model}")
         contacts = [stage.contact.function for stage in stages]
         self._stages = stages
         self._split = np.cumsum([0, self._size("mounting"), *(len(s.names) for s in stages)]).tolist()
         self._dynamics = module.prologue(*contacts)
-        self._lane, self._events, self._frame = module.lane(*contacts), module.events(*contacts), module.frame()
+        self._lane, self._events = module.lane(*contacts, flank), module.events(*contacts, flank)
+        self._frame = module.frame()
         self.x = ca.SX.sym("x", self._split[-1])
         self.c = ca.SX.sym("c", self._size("machine"))
         self.phi = ca.SX.sym("phi")
@@ -81,6 +82,19 @@ class Functions:
         hoisted = self._dynamics(*inputs)
         along = [ca.jacobian(hoisted, v) for v in (mounting, one, two, first, second)]
         return ca.Function("dynamics_tangent", inputs, [hoisted, *along])
+
+    def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
+        """Functions of (phi, x, c, h) as functions of (phi, x, c, curves), and these inputs.
+
+        `curves` is what h holds of both stages: what of it the data c decide is then computed from them.
+        """
+        mounting, *parameters = ca.vertsplit(self.x, self._split)
+        sizes = [s.prologue.function.size1_out(0) for s in self._stages]
+        curves = ca.SX.sym("curves", sum(sizes))
+        packed = [v for pair in zip(parameters, ca.vertsplit(curves, np.cumsum([0, *sizes]).tolist()), strict=True)
+                  for v in pair]  # fmt: skip
+        h = ca.vertcat(curves, self._dynamics(mounting, *packed, self.c))
+        return ca.substitute(outputs, [self.h], [h]), [self.phi, self.x, self.c, curves]
 
     def lane_inputs(self, phi: ca.SX) -> list[ca.SX]:
         mounting, *parameters = ca.vertsplit(self.x, self._split)

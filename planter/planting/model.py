@@ -14,6 +14,7 @@ from planter.files import paths, units
 from planter.gearing import families, stage
 from planter.gearing.stage import Candidate
 from planter.kernels import Array, Kernel, formulas
+from planter.planting import flanks
 from planter.planting.file import Machine
 from planter.planting.functions import Functions, Model, Prologue
 from planter.planting.support_force import SupportForce
@@ -53,7 +54,7 @@ class Device:
             for i, family in enumerate(pair, 1)
         )
         self.stages = first, second
-        self.functions = Functions(model, self.stages)
+        self.functions = Functions(model, self.stages, flanks.function(machine.cam.flank))
 
     @property
     def _vectors(self) -> dict[str, Any]:

@@ -21,7 +21,12 @@ def weights(machine: Machine) -> Weights:
 def problem(device: Device, sampling: Sampling | None = None, required: Required | None = None) -> Problem:
     """The device's objective over `sampling`, the machine file's samples where it is None, under requirements if any.
 
-    Parameters are searched in shares of the machine file's bounds.
+    Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
+    force jump: a jump that passes a sample has no gradient.
     """
+    machine, response = device.machine, Planting(device)
+    if any(event.order == 0 for event in response.events):
+        allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
+        raise machine.input_error("cam.flank", allowed)
     chosen = device.machine.objective.samples if sampling is None else sampling
-    return range_and_spread.problem(Planting(device), weights(device.machine), chosen, required)
+    return range_and_spread.problem(response, weights(device.machine), chosen, required)

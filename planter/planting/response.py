@@ -14,6 +14,7 @@ from planter.optimise import joints as joints_of_response
 from planter.optimise.directions import Insensitive
 from planter.optimise.joints import Place
 from planter.optimise.response import Compiled, Event
+from planter.planting import flanks
 from planter.planting.model import Device
 
 
@@ -26,7 +27,7 @@ class Planting:
         self.device = device
         self.names, self.lower, self.upper = device.names, device.lower, device.upper
         self.design = device.design
-        self.events = tuple(Event(**entry) for entry in device.sidecar["events"])
+        self._kept, self.events = _events(device)
         self.prologue = device.prologue
         force = device.force
         self.support, self.support_slopes = force.value, force.slopes
@@ -83,11 +84,12 @@ class Planting:
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """g of every event of side 1 and its derivative in phi, (k, n) each."""
         found = self._events(**self._inputs(at, phi))
-        return found["g"], found["along_phi"]
+        return found["g"][self._kept], found["along_phi"][self._kept]
 
     def event_slopes(self, at: Any, phi: Array) -> Array:
         """Jacobian of g in (phi, x), (k, n, 1 + p)."""
-        found = self._event_slopes(**self._inputs(at, phi))["g"].reshape(len(self.events), len(phi), -1)
+        every = self._event_slopes(**self._inputs(at, phi))["g"]
+        found = every.reshape(self.device.functions.events.numel(), len(phi), -1)[self._kept]
         size = 1 + len(self.names)
         slopes: Array = found[:, :, :size].copy()
         slopes[:, :, 1:] += found[:, :, size:] @ at.dh
@@ -95,7 +97,7 @@ class Planting:
 
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         """Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
-        weights = np.eye(len(self.events))[event]
+        weights = np.eye(self.device.functions.events.numel())[self._kept[event]]
         return self._event_hessian(phi=phi, x=at.x, c=self.device.constants, weights=weights)["hessian"]
 
     def compiled(self, angles: int) -> Compiled | None:
@@ -108,6 +110,17 @@ class Planting:
         if prologue is None or curvature is None or value is None or slopes is None or bending is None:
             return None
         return Compiled(device.constants, offsets, prologue, curvature, value, slopes, bending)
+
+
+def _events(device: Device) -> tuple[list[int], tuple[Event, ...]]:
+    """The events of a device, and their places among those that were generated: of a law's, only its own joints."""
+    entries = device.sidecar["events"]
+    positions = sorted({e["position"] for e in entries if "position" in e})
+    orders = {joint.position: joint.order for joint in flanks.joints(device.machine.cam.flank, tuple(positions))}
+    kept = [i for i, e in enumerate(entries) if "position" not in e or e["position"] in orders]
+    chosen = [entries[i] for i in kept]
+    found = [Event(e["name"], orders.get(e.get("position"), e["order"]), e["period"]) for e in chosen]
+    return kept, tuple(found)
 
 
 def sensitivity(device: Device, x: Array, samples: int) -> Insensitive:

@@ -107,6 +107,22 @@ class At(Record):
     M_1_Nm: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class Lifted(Record):
+    """What lifting one assumption of the exact model does over a turn.
+
+    `support_N` and `joints_N` are the largest changes of the support force and of the sizes of the joint forces.
+    """
+
+    assumption: str
+    support_N: float
+    joints_N: dict[str, float]
+    as_modelled_N: dict[str, float]
+    largest_N: dict[str, float]
+    motor_work_J: float
+    friction_work_J: float
+
+
 @dataclass(frozen=True)
 class SimulationFound(Record):
     """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any."""
@@ -124,6 +140,7 @@ class SimulationFound(Record):
     work: Work
     at: list[At]
     requirements: list[Requirement] | None = None
+    lifted: list[Lifted] | None = None
 
 
 @dataclass(frozen=True)
@@ -169,20 +186,69 @@ class OtherModel(Record):
 
 
 @dataclass(frozen=True)
-class CalibrationFound(Record):
-    """`planter calibrate`: fitted inputs, how near they come to the target, and how little that settles."""
+class Distance(Record):
+    """How far fitted inputs are from the machine's own, and from what is usual.
+
+    `rms_share` is in widths of the bounds; `at_bounds` are inputs on a bound; `unusual` says what no such machine has.
+    """
+
+    rms_share: float
+    at_bounds: list[str]
+    unusual: list[str]
+
+
+@dataclass(frozen=True)
+class Compromise(Record):
+    """One of the best misses: no figure comes nearer without another one being missed by more."""
+
+    choices: dict[str, str]
+    reached: dict[str, float]
+    range_N: float
+    miss_percent: dict[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFitted(Record):
+    """What a calibration found for one model; `front` holds the best misses where the target is not met.
+
+    `least_push_N` is the least force of the cam on the roller over the turn: below zero it would have to pull.
+    """
+
+    met: bool
+    statement: str
+    choices: dict[str, str]
+    fitted: list[Fitted]
+    reached: dict[str, float]
+    miss_percent: dict[str, float]
+    cam_pushes: bool
+    least_push_N: float
+    distance: Distance
+    rank: int
+    front: list[Compromise] | None = None
+
+
+@dataclass(frozen=True)
+class LargestRange(Record):
+    """The largest range that inputs within the bounds were found to give in the exact model, by the cam's contact."""
+
+    cam_pushing: float | None
+    free_sign: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationFound(ModelFitted):
+    """`planter calibrate`: fitted inputs, how near they come to the target, and how little that settles.
+
+    Its own figures are those of the `model` that was asked for; `models` holds what was found for each.
+    """
 
     machine: str
     model: str
-    met: bool
-    statement: str
-    fitted: list[Fitted]
     target: dict[str, float]
-    reached: dict[str, float]
-    miss_percent: dict[str, float]
-    rank: int
+    events: dict[str, float]
     other_model: OtherModel
-    largest_inertia_range_N: float
+    models: dict[str, ModelFitted]
+    largest_range_N: LargestRange
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ the nozzle closed: x', y', z' in the planet frame at B1, xi, eta, zeta in the ha
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from planter.files import paths
 from planter.files.complaints import refused
 from planter.files.fields import (
     NotNegative,
@@ -24,6 +25,7 @@ from planter.files.fields import (
     Whole,
     check,
 )
+from planter.planting import flanks
 
 _ROUNDING = 1e-12
 
@@ -109,7 +111,16 @@ class Cam(Section):
     opening_deg: Annotated[Positive, Field(lt=90)]
     rise_delta_deg: Pair
     fall_delta_deg: Pair
-    flank: Literal["4-5-6-7 polynomial"]
+    flank: str
+
+    @field_validator("flank")
+    @classmethod
+    def _flank_is_known(cls, flank: str) -> str:
+        if flank not in flanks.names():
+            close = paths.close(flank, flanks.names())
+            hint = f"did you mean {close[0]!r}? " if close else ""
+            raise refused("", flank, f"{hint}it must be one of {', '.join(map(repr, flanks.names()))}")
+        return flank
 
     @check
     def _flanks_fit_a_turn(self) -> Problems:

@@ -14,7 +14,7 @@ from planter.optimise.refined import Panels, Refined
 from planter.optimise.samples import Samples
 from planter.optimise.spread import Weighed
 from planter.planting import cycle as planting
-from planter.planting import plausible, response
+from planter.planting import lifted, plausible, response
 from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.requirements import record as requirements
@@ -54,11 +54,16 @@ class Simulation:
         )
 
 
-def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float] = ()) -> Simulation:
+def simulate(
+    device: Device, samples: int | None = None, at_deg: Sequence[float] = (), lift_mm: float | None = None
+) -> Simulation:
     """A machine's own design over a cycle of `samples` angles, and at single carrier angles [deg].
 
-    Raises InputError for a number of samples out of range or an angle that is not finite.
+    With `lift_mm`, the module of its teeth, it also says what each assumption does. Raises InputError for a number of
+    samples out of range, for an angle that is not finite, and where the printed model's assumptions are to be lifted.
     """
+    if lift_mm is not None and device.model != "exact":
+        raise InputError("--lift is not allowed with --model printed: assumptions of the exact model can be lifted")
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
     prologue = device.prologue(device.design)
     turn = planting.cycle(device, prologue, planting.angles(count))
@@ -81,6 +86,7 @@ def simulate(device: Device, samples: int | None = None, at_deg: Sequence[float]
         work=work(device),
         at=at(device, at_deg),
         requirements=requirements.of(device),
+        lifted=None if lift_mm is None else lifted.effects(device, lift_mm),
     )
     return Simulation(turn, result)
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from planter.planting.results import (
         At,
         CalibrationFound,
+        Lifted,
+        ModelFitted,
         OptimisationFound,
         Requirement,
         SensitivityFound,
@@ -45,8 +47,22 @@ def simulation(console: Console, result: SimulationFound) -> None:
     console.table("Work over a turn", ("", "J"), work)
     if result.at:
         _at(console, result.at)
+    if result.lifted:
+        _lifted(console, result.lifted)
     requirements(console, result.requirements)
     warnings(console, result.warnings)
+
+
+def _lifted(console: Console, found: Sequence[Lifted]) -> None:
+    """Largest forces in the joints as modelled, and by how much they move when an assumption is lifted."""
+    joints = list(found[0].joints_N)
+    own = ("as modelled, largest", *(found[0].as_modelled_N[joint] for joint in joints), None, None)
+    rows = [
+        (case.assumption, *(case.joints_N[joint] for joint in joints), case.support_N,
+         case.friction_work_J) for case in found
+    ]  # fmt: skip
+    head = ("forces / N", *joints, "support", "friction work / J")
+    console.table("Assumptions lifted one by one: forces move by up to", head, [own, *rows])
 
 
 def validation(console: Console, source: str, result: Validation) -> None:
@@ -133,15 +149,38 @@ def certificate(console: Console, result: OptimisationFound) -> None:
 
 
 def calibration(console: Console, result: CalibrationFound) -> None:
-    """Whether the target is met, fitted inputs, how well it is reached, what the other model says."""
-    print(f"{result.machine}, {result.model} model: {result.statement}\n")
-    rows = ((f.name, f.value, f.unit, f.lower, f.upper) for f in result.fitted)
-    console.table("Fitted (calibrated, not the paper's)", ("input", "value", "unit", "lower", "upper"), rows)
-    reached = (
-        (name, wanted, result.reached[name], result.miss_percent[name]) for name, wanted in result.target.items()
-    )
-    console.table("Support force", ("", "target", "reached", "miss / %"), reached)
-    print(f"The target settles {result.rank} combinations of {len(result.fitted)} inputs.")
+    """Whether the target is met and by which inputs, then the other model, and what that settles."""
+    print(f"{result.machine}: {result.statement}\n")
+    _model_fitted(console, result, result.target)
+    for model, found in result.models.items():
+        if model != result.model:
+            print(found.statement)
+            _model_fitted(console, found, result.target, inputs=False)
     other = ", ".join(f"{name} {value:.6g}" for name, value in result.other_model.table().items())
-    print(f"The other model with the same inputs: {other}.")
-    print(f"Largest range that inertia reaches within the bounds: {result.largest_inertia_range_N:.6g} N.")
+    print(f"The other model with the inputs above: {other}.")
+    began = ", ".join(f"{name.removesuffix('_deg')} {value:g} deg" for name, value in result.events.items())
+    print(f"Flanks begin near the carrier angles that the paper gives (side 1): {began}.")
+    ranges = ((words, "none found" if value is None else f"{value:.6g} N") for words, value in (
+        ("with the cam only pushing", result.largest_range_N.cam_pushing),
+        ("with a free sign", result.largest_range_N.free_sign)))  # fmt: skip
+    print(f"Largest range found in the exact model: {', '.join(' '.join(pair) for pair in ranges)}.")
+
+
+def _model_fitted(console: Console, found: ModelFitted, target: Mapping[str, float], inputs: bool = True) -> None:
+    if inputs:
+        rows = ((f.name, f.value, f.unit, f.lower, f.upper) for f in found.fitted)
+        title = f"Fitted (calibrated, not the paper's), {', '.join(found.choices.values())} flanks"
+        console.table(title, ("input", "value", "unit", "lower", "upper"), rows)
+    reached = ((name, wanted, found.reached[name], found.miss_percent[name]) for name, wanted in target.items())
+    console.table("Support force", ("", "target", "reached", "miss / %"), reached)
+    if found.front:
+        misses = ((*one.choices.values(), *one.miss_percent.values(), one.range_N) for one in found.front)
+        head = ("flanks", *(f"{key} missed / %" for key in target), "range / N")
+        console.table("The best misses, with a cam that only pushes", head, misses)
+    where = f"{found.distance.rms_share:.2g} widths of their bounds from the machine's own (root mean square)"
+    print(f"The target settles {found.rank} combinations of {len(found.fitted)} inputs; they lie {where}.")
+    if found.distance.at_bounds:
+        print(f"On a bound: {', '.join(found.distance.at_bounds)}.")
+    for told in found.distance.unusual:
+        print(f"Unusual: {told}.")
+    print(f"Least force of the cam on the roller: {found.least_push_N:.4g} N.\n")

@@ -28,12 +28,14 @@ def roots(f: Callable[[Array], Array]) -> list[float]:
 
 
 def passages(machine: Machine) -> list[tuple[Callable[[kinematics.Side], Array], float]]:
-    """Angles of the train, and values at which they meet a joint of a pitch curve or an end of a cam flank."""
-    flanks = ("rise_delta_deg[0]", "rise_delta_deg[1]", "fall_delta_deg[0]", "fall_delta_deg[1]")
+    """Angles of the train, and values at which they meet a joint of a pitch curve or of a cam flank."""
+    positions = (0.0, *kinematics.INNER_JOINTS.get(machine.cam.flank, ()), 1.0)
+    ends = [[machine.si(f"{flank}_delta_deg[{i}]") for i in (0, 1)] for flank in ("rise", "fall")]
+    flanks = [start + x * (end - start) for start, end in ends for x in positions]
     return [
         *((lambda side: side.t1.value, edge) for edge in (0.0, np.pi / machine.si("design.m31"))),
         *((lambda side: side.t2.value, edge) for edge in (0.0, np.pi / machine.si("design.m61"))),
-        *((lambda side: -side.phi72.value, machine.si(path)) for path in flanks),
+        *((lambda side: -side.phi72.value, edge) for edge in flanks),
     ]
 
 

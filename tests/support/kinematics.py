@@ -113,10 +113,43 @@ FAMILIES: dict[str, tuple[Callable[..., Curve], tuple[str, ...]]] = {
 """Curve and names of its parameters in the design, where {} is the number of the gear."""
 
 
-def flank(x: Jet) -> Jet:
-    """The 4-5-6-7 polynomial, resting before 0 and after 1."""
-    p = x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x)))
-    return p.where(x.value > 0, 0).where(x.value < 1, 1)
+def _modified_sine(x: Jet) -> Jet:
+    pi = x.xp.pi
+    wave = (x * (4 * pi)).sin() * 0.25
+    middle = 2 + x * pi - 2.25 * ((x * 4 + 1) * (pi / 3)).sin()
+    ends = x * pi - wave
+    return middle.where(x.value > 0.125, ends).where(x.value < 0.875, ends + 4) * (1 / (4 + pi))
+
+
+def _modified_trapezoid(x: Jet) -> Jet:
+    pi = x.xp.pi
+    wave = (x * (4 * pi)).sin() * (1 / (2 * pi))
+    start, y, rest = x * 2 - wave, x - 0.125, 1 - x
+    up = y * y * (4 * pi) + y * 2 + (0.25 - 1 / (2 * pi))
+    z = rest - 0.125
+    down = 2 + pi - (z * z * (4 * pi) + z * 2 + (0.25 - 1 / (2 * pi)))
+    across = x * (2 * (1 + pi)) + wave - pi / 2
+    end = 2 + pi - (rest * 2 + wave)
+    found = up.where(x.value > 0.125, start).where(x.value < 0.375, across)
+    return found.where(x.value < 0.625, down).where(x.value < 0.875, end) * (1 / (2 + pi))
+
+
+FLANKS: dict[str, Callable[[Jet], Jet]] = {
+    "4-5-6-7 polynomial": lambda x: x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x))),
+    "3-4-5 polynomial": lambda x: x * x * x * (10 + x * (-15 + 6 * x)),
+    "cycloidal": lambda x: x - (x * (2 * x.xp.pi)).sin() * (1 / (2 * x.xp.pi)),
+    "harmonic": lambda x: 0.5 - 0.5 * (x * x.xp.pi).cos(),
+    "modified sine": _modified_sine,
+    "modified trapezoid": _modified_trapezoid,
+}
+"""Laws of a cam's flank as textbooks print them (Norton, Cam Design and Manufacturing Handbook)."""
+INNER_JOINTS = {"modified sine": (1 / 8, 7 / 8), "modified trapezoid": (1 / 8, 3 / 8, 5 / 8, 7 / 8)}
+"""Positions between a flank's ends at which a law is not smooth."""
+
+
+def flank(law: str, x: Jet) -> Jet:
+    """A law, resting before 0 and after 1."""
+    return FLANKS[law](x).where(x.value > 0, 0).where(x.value < 1, 1)
 
 
 @dataclass(frozen=True)
@@ -198,7 +231,7 @@ class Side:
     def theta1(self) -> Jet:
         def at(edges: str) -> Jet:
             start, end = self.device[f"{edges}[0]"], self.device[f"{edges}[1]"]
-            return flank((self.delta - start) / (end - start))
+            return flank(self.device.machine.cam.flank, (self.delta - start) / (end - start))
 
         return self.device["cam.opening_deg"] * (at("cam.rise_delta_deg") - at("cam.fall_delta_deg"))
 

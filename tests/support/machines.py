@@ -24,6 +24,8 @@ CAM = {
 }
 BUILT_IN = tuple(examples.names("planting"))
 RANDOM = tuple(f"random {seed}" for seed in range(1, 5))
+FLANKS = ("modified sine", "3-4-5 polynomial", "modified trapezoid", "cycloidal")
+"""Laws of the random machines' cams, in their order."""
 
 
 @cache
@@ -35,11 +37,17 @@ def machine(name: str) -> Machine:
     while True:
         try:
             found = load(BUILT_IN[rng.integers(len(BUILT_IN))])
-            drawn = found.with_numbers(_draw(found, rng))
+            drawn = with_flank(found, FLANKS[RANDOM.index(name)]).with_numbers(_draw(found, rng))
             Device(drawn)
         except PlanterError:
             continue
         return drawn
+
+
+def with_flank(base: Machine, law: str) -> Machine:
+    """A machine with another law of its cam's flanks."""
+    table = base.table()
+    return Machine.read({**table, "cam": {**table["cam"], "flank": law}}, base.source)
 
 
 def _draw(base: Machine, rng: np.random.Generator) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,11 +17,13 @@ from ...gearing.meshing import FAMILIES, PitchCurve
 from ...machine_file import MachineFile
 from ...model import Call, Lane, Let, Step
 from ...quantity import Quantity
-from . import derivation
+from . import derivation, flanks
 from . import quantities as q
 
 MACHINE = Path(__file__).parents[3] / "planter" / "planting" / "examples" / "wang2017.toml"
 WORKING_DIGITS = 25
+Composed = Mapping[str, Callable[[Any], tuple[Any, ...]]]
+"""Functions that are composed at run time, by name: contacts of the stages, and the law of the cam's flanks."""
 
 
 class Gears:
@@ -62,8 +64,19 @@ def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
         fixed = {s: in_si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
         gears = {f"stage{i}": stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))}
         fixed |= distances_and_deformations(gears)
-        lane = derivation.exact_lane()
-        return [_angle(fixed, gears, lane, 2 * mpmath.pi * k / points) for k in range(points)]
+        lane, functions = derivation.exact_lane(), composed(machine, gears)
+        return [_angle(fixed, functions, lane, 2 * mpmath.pi * k / points) for k in range(points)]
+
+
+def composed(machine: MachineFile, gears: Mapping[str, Gears]) -> Composed:
+    """What the lane of a machine calls."""
+    law = flanks.law(machine.tables["cam"]["flank"])
+
+    def flank(x: Any) -> tuple[Any, ...]:
+        point = Point({flanks.x: x})
+        return tuple(point(expr) for expr in law)
+
+    return {name: stage.contact for name, stage in gears.items()} | {flanks.FLANK.name: flank}
 
 
 def distances_and_deformations(gears: Mapping[str, Gears]) -> dict[sp.Symbol, Any]:
@@ -88,26 +101,23 @@ def in_si(machine: MachineFile, shown: str) -> mpf:
     return machine.si(shown if "." in shown else f"design.{shown}")
 
 
-def _angle(fixed: dict[sp.Symbol, Any], gears: Mapping[str, Gears], lane: Lane, phi: Any) -> dict[sp.Symbol, mpf]:
-    one = one_side({**fixed, q.phi: phi}, gears, lane.steps)
-    two = one_side({**fixed, q.phi: phi - mpmath.pi}, gears, lane.steps)
+def _angle(fixed: dict[sp.Symbol, Any], functions: Composed, lane: Lane, phi: Any) -> dict[sp.Symbol, mpf]:
+    one = one_side({**fixed, q.phi: phi}, functions, lane.steps)
+    two = one_side({**fixed, q.phi: phi - mpmath.pi}, functions, lane.steps)
     both = Point(one | {q.twin(s): v for s, v in two.items() if isinstance(s, Quantity)})
     for step in lane.shared.steps if lane.shared else ():
         both.set(step.symbol, both(step.expr))
     return both.values()
 
 
-def one_side(known: Mapping[sp.Symbol, Any], gears: Mapping[str, Gears], steps: Iterable[Step]) -> dict[sp.Symbol, mpf]:
-    """What is known (machine, mounting, carrier angle), and every quantity that steps of a lane find from it.
-
-    ``gears`` are the stages by the names of the functions that are composed at run time.
-    """
+def one_side(known: Mapping[sp.Symbol, Any], functions: Composed, steps: Iterable[Step]) -> dict[sp.Symbol, mpf]:
+    """What is known (machine, mounting, carrier angle), and every quantity that steps of a lane find from it."""
     point = Point(known)
     for step in steps:
         if isinstance(step, Let):
             point.set(step.symbol, point(step.expr))
         elif isinstance(step, Call):
-            found = gears[step.function.name].contact(point(step.argument))
+            found = functions[step.function.name](point(step.argument))
             for symbol, value in zip(step.outputs, found, strict=True):
                 if symbol is not None:
                     point.set(symbol, value)

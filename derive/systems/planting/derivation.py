@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr, S, pi
 
-from ...branches import clip, wrap
+from ...branches import wrap
 from ...chain import Chain, ordered
 from ...equations import Equation
 from ...mechanics.bodies import Assembly, Body, Part, Pin, about_pin
@@ -30,14 +30,19 @@ from ...mechanics.kinematics import GearStage, Kinematics
 from ...model import ClosedForm, Event, Lane, Let, Shared, Step, System, needed
 from ...quantity import Quantity, Vector
 from . import quantities as q
+from .flanks import FLANK, JOINTS
 
 ASSUMPTIONS = (
     "rigid bodies, no clearance, no backlash",
     "constant carrier speed",
     "balanced carrier",
-    "no friction but at the teeth and at the cam",
-    "tooth force at the pitch point",
+    "tooth force at the pitch point, where nothing slides: friction turns it outwards by its angle, a convention of "
+    "wang2017, and does no work",
+    "friction does work at the cam alone",
+    "one cam drives both halves of a side by an ideal coupling, which does no work (the paper does not state it)",
     "point follower: the roller has no radius",
+    "the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the hinge; sliding along "
+    "the hinge is left out of the friction",
     "return spring and coupling of the nozzle halves without mass",
     "no soil forces, no air drag",
 )
@@ -73,21 +78,6 @@ STAGE1 = GearStage(1, q.PARAMETERS1, q.HOISTED1)
 STAGE2 = GearStage(2, q.PARAMETERS2, q.HOISTED2)
 
 
-def flank(x: Expr) -> Expr:
-    """Rise of a flank from 0 to 1, over its own share: a 4-5-6-7 polynomial (Norton, Cam Design, 2009)."""
-    return x**4 * (35 + x * (-84 + x * (70 - 20 * x)))
-
-
-def share_of_flank(delta: Expr, start: Expr, end: Expr) -> Expr:
-    """How much of a flank the cam angle has passed, 0 before it and 1 behind it."""
-    return clip((delta - start) / (end - start), S.Zero, S.One)
-
-
-def cam_law(delta: Expr) -> Expr:
-    """Swing over the cam angle: a rise and a fall."""
-    return q.H * (flank(share_of_flank(delta, *q.delta_r)) - flank(share_of_flank(delta, *q.delta_f)))
-
-
 @dataclass(frozen=True)
 class Half:
     """One half of the nozzle with its rocker: a frame that swings on the planet, and points fixed in it."""
@@ -116,9 +106,11 @@ def half(name: str, hinge: Point, side: int, axis: Axis) -> Half:
     return Half(frame, hinge, *(fixed(*p) for p in (("C1", q.c_C1), ("C2", q.c_C2), ("E", roller), ("F", q.c_F))))
 
 
-def kinematics(inner: Half) -> Kinematics:
+def kinematics(inner: Half, speed_rate: Expr = S.Zero) -> Kinematics:
     """Angles of the train, swing of the cam, places and accelerations of the points (wang2017 2-3; digest of [10])."""
     k = Kinematics.along(q.phi, q.omega)
+    if speed_rate != 0:
+        k.motion.rates[q.omega] = speed_rate
     k.stage(STAGE1, q.t1, q.phi + q.alpha3, r=q.r3, dr=q.dr3, ratio=q.i1, dratio=q.di1, turned=q.T1, start=q.T1_0)
     k.coordinate((q.phi52, q.phi52_dot, q.phi52_ddot), q.T1 - q.T1_0, at_start=S.Zero)
     k.stage(STAGE2, q.t2, q.beta6 + q.phi52, r=q.r6, dr=q.dr6, ratio=q.i2, dratio=q.di2, turned=q.T2, start=q.T2_0)
@@ -133,8 +125,10 @@ def kinematics(inner: Half) -> Kinematics:
     k.motion.rates |= {q.alpha: -q.Omega, q.Omega: q.Omega_dot}
     k.let(q.delta, wrap(-q.phi72, 2 * pi))
     k.motion.rates[q.delta] = -q.phi72_dot
-    k.let(q.dpsi_ddelta, cam_law(q.delta).diff(q.delta))
-    k.coordinate((q.theta1, q.theta1_dot, q.theta1_ddot), cam_law(q.delta))
+    k.flank(FLANK, q.delta, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
+    k.flank(FLANK, q.delta, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))
+    k.let(q.dpsi_ddelta, q.H * (q.dp_rise * q.dx_rise - q.dp_fall * q.dx_fall))
+    k.coordinate((q.theta1, q.theta1_dot, q.theta1_ddot), q.H * (q.p_rise - q.p_fall))
 
     k.name_place(P, O, WORLD, (q.x_P, q.y_P))
     k.name_place(A1, O, WORLD, (q.x_A1, q.y_A1))
@@ -171,12 +165,26 @@ class Side:
     outer: Body
 
 
-def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
+@dataclass(frozen=True)
+class Contacts:
+    """What touches what on a side: both meshes, and the share of the sliding along the hinge that rubs on the cam."""
+
+    P: GearContact = CONTACT_P
+    Q: GearContact = CONTACT_Q
+    along_hinge: Expr = S.Zero
+
+
+CONTACTS = Contacts()
+
+
+def build_side(
+    hinge: Point = A, hinge_axis: Axis = Y, contacts: Contacts = CONTACTS, speed_rate: Expr = S.Zero
+) -> Side:
     """Bodies of one side and everything that acts between them (wang2017 2.1-2.2)."""
     opposite = Point(f"{hinge.name} outer", hinge, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.z_A))))
     inner_half = half("inner half", hinge, 1, hinge_axis)
     outer_half = half("outer half", opposite, -1, hinge_axis)
-    k = kinematics(inner_half)
+    k = kinematics(inner_half, speed_rate)
     for image, original in ((outer_half.C1, inner_half.C1), (outer_half.C2, inner_half.C2)):
         k.mirror_place(image, original, B1, PLANET, q.z_mirror)
         k.hang(image, opposite)
@@ -193,15 +201,15 @@ def build_side(hinge: Point = A, hinge_axis: Axis = Y) -> Side:
     outer = mech.add(Body("outer half", outer_half.frame, outer_half.parts, Pin(opposite, PLANET)))
 
     across, pull = unit(PLANET, hinge_axis), Vec(PLANET, (S.Zero, S.Zero, q.S))
-    mesh(mech, "P", sun, middle, CONTACT_P)
+    mesh(mech, "P", sun, middle, contacts.P)
     mech.joint("F_A1", middle, carrier, A1, WORLD, free=Z)
-    mesh(mech, "Q", middle, planet, CONTACT_Q)
+    mesh(mech, "Q", middle, planet, contacts.Q)
     mech.joint("F_B1", planet, carrier, B1, WORLD, free=Z)
     mech.joint("F_A", inner, planet, hinge, PLANET, free=hinge_axis)
     mech.joint("F_Ao", outer, planet, opposite, PLANET, free=hinge_axis)
     mech.couple("M_K", inner, outer, planet, (hinge, opposite), across, ratio=S.NegativeOne)
     mech.act("F_F", inner, outer, inner_half.F, pull)
-    follower(mech, "F_E", inner, carrier, inner_half.E, B1, across=across, friction=q.mu1)
+    follower(mech, "F_E", inner, carrier, inner_half.E, B1, across=across, friction=q.mu1, rubbing=contacts.along_hinge)
     return Side(k, mech, sun, carrier, middle, planet, inner, outer)
 
 
@@ -253,14 +261,18 @@ class OtherSide:
         return expr.xreplace({s: q.twin(s) for s in ours} | {q.phi: q.phi - pi})
 
 
-def joints() -> tuple[Event, ...]:
-    """Where a lane is not smooth: joints of the deformed curves, ends of the cam's flanks, changes of bearing flank."""
+def joints(of_flank: tuple[Expr, ...] = JOINTS) -> tuple[Event, ...]:
+    """Where a lane is not smooth: joints of the deformed curves and of the cam's flanks, changes of bearing flank.
+
+    ``of_flank`` are positions in a flank; those of the law that a machine has are known at run time.
+    """
     gears = [
         Event(f"gear {gear}, {where}", t, target, order=1, period=2 * pi)
         for gear, t, m in ((3, q.t1, q.m31), (6, q.t2, q.m61))
         for where, target in (("t = 0", S.Zero), ("t = pi/m", pi / m))
     ]
-    cam = [Event(f"cam, {edge.meaning}", -q.phi72, edge, order=2, period=2 * pi) for edge in (*q.delta_r, *q.delta_f)]
+    cam = [event for name, ends in (("rise", q.delta_r), ("fall", q.delta_f))
+           for event in _of_flank(name, *ends, of_flank)]  # fmt: skip
     teeth = [
         Event(f"teeth at {tag}, change of flank", moment, S.Zero, order=1)
         for tag, moment in (("P", q.M_P), ("Q", q.M_Q))
@@ -268,8 +280,18 @@ def joints() -> tuple[Event, ...]:
     return (*gears, *cam, *teeth)
 
 
-def assemble(side_steps: tuple[Step, ...], reported: tuple[Quantity, ...], shared: Chain) -> Lane:
-    """The lane of a model from the steps of a side and the chain of what both sides share."""
+def _of_flank(name: str, start: Expr, end: Expr, positions: tuple[Expr, ...]) -> list[Event]:
+    wheres = {S.Zero: f"start of the {name}", S.One: f"end of the {name}"}
+    return [
+        Event(f"cam, {wheres.get(x, f'{x} of the {name}')}", -q.phi72, start + x * (end - start), 2, 2 * pi, x)
+        for x in positions
+    ]
+
+
+def assemble(
+    side_steps: tuple[Step, ...], reported: tuple[Quantity, ...], shared: Chain, inputs: tuple[Vector, ...] = ()
+) -> Lane:
+    """The lane of a model from the steps of a side and the chain of what both sides share; ``inputs`` come last."""
     balances = (
         *shared.lets(),
         Let(q.F_support, q.F_Oy + q.F_O1y, "wang2017 3.1"),
@@ -283,7 +305,7 @@ def assemble(side_steps: tuple[Step, ...], reported: tuple[Quantity, ...], share
     events = joints()
     wanted = frozenset(side).union(*(e.argument.free_symbols for e in events))
     frame = Shared(q.twin, sums, Vector("totals", q.TOTALS))
-    return Lane(q.phi, q.INPUTS, needed(side_steps, wanted), Vector("side", side), events, frame)
+    return Lane(q.phi, (*q.INPUTS, *inputs), needed(side_steps, wanted), Vector("side", side), events, frame)
 
 
 def weight() -> Expr:
@@ -320,14 +342,18 @@ def _pair(
 
 def exact_lane() -> Lane:
     """The device from first principles, along the carrier angle."""
-    side = build_side()
+    return derived_lane(build_side(), q.REPORTED_EXACT)
+
+
+def derived_lane(side: Side, reported: tuple[Quantity, ...], inputs: tuple[Vector, ...] = ()) -> Lane:
+    """The lane of a side whose balances are solved for everything that acts; ``inputs`` are those besides the usual."""
     kinematic = tuple(side.kinematics.steps)
-    lane = ordered(side.mechanism.equations(), side.mechanism.unknowns, q.REPORTED_EXACT)
+    lane = ordered(side.mechanism.equations(), side.mechanism.unknowns, reported)
     steps = (*kinematic, *lane.lets())
     support = build_support(side.kinematics.motion)
     other = OtherSide(frozenset(s for step in steps for s in step.defines))
     frame = ordered(support_equations(side, support, other), support.mechanism.unknowns, q.TOTALS)
-    return assemble(steps, q.REPORTED_EXACT, frame)
+    return assemble(steps, reported, frame, inputs)
 
 
 def exact() -> System:

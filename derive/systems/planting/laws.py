@@ -26,7 +26,7 @@ from ...mechanics.contacts import GearContact
 from ...mechanics.frames import Vec
 from ...model import Event, needed
 from ...quantity import Quantity
-from . import claims, derivation
+from . import claims, derivation, flanks
 from . import cycle as planting_cycle
 from . import quantities as q
 
@@ -110,20 +110,22 @@ class BuiltInMotion:
     def __init__(self) -> None:
         data = MachineFile.read(planting_cycle.MACHINE)
         stages = ((1, "3"), (2, "6"))
-        self.gears = {f"stage{i}": planting_cycle.stage_gears(data, i, suffix) for i, suffix in stages}
+        gears = {f"stage{i}": planting_cycle.stage_gears(data, i, suffix) for i, suffix in stages}
+        self.functions = planting_cycle.composed(data, gears)
+        self.flank = data.tables["cam"]["flank"]
         self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
-        self.fixed |= planting_cycle.distances_and_deformations(self.gears)
+        self.fixed |= planting_cycle.distances_and_deformations(gears)
         self.steps = tuple(derivation.build_side().kinematics.steps)
 
     def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
         """All quantities, or those that some are found from."""
         steps = self.steps if wanted is None else needed(self.steps, wanted)
-        return planting_cycle.one_side({**self.fixed, q.phi: phi}, self.gears, steps)
+        return planting_cycle.one_side({**self.fixed, q.phi: phi}, self.functions, steps)
 
     def joints(self) -> list[Any]:
         """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""
         moving = frozenset(s for step in self.steps for s in step.defines)
-        kinematic = [e for e in derivation.joints() if e.argument.free_symbols <= moving]
+        kinematic = [e for e in derivation.joints(flanks.joints(self.flank)) if e.argument.free_symbols <= moving]
         found = sorted(self._joint(event) % mpmath.pi for event in kinematic)
         return [*found, found[0] + mpmath.pi]
 

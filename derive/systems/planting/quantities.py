@@ -112,6 +112,21 @@ alpha = _kinematic("alpha", "rad", "angle from x down to x'; the nozzle points s
 Omega = _kinematic("Omega", "rad/s", "absolute angular velocity of the planet", "omega_rad_s")
 Omega_dot = _kinematic("Omega_dot", "rad/s2", "absolute angular acceleration of the planet", "omega_dot_rad_s2")
 delta = _kinematic("delta", "rad", "angle of the cam relative to the rocker, in [0, 2 pi)")
+
+
+def _flank(name: str, meaning: str) -> tuple[Quantity, ...]:
+    """Position, pace and law of a flank of the cam: x, dx per cam angle, share of the rise with two slopes."""
+    return (
+        _kinematic(f"x_{name}", "1", f"position in the {meaning}, from 0 to 1"),
+        _kinematic(f"dx_{name}", "1", f"slope of the position in the {meaning}, per cam angle"),
+        _kinematic(f"p_{name}", "1", f"share of the {meaning} that is done"),
+        _kinematic(f"dp_{name}", "1", f"slope of that share of the {meaning}, per position"),
+        _kinematic(f"ddp_{name}", "1", f"second derivative of that share of the {meaning}, per position"),
+    )
+
+
+x_rise, dx_rise, p_rise, dp_rise, ddp_rise = _flank("rise", "rise")
+x_fall, dx_fall, p_fall, dp_fall, ddp_fall = _flank("fall", "fall")
 theta1 = _kinematic("theta1", "rad", "swing of the inner half (angle psi of the rocker)")
 theta1_dot = _kinematic("theta1_dot", "rad/s", "rate of theta1")
 theta1_ddot = _kinematic("theta1_ddot", "rad/s2", "acceleration of theta1")

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-import sympy as sp
-from sympy import Symbol
+from sympy import S, Symbol
 
+from ...branches import clip
 from ...influence import Influence, flattened, share
 from ...model import Effects, Lane, Let, System, entries
 from ...polynomial import Polynomial
 from ...quantity import Quantity, Vector
-from . import derivation
+from . import derivation, flanks
 from . import quantities as q
 
 F_share = Quantity("F_share", "N", "what one side adds to the vertical support force", "derived: support force")
@@ -33,21 +33,20 @@ RISEN, FALLEN = (
 
 
 def cam_steps() -> tuple[Let, ...]:
-    """Swing and its rates by polynomials in the shares of the flanks.
+    """Swing and its rates by polynomials in the shares of the flanks, which follow the default law.
 
     A flank begins and ends at rest: so the derivatives of the clipped law are those of the law at the clipped share.
     """
-    x = sp.Dummy("x", real=True)
-    laws = [derivation.flank(x).diff(x, n) for n in range(3)]
+    x, laws = flanks.x, flanks.law(flanks.DEFAULT)
     if any(law.subs(x, end) != 0 for law in laws[1:] for end in (0, 1)):
         raise ValueError("a flank does not begin and end at rest")
-    flanks = ((RISEN, *q.delta_r, 1), (FALLEN, *q.delta_f, -1))
+    ends = ((RISEN, *q.delta_r, 1), (FALLEN, *q.delta_f, -1))
     swing, slope, bend = (
-        q.H * sum(sign * Polynomial.of(law, x, at) / (end - start) ** n for at, start, end, sign in flanks)
+        q.H * sum(sign * Polynomial.of(law, x, at) / (end - start) ** n for at, start, end, sign in ends)
         for n, law in enumerate(laws)
     )
     source = "derived: cam law"
-    shares = (Let(at, derivation.share_of_flank(q.delta, start, end), source) for at, start, end, _ in flanks)
+    shares = (Let(at, clip((q.delta - start) / (end - start), S.Zero, S.One), source) for at, start, end, _ in ends)
     return (
         *shares, Let(q.theta1, swing, source), Let(q.dpsi_ddelta, slope, source),
         Let(q.theta1_dot, -q.phi72_dot * q.dpsi_ddelta, source),

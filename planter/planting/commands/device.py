@@ -39,6 +39,10 @@ def simulate(
     at: Annotated[
         list[float] | None, typer.Option(metavar="DEG", help="also report at this carrier angle", show_default=False)
     ] = None,
+    lift: Annotated[
+        bool, typer.Option("--lift", help="lift assumptions one by one, and say what each does (exact model)")
+    ] = False,
+    module_mm: Annotated[float, typer.Option(min=0.1, max=20, help="module of the teeth that --lift lets slide")] = 2.0,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -50,7 +54,7 @@ def simulate(
         from planter.planting import simulation, tables
 
         device = device_of(machine, model, set_, speed_rpm)
-        found = simulation.simulate(device, samples, at or ())
+        found = simulation.simulate(device, samples, at or (), module_mm if lift else None)
         if out is not None:
             from planter.planting.report import results as report
 
@@ -163,8 +167,12 @@ def optimise(
 @app.command()
 def calibrate(
     machine: MachineArgument,
-    target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)", show_default=False)] = "",
-    model: ModelOption = Model.printed,
+    target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
+    model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
+    flank: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LAW", help="try only this law of the cam's flanks (repeatable)", show_default=False),
+    ] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -177,8 +185,7 @@ def calibrate(
         from planter.planting.report import results as report
 
         device = device_of(machine, model, set_, speed_rpm)
-        other = device_of(machine, next(m for m in Model if m != model), set_, speed_rpm)
-        result = calibration.calibrate(device, other, target)
+        result = calibration.calibrate(device.machine, device.model, target, flank or (), console.progress)
         if out is not None:
             with kept(result.table()):
                 report.write_result(out, device, result)

@@ -68,6 +68,8 @@ def sections(
     if "fitted" in summary:
         yield Section("Target", list(target(summary)))
         yield Section("Fitted inputs", [fitted(summary["fitted"])])
+        for name, found in summary["models"].items():
+            yield Section(f"What the {name} model can give", list(of_model(found)))
     if summary.get("warnings"):
         yield Section("Warnings", [warnings(summary["warnings"])])
     yield Section("Results", list(results(summary)))
@@ -82,11 +84,13 @@ def sections(
     if "insensitive" in summary:
         yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
     yield Section("Design", [design(machine, summary)])
-    if "front" in summary:
+    if "front" in summary and "fitted" not in summary:
         yield Section("Front of range and variance", [front(summary["front"])])
     if figures:
         drawn = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
         yield Section("Figures", drawn)
+    if summary.get("lifted"):
+        yield Section("Assumptions lifted one by one: forces move by up to", [of_lifted(summary["lifted"])])
     if summary.get("at"):
         yield Section("At single angles", [at_angles(summary["at"])])
     yield Section(
@@ -106,6 +110,31 @@ def target(summary: Summary) -> Iterator[Block]:
         for key, value in summary["target"].items()
     ]
     yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
+
+
+def of_lifted(found: Sequence[Summary]) -> Block:
+    """By how much lifting an assumption moves the joint forces over a turn, below their largest sizes as modelled."""
+    joints = tuple(found[0]["joints_N"])
+    own = ("as modelled, largest", *(found[0]["as_modelled_N"][joint] for joint in joints), "", "")
+    rows = [(case["assumption"], *(case["joints_N"][joint] for joint in joints),
+             case["support_N"], case["friction_work_J"]) for case in found]  # fmt: skip
+    return Table(("forces / N", *joints, "support", "friction work / J"), [own, *rows])
+
+
+def of_model(found: Summary) -> Iterator[Block]:
+    """Whether a model meets the target of a calibration, how far its inputs are from the machine's, the best misses."""
+    yield Text(found["statement"], "" if found["met"] else "warning")
+    distance = found["distance"]
+    yield Keys({"flanks": ", ".join(found["choices"].values()), "least force of the cam on the roller / N":
+                found["least_push_N"], "distance from the machine's own / widths": distance["rms_share"],
+                "on a bound": ", ".join(distance["at_bounds"]) or "none"})  # fmt: skip
+    if distance["unusual"]:
+        yield Items(distance["unusual"], "warning")
+    if found.get("front"):
+        keys = tuple(found["miss_percent"])
+        rows = [(*one["choices"].values(), *(one["miss_percent"][key] for key in keys), one["range_N"])
+                for one in found["front"]]  # fmt: skip
+        yield Table(("flanks", *(f"{labels.name(key)} missed / %" for key in keys), "range / N"), rows)
 
 
 def fitted(found: Sequence[Summary]) -> Block:

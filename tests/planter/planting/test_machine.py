@@ -322,7 +322,7 @@ REFUSED = [
     ("cam", "fall_delta_deg", "[246.0, 361.0]", "0 <= start < end <= 360"),
     ("cam", "fall_delta_deg", "[170.0, 296.0]", "it must start where the rise has ended, at 180 or later"),
     ("cam", "fall_delta_deg", "[10.0, 60.0]", "it must start where the rise has ended, at 180 or later"),
-    ("cam", "flank", '"cycloid"', "it must be '4-5-6-7 polynomial'"),
+    ("cam", "flank", '"cycloid"', "it must be one of '3-4-5 polynomial', '4-5-6-7 polynomial', 'cyc"),
     ("spring", "rate_N_m", "-1", "it must be at least 0"),
     ("spring", "preload_N", "-1", "it must be at least 0"),
     ("stage1", "family", '""', "it must not be empty"),

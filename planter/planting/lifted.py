@@ -1,0 +1,161 @@
+"""What assumptions of the exact model do: it is run again with one of them lifted, and what changes is told.
+
+The derived model `planting_lifted` takes what is lifted as inputs, a value for each angle; with zeros it is the exact
+model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import cumulative_simpson
+
+from planter.kernels import Array, Kernel, generated
+from planter.planting import cycle, flanks
+from planter.planting.model import Device
+from planter.planting.results import Lifted
+
+NAME = "planting_lifted"
+SAMPLES = 1440
+"""Angles of a turn: friction against sliding changes its direction many times."""
+MODULE_MM = 2.0
+"""Module of the teeth where nothing says it; both stages."""
+JOINTS = {"F_A1": ("F_A1x", "F_A1y"), "F_B1": ("F_B1x", "F_B1y"), "F_O": ("F_Ox", "F_Oy"), "F_O1": ("F_O1x", "F_O1y")}
+TOTALS = frozenset({"F_O", "F_O1"})
+Columns = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Quantities of side 1 and totals at equally spaced angles, in SI, by name."""
+
+    one: Columns
+    two: Columns
+    totals: Columns
+
+    def joint(self, name: str) -> Array:
+        """Size of the force in a joint [N], (n,)."""
+        x, y = ((self.totals if name in TOTALS else self.one)[part] for part in JOINTS[name])
+        found: Array = np.hypot(x, y)
+        return found
+
+    @property
+    def motor_work(self) -> float:
+        """Work of the motor over a turn [J]."""
+        return float(self.totals["M_L"].mean() * 2 * np.pi)
+
+    def lost(self, speed: float) -> float:
+        """Work lost to friction over a turn [J], at cams and teeth of both sides."""
+        losses = ("F_E_loss", "F_P_loss", "F_Q_loss")
+        return float(sum(side[name].mean() for side in (self.one, self.two) for name in losses) * 2 * np.pi / speed)
+
+
+class LiftedModel:
+    """A device of the exact model whose assumptions can be lifted, at its own design."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self.vectors = generated.sidecar(NAME)["vectors"]
+        self.inputs = tuple(entry["name"] for entry in self.vectors["lifted"])
+        at = device.prologue(device.design)
+        self._x, self._h = at.x, at.h
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        functions, module = self.device.functions, generated.module(NAME)
+        contacts = [stage.contact.function for stage in self.device.stages]
+        flank = flanks.function(self.device.machine.cam.flank)
+        lane, prologue = module.lane(*contacts, flank), module.prologue(*contacts)
+        sides: list[tuple[ca.SX, ca.SX]] = []
+        for angle in (functions.phi, functions.phi - np.pi):
+            phi, *vectors, c, _ = functions.lane_inputs(angle)
+            own = ca.SX.sym(f"lifted{len(sides)}", len(self.inputs))
+            sides.append((lane(phi, *vectors, c, own, prologue(*vectors, c, own)), own))
+        (one, first), (two, second) = sides
+        outputs = [one, two, module.frame()(one, two, functions.c)]
+        inputs = [*functions.inputs, first, second]
+        names = ["phi", "x", "c", "h", "lifted1", "lifted2"]
+        f = ca.Function("lifted", inputs, outputs, names, ["side1", "side2", "totals"])
+        return Kernel(f, lanes=["phi", "lifted1", "lifted2"])
+
+    def turn(
+        self, phi: Array, lifted: Mapping[str, Array | float] | None = None, changes: Mapping[str, float] | None = None
+    ) -> Turn:
+        """A turn with values of what is lifted, one for all or one for each angle of side 1, over a whole turn.
+
+        `changes` are other values of constants, in SI, by where they stand in the machine file.
+        """
+        rows = np.zeros((len(self.inputs), len(phi)))
+        for name, values in (lifted or {}).items():
+            rows[self.inputs.index(name)] = values
+        constants = self.device.constants.copy()
+        shown = [entry["shown"] for entry in self.vectors["machine"]]
+        for path, value in (changes or {}).items():
+            constants[shown.index(path)] = value
+        behind = np.roll(rows, len(phi) // 2, axis=1)
+        behind[self.inputs.index("speed_rate")] = rows[self.inputs.index("speed_rate")]
+        found = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=behind)
+        return Turn(*(dict(zip((e["name"] for e in self.vectors[vector]), found[name], strict=True))
+                      for vector, name in (("side", "side1"), ("side", "side2"), ("totals", "totals"))))  # fmt: skip
+
+    def beyond(self, turn: Turn, phi: Array, module: float) -> dict[str, Array]:
+        """How far each contact is from its pitch point, along the normal force on the inner gear [m], (n,) each.
+
+        One pair of teeth bears at a time, from half a base pitch before the pitch point to half behind it; the place on
+        the pitch curve counts from its joint at t = 0.
+        """
+        cosine = np.cos(self.device.machine.si("contact.pressure_angle_deg"))
+        pitch = np.pi * module
+        found = {}
+        for tag, sense, arc in zip("PQ", (-1, 1), self._arcs(turn, phi), strict=True):
+            bearing = np.where(turn.one[f"M_{tag}"] >= 0, 1, -1)
+            found[f"s_{tag}"] = sense * bearing * cosine * pitch * (np.mod(arc / pitch, 1) - 0.5)
+        return found
+
+    def _arcs(self, turn: Turn, phi: Array) -> Iterator[Array]:
+        """Length of the inner pitch curves that has passed the contact since t = 0, at each angle [m], (n,)."""
+        machine = self.device.machine
+        polar = (phi + machine.si("design.alpha3_deg"), turn.one["phi52"] + machine.si("design.beta6_deg"))
+        first = len(self.device.names) - sum(len(stage.names) for stage in self.device.stages)
+        for stage, t in zip(self.device.stages, polar, strict=True):
+            own = self._x[first : first + len(stage.names)]
+            first += len(stage.names)
+            dense = np.linspace(min(0.0, float(t.min())), float(t.max()), 8 * SAMPLES + 1)
+            hoisted = stage.prologue(parameters=own)["hoisted"]
+            contact = stage.contact(t=dense, parameters=own, hoisted=hoisted)
+            speed = np.hypot(contact["r"][0], contact["dr"][0])
+            arc = cumulative_simpson(speed, x=dense, initial=0.0)
+            yield np.interp(t, dense, arc) - np.interp(0.0, dense, arc)
+
+
+def effects(device: Device, module_mm: float = MODULE_MM) -> list[Lifted]:
+    """What lifting each assumption alone does to the largest joint forces and to the work over a turn."""
+    model, phi = LiftedModel(device), cycle.angles(SAMPLES)
+    own = model.turn(phi)
+    speed = device.machine.si("operation.speed_rpm")
+    friction = device.machine.si("contact.tooth_friction_angle_deg")
+    inward = {"contact.tooth_friction_angle_deg": -friction}
+    cases = {
+        "tooth friction inwards": model.turn(phi, changes=inward),
+        "no tooth friction": model.turn(phi, changes={"contact.tooth_friction_angle_deg": 0.0}),
+        f"teeth slide, module {module_mm:g} mm": model.turn(
+            phi, {"against": 1.0, **model.beyond(own, phi, module_mm * 1e-3)}
+        ),
+        "cam rubs along the hinge": model.turn(phi, {"along_hinge": 1.0}),
+    }
+    return [
+        Lifted(
+            assumption=name,
+            support_N=float(abs(turn.totals["F_support"] - own.totals["F_support"]).max()),
+            joints_N={joint: float(abs(turn.joint(joint) - own.joint(joint)).max()) for joint in JOINTS},
+            largest_N={joint: float(turn.joint(joint).max()) for joint in JOINTS},
+            as_modelled_N={joint: float(own.joint(joint).max()) for joint in JOINTS},
+            motor_work_J=turn.motor_work,
+            friction_work_J=turn.lost(speed),
+        )
+        for name, turn in cases.items()
+    ]

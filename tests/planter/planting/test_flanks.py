@@ -1,0 +1,62 @@
+"""Laws of the cam's flanks: a machine file chooses one, and where it is not smooth follows from the law itself."""
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.kernels import Kernel
+from planter.optimise.refined import Refined
+from planter.planting import flanks, objective
+from planter.planting.model import Device
+from planter.planting.response import Planting
+from tests.support import kinematics, machines
+from tests.support.jets import Jet
+
+EIGHTHS = (0.0, 0.125, 0.375, 0.625, 0.875, 1.0)
+ORDERS = {
+    "4-5-6-7 polynomial": {0.0: 2, 1.0: 2}, "3-4-5 polynomial": {0.0: 1, 1.0: 1}, "cycloidal": {0.0: 1, 1.0: 1},
+    "harmonic": {0.0: 0, 1.0: 0}, "modified sine": {0.0: 1, 0.125: 2, 0.875: 2, 1.0: 1},
+    "modified trapezoid": {0.0: 1, 0.125: 2, 0.375: 2, 0.625: 2, 0.875: 2, 1.0: 1},
+}  # fmt: skip
+
+
+def device(law: str) -> Device:
+    return Device(machines.with_flank(machines.machine("compact"), law))
+
+
+def test_every_law_of_the_textbook_is_there() -> None:
+    assert set(flanks.names()) == kinematics.FLANKS.keys() == ORDERS.keys()
+
+
+@pytest.mark.parametrize("law", ORDERS)
+def test_a_law_is_that_of_the_textbook_with_its_slopes(law: str) -> None:
+    x = np.linspace(0.001, 0.999, 333)
+    own = Kernel(flanks.function(law), lanes=["x"])(x=x)
+    book = kinematics.flank(law, Jet(np, x, np.ones_like(x), np.zeros_like(x)))
+    for name, part in zip(("p", "dp", "ddp"), book.parts, strict=True):
+        assert own[name][0] == pytest.approx(part, abs=1e-11)
+
+
+@pytest.mark.parametrize("law", ORDERS)
+def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
+    found = {joint.position: joint.order for joint in flanks.joints(law, EIGHTHS)}
+    assert found == ORDERS[law]
+
+
+@pytest.mark.parametrize("law", ["modified sine", "harmonic"])
+def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
+    subject = device(law)
+    joints = Planting(subject)
+    assert {event.name for event in joints.events if event.name.startswith("cam")} >= {"cam, start of the rise"}
+    phi = np.linspace(0, np.pi, 400_001)
+    force = subject.support(subject.prologue(subject.design), phi)
+    look = Refined(joints).look(subject.design)
+    assert look.high == pytest.approx(force.max(), abs=1e-4)
+    assert look.low == pytest.approx(force.min(), abs=1e-4)
+    assert look.variance == pytest.approx(force[:-1].var(), rel=1e-4)
+
+
+def test_a_law_that_jumps_is_not_optimised() -> None:
+    with pytest.raises(InputError, match=r'compact: cam.flank = "harmonic" .*without such jumps'):
+        objective.problem(device("harmonic"))
+    objective.problem(device("cycloidal"))

@@ -1,0 +1,64 @@
+"""Assumptions lifted: with none the model is the exact one; with any the work of the motor is that of all friction."""
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.planting import cycle, lifted, simulation
+from planter.planting.lifted import LiftedModel
+from tests.support import machines
+
+PHI = cycle.angles(720)
+NAMES = ("wang2017", "random 1", "random 2")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_with_nothing_lifted_it_is_the_exact_model(name: str) -> None:
+    device = machines.device(name)
+    turn, own = LiftedModel(device).turn(PHI), device.cycle(device.prologue(device.design), PHI)
+    for vector, mine, its in (
+        ("side", turn.one, "side1"),
+        ("side", turn.two, "side2"),
+        ("totals", turn.totals, "totals"),
+    ):
+        for row, entry in zip(own[its], device.sidecar["vectors"][vector], strict=True):
+            assert mine[entry["name"]] == pytest.approx(row, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("case", ["teeth", "hinge", "both"])
+def test_the_motor_does_the_work_of_friction_and_the_support_feels_none_of_it(name: str, case: str) -> None:
+    device = machines.device(name)
+    model, phi = LiftedModel(device), cycle.angles(5760)
+    own = model.turn(phi)
+    teeth = {"against": 1.0, **model.beyond(own, phi, 2e-3)} if case != "hinge" else {}
+    turn = model.turn(phi, {**teeth, **({"along_hinge": 1.0} if case != "teeth" else {})})
+    speed = device.machine.si("speed_rpm")
+    assert turn.motor_work == pytest.approx(turn.lost(speed), rel=2e-5)
+    assert turn.lost(speed) > own.lost(speed)
+    assert turn.totals["F_support"] == pytest.approx(own.totals["F_support"], abs=1e-9)
+    if case != "hinge":
+        wrong = model.turn(phi, {"against": 1.0, **{k: 0 * v + 2e-3 for k, v in model.beyond(own, phi, 2e-3).items()}})
+        assert wrong.joint("F_A1") != pytest.approx(turn.joint("F_A1"), rel=1e-4)
+        assert all((turn.one[f"F_{tag}_loss"] >= -1e-12).all() for tag in "PQ")
+
+
+def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
+    model = LiftedModel(machines.device("wang2017"))
+    found = model.beyond(model.turn(PHI), PHI, 2e-3)
+    half = np.pi * 2e-3 * np.cos(np.radians(20)) / 2
+    for places in found.values():
+        assert np.abs(places).max() <= half
+        assert places.min() < -0.9 * half
+        assert places.max() > 0.9 * half
+
+
+def test_effects_are_told_and_only_of_the_exact_model() -> None:
+    found = {case.assumption: case for case in lifted.effects(machines.device("wang2017"))}
+    assert found["tooth friction inwards"].joints_N["F_O1"] > found["no tooth friction"].joints_N["F_O1"] > 1
+    assert all(case.support_N < 1e-9 for case in found.values())
+    assert found["teeth slide, module 2 mm"].friction_work_J > found["no tooth friction"].friction_work_J + 0.1
+    simulated = simulation.simulate(machines.device("wang2017"), 60, (), 3.0)
+    assert "module 3 mm" in simulated.result.lifted[2].assumption
+    with pytest.raises(InputError, match="--lift is not allowed with --model printed"):
+        simulation.simulate(machines.device("wang2017", "printed"), 60, (), 2.0)

@@ -1,0 +1,148 @@
+"""Inputs that a paper does not disclose: bounds, the force they give with its slopes, and what can be attained."""
+
+import json
+
+import numpy as np
+import pytest
+
+from planter.planting import cycle, file
+from planter.planting.calibration import with_flank
+from planter.planting.model import Device
+from planter.planting.printed.attainable import PAPER, table
+from planter.planting.undisclosed import experiment, front
+from planter.planting.undisclosed.attainable import MostVariance, largest_range, most_variance
+from planter.planting.undisclosed.force import Force
+from planter.planting.undisclosed.inputs import INERTIA, Inputs, cam_angles, data, own_angles
+from tests.support import machines
+
+SAMPLES = 60
+
+
+def device(law: str = "cycloidal", model: str = "exact") -> Device:
+    return Device(with_flank(file.load("wang2017", {"objective.samples": SAMPLES}), law), model)
+
+
+@pytest.fixture(scope="module")
+def force() -> Force:
+    own = device()
+    return Force(own, Inputs.with_events(own))
+
+
+def test_every_input_is_one_of_the_machine_and_assumed(force: Force) -> None:
+    inputs, machine = force.inputs, force.device.machine
+    assert len(inputs.places(force.device)) == len(inputs) + 1 > 15
+    assert (inputs.lower < inputs.upper).all()
+    assert all(machine.origin(path).startswith("assumed") for path in inputs.paths)
+
+
+def test_flanks_begin_at_the_events_that_the_paper_gives(force: Force) -> None:
+    assert {k: round(np.degrees(v), 9) for k, v in own_angles(force.device).items()} == {"fall": 280, "rise": 160}
+    low, high = (force.inputs.table(np.full(len(force.inputs), z)) for z in (0.0, 1.0))
+    rows = {row["name"]: row for row in high}
+    delta = np.degrees(cam_angles(force.device, np.radians([155.0, 165.0])))
+    assert [rows["cam.rise_delta_deg[0]"][key] for key in ("lower", "upper")] == pytest.approx(list(delta))
+    begun = {row["name"]: row["value"] for row in low}
+    assert begun["cam.rise_delta_deg[1]"] - begun["cam.rise_delta_deg[0]"] == pytest.approx(15)
+
+
+def test_events_that_are_not_half_a_turn_apart_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(data()["events"]["seen"][0], "carrier_deg", 103)
+    with pytest.raises(ValueError, match="half a turn apart"):
+        own_angles(device())
+
+
+def test_a_body_stays_a_body_whatever_its_mass(force: Force) -> None:
+    for seed in range(20):
+        rows = {
+            row["name"]: row["value"]
+            for row in force.inputs.table(np.random.default_rng(seed).random(len(force.inputs)))
+        }
+        offset = sum(rows[f"centroid.planet_xy_mm[{i}]"] ** 2 for i in (0, 1)) * 1e-6
+        assert rows[INERTIA] > rows["mass.planet_kg"] * offset
+        force.device.machine.with_numbers(rows)
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+@pytest.mark.parametrize("law", ["modified sine", "4-5-6-7 polynomial"])
+def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slopes(law: str, model: str) -> None:
+    own = device(law, model)
+    force = Force(own, Inputs.with_events(own))
+    z = np.random.default_rng(5).random(len(force.inputs))
+    curve = force(z)
+    rows = force.inputs.table(z)
+    moved = Device(own.machine.with_numbers({row["name"]: row["value"] for row in rows}), own.model)
+    turn = cycle.cycle(moved, moved.prologue(moved.design), cycle.angles(SAMPLES))
+    assert curve.force == pytest.approx(turn.support[: len(curve.force)], rel=1e-9)
+    assert np.sort(curve.push) == pytest.approx(np.sort(turn.sides[0]["F_E_N"]), rel=1e-8)
+    step = 1e-6
+    for k, unit in enumerate(np.eye(len(z))):
+        ahead, behind = force(z + step * unit), force(z - step * unit)
+        for found, one, other in (
+            (curve.slopes, ahead.force, behind.force),
+            (curve.push_slopes, ahead.push, behind.push),
+        ):
+            scale = max(1.0, float(np.abs(found).max()))
+            assert found[:, k] == pytest.approx((one - other) / (2 * step), abs=3e-6 * scale)
+
+
+def test_own_values_give_the_machine_s_own_force() -> None:
+    own = device("4-5-6-7 polynomial")
+    force = Force(own, Inputs.wide(own))
+    assert force(force.own()).force == pytest.approx(own.support(own.prologue(own.design), cycle.angles(SAMPLES))[:30])
+
+
+def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: Force) -> None:
+    starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(3)]
+    found = most_variance(force, 80.0, True, starts)
+    assert found is not None
+    assert found.range <= 80.5
+    assert found.push >= 0
+    assert found.variance > max(force(z).variance for z in starts if force(z).range <= 80)
+    free, tied = largest_range(force, False, starts), largest_range(force, True, starts)
+    assert free is not None
+    assert tied is not None
+    assert free.range >= tied.range - 1 > found.range
+
+
+def test_slopes_of_what_is_made_small_are_slopes(force: Force) -> None:
+    search = MostVariance(force, 40.0, True)
+    w = search.start(np.random.default_rng(1).random(len(force.inputs)))
+    _, slopes = search.cost(w, 0.3)
+    steps = [(search.cost(w + 1e-6 * u, 0.3)[0] - search.cost(w - 1e-6 * u, 0.3)[0]) / 2e-6 for u in np.eye(len(w))]
+    assert slopes == pytest.approx(steps, rel=1e-4, abs=1e-5)
+
+
+def test_the_front_that_is_kept_rests_on_what_is_there() -> None:
+    kept = front.kept()
+    assert kept is not None
+    machine = file.load(PAPER)
+    assert kept["key"] == front.key(machine, table()), "python -m planter.planting.undisclosed"
+    assert kept["key"] != front.key(machine.with_numbers({"psi0_deg": -7.0}), table())
+    assert kept["key"] != front.key(machine, {**table(), "theory": {"range_N": 1.0, "variance_N2": 1.0}})
+
+
+@pytest.mark.parametrize("place", [0, -1])
+@pytest.mark.parametrize("contact", [0, 1])
+def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int) -> None:
+    one = front.kept()["fronts"][contact]
+    point = one["points"][place]
+    machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
+    subject = Device(machine, "exact")
+    turn = cycle.cycle(subject, subject.prologue(subject.design), cycle.angles(machine.objective.samples))
+    assert np.ptp(turn.support) == pytest.approx(point["range_N"], rel=1e-8)
+    assert turn.support.var() == pytest.approx(point["variance_N2"], rel=1e-8)
+    if one["contact"] == "cam pushing":
+        assert turn.sides[0]["F_E_N"].min() >= 0
+    json.dumps(point, allow_nan=False)
+
+
+def test_a_rippling_speed_gives_the_force_of_a_machine_at_that_speed() -> None:
+    own = machines.device("wang2017")
+    speeds = experiment.Speeds.of(experiment.LiftedModel(own), 720)
+    for rpm in (35.0, 45.0):
+        other = Device(own.machine.with_numbers({"speed_rpm": rpm}), "exact")
+        force = other.support(other.prologue(other.design), cycle.angles(720))
+        assert speeds.weight + (rpm * np.pi / 30) ** 2 * speeds.a == pytest.approx(force, rel=1e-12)
+    period = np.fft.fftfreq(720, 1 / 720)
+    slope = np.real(np.fft.ifft(1j * period * np.fft.fft(speeds.b)))
+    assert slope == pytest.approx(speeds.a, abs=2e-3 * np.abs(speeds.a).max())
