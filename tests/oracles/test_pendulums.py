@@ -74,7 +74,7 @@ def test_small_swings_of_two_bobs() -> None:
 
 
 def test_two_bobs_without_gravity_turn_as_their_quadrature_says() -> None:
-    """Energy and angular momentum L stand, so the angle d between the rods obeys d'^2 = (2T - L^2/I)/(B - (B+Dc)^2/I)."""
+    """Energy and momentum L stand, so the angle d between the rods obeys d'^2 = (2T - L^2/I)/(B - (B + D c)^2/I)."""
     l1, l2, m1, m2 = map(mp.mpf, ("0.7", "0.4", "1.3", "0.8"))
     w1, w2, start = mp.mpf(-2), mp.mpf(9), mp.mpf("0.2")
     a, b, d = (m1 + m2) * l1**2, m2 * l2**2, m2 * l1 * l2
@@ -102,9 +102,9 @@ def exact_tilt(times: np.ndarray) -> np.ndarray:
     u = u1 + (u0 - u1) sn^2(K + sqrt(beta (u3 - u1))/2 t).
     """
     with mp.workdps(30):
-        g, m, l, tilt, spin = map(mp.mpf, ("9.81", "0.5", "0.08", "0.6", "140"))
-        across = mp.mpf("0.0007") + m * l**2
-        a, beta, u0 = mp.mpf("0.0011") * spin / across, 2 * m * g * l / across, mp.cos(tilt)
+        g, m, length, tilt, spin = map(mp.mpf, ("9.81", "0.5", "0.08", "0.6", "140"))
+        across = mp.mpf("0.0007") + m * length**2
+        a, beta, u0 = mp.mpf("0.0011") * spin / across, 2 * m * g * length / across, mp.cos(tilt)
         half = a**2 / beta
         root = mp.sqrt(half**2 / 4 - half * u0 + 1)
         u1, u3 = half / 2 - root, half / 2 + root
@@ -139,5 +139,5 @@ def test_the_tip_bears_weight_and_momentum() -> None:
     place = 0.08 * np.array([np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)])
     bent = 0.5 * (place[:, 3] - 2 * place[:, 2] + place[:, 1]) / step**2
     force = [run.results[f"F_O{axis}"][2] for axis in "xyz"]
-    assert force == pytest.approx(bent + [0, 0, 0.5 * 9.81], rel=1e-5, abs=1e-5)
+    assert force == pytest.approx(bent + np.array([0, 0, 0.5 * 9.81]), rel=1e-5, abs=1e-5)
     assert run.undetermined == ()
