@@ -121,6 +121,12 @@ class Joints(Statement):
             self.report(f"P_{name}", "W", f"power lost to friction at {at.name}", drag * sliding)
         self.assembly.act(name, on, by, at, force, moment * unit(by.frame, Z))
 
+    def contact(self, name: str, on: Body, by: Body, at: Point, way: Vec) -> Quantity:
+        """A smooth contact: the force N_name along a unit vector, out of ``by``; below zero it would have to pull."""
+        normal = self.assembly.unknown(f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal")
+        self.assembly.act(name, on, by, at, normal * way)
+        return normal
+
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
         """What keeps the motion: the torque ``name``, about an axis of ``by``'s frame."""
         way = unit(by.frame, axis)

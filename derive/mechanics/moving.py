@@ -234,7 +234,7 @@ class Free:
         """Named steps that hold rates or accelerations, told in those of the coordinates."""
         speeds = {q for c in self.coordinates for q in (c.rate, c.acceleration)}
         found: dict[Quantity, Expr] = {}
-        for step in self.stated.named:
+        for step in (*self.stated.named, *self.stated.reports):
             plain = step.expr.xreplace(found)
             if plain.free_symbols & speeds:
                 found[step.symbol] = plain
@@ -249,7 +249,8 @@ class Free:
 
     def _form(self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]) -> ClosedForm:
         told = Vector(f"{name}_outputs", tuple(step.symbol for step in steps))
-        everything: tuple[Step, ...] = needed((*self.stated.named, *steps), frozenset(told))
+        known = (*self.stated.named, *self.stated.reports)
+        everything: tuple[Step, ...] = sorted_steps(needed((*known, *steps), frozenset(told)))
         return ClosedForm(name, inputs, everything, told)
 
     @staticmethod

@@ -24,6 +24,8 @@ from planter.mechanism.reactions import Reactions
 
 RANK = 1e-9
 """Rows of the slopes that add less than this share of the first follow from the others."""
+PASSAGE = 1e-3
+"""Rows that fall below this share of the weakest one at the start are left out while a singular pose is passed."""
 ON = 1e-12
 """Gaps below this, in SI units, are closed."""
 MOST = 30
@@ -126,13 +128,13 @@ class Dynamics:
         columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
         return Equations(now["inertia"], slopes=now["slopes"], **columns)
 
-    def accelerations(self, time: float, state: Array, rows: npt.NDArray[np.intp] | None = None) -> tuple[Array, Array]:
+    def accelerations(self, time: float, state: Array, share: float = RANK) -> tuple[Array, Array]:
         """Accelerations (k,) and multipliers (c,) of the constraints; of those that follow from others it is zero.
 
-        ``rows`` are the constraints that count, else those that are independent in the state.
+        ``share`` of the first is the least that a row adds which does not.
         """
         now = self.equations(time, state)
-        kept = independent(now.slopes) if rows is None else rows
+        kept = independent(now.slopes, share)
         found, pulls = self._solved(time, now.inertia, now.slopes[kept], now.forces, now.bends[kept])
         multipliers = np.zeros(len(now.slopes))
         multipliers[kept] = pulls
@@ -149,7 +151,7 @@ class Dynamics:
         slopes = self.equations(time, state).slopes
         return len(slopes) - len(independent(slopes))
 
-    def projected(self, time: float, state: Array) -> Array:
+    def projected(self, time: float, state: Array, share: float = RANK) -> Array:
         """The state nearest to one, by the inertia, that closes the gaps and keeps the speeds.
 
         Raises ComputationError where the constraints cannot be met from there.
@@ -157,21 +159,23 @@ class Dynamics:
         at = np.array(state, dtype=float)
         for _ in range(MOST):
             now = self.equations(time, at)
-            if np.all(np.abs(now.gaps) < ON):
+            slopes = now.slopes[: len(now.gaps)]
+            kept = independent(slopes, share)
+            if np.all(np.abs(now.gaps[kept]) < ON):
                 break
-            at[: self.size] -= self._nearest(time, now.inertia, now.slopes[: len(now.gaps)], now.gaps)
+            at[: self.size] -= self._nearest(time, now.inertia, slopes[kept], now.gaps[kept])
         else:
             gap = self.constraints[int(np.argmax(np.abs(now.gaps)))]
             raise ComputationError(
                 f"{self.file.name}: the loops do not close at {time:.6g} s: {gap} is {np.abs(now.gaps).max():.3g} m"
             )
-        at[self.size :] -= self._nearest(time, now.inertia, now.slopes, now.speeds)
+        kept = independent(now.slopes, share)
+        at[self.size :] -= self._nearest(time, now.inertia, now.slopes[kept], now.speeds[kept])
         return at
 
     def _nearest(self, time: float, inertia: Array, slopes: Array, gaps: Array) -> Array:
         """The smallest step, by the inertia, that changes the gaps by what they are."""
-        kept = independent(slopes)
-        return self._solved(time, inertia, slopes[kept], np.zeros(self.size), gaps[kept])[0]
+        return self._solved(time, inertia, slopes, np.zeros(self.size), gaps)[0]
 
     def _solved(self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array) -> tuple[Array, Array]:
         """x, y of  inertia x - slopes^T y = push,  slopes x = bend."""
@@ -193,10 +197,10 @@ class Dynamics:
         """
         times = np.asarray(times, dtype=float)
         at = self.projected(times[0], self.start() if state is None else state)
-        kept = independent(self.equations(times[0], at).slopes)
+        share = max(RANK, PASSAGE * weakest(self.equations(times[0], at).slopes))
 
         def rates(time: float, y: Array) -> Array:
-            return np.concatenate([y[self.size :], self.accelerations(time, y, kept)[0]])
+            return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
 
         solver = scipy.integrate.DOP853(rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
         states = [at]
@@ -205,15 +209,14 @@ class Dynamics:
                 raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
             within = times[len(states) :][times[len(states) :] <= solver.t]
             dense = solver.dense_output() if len(within) else None
-            states += [self.projected(t, dense(t)) for t in within if dense is not None]
-            solver.y = self.projected(solver.t, solver.y)
-            kept = independent(self.equations(solver.t, solver.y).slopes)
+            states += [self.projected(t, dense(t), share) for t in within if dense is not None]
+            solver.y = self.projected(solver.t, solver.y, share)
             solver.f = solver.fun(solver.t, solver.y)
-        return self._results(times, np.array(states).T, least)
+        return self._results(times, np.array(states).T, least, share)
 
-    def _results(self, times: Array, states: Array, least: bool) -> Run:
+    def _results(self, times: Array, states: Array, least: bool, share: float) -> Run:
         pairs = zip(times, states.T, strict=True)
-        accelerations = np.array([self.accelerations(time, state)[0] for time, state in pairs]).T
+        accelerations = np.array([self.accelerations(time, state, share)[0] for time, state in pairs]).T
         inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
         left: tuple[str, ...] = ()
         if "balances" in self._stages:
@@ -223,10 +226,22 @@ class Dynamics:
         return Run(times, states, accelerations, {k: v for k, v in results.items() if least or k not in left}, left)
 
 
-def independent(slopes: Array) -> npt.NDArray[np.intp]:
+def independent(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:
     """Rows (m,) of slopes (c, k) from which the others follow, in their order."""
+    order, sizes = _ranked(slopes)
+    return np.sort(order[sizes > share])
+
+
+def weakest(slopes: Array) -> float:
+    """What the weakest of the independent rows adds, over what the first does."""
+    _, sizes = _ranked(slopes)
+    return float(np.min(sizes[sizes > RANK], initial=1.0))
+
+
+def _ranked(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
+    """Rows as a QR decomposition with pivoting takes them, and what each adds, over what the first does."""
     if not len(slopes):
-        return np.arange(0)
+        return np.arange(0), np.empty(0)
     triangle, order = scipy.linalg.qr(slopes.T, mode="r", pivoting=True)
     sizes = np.abs(np.diagonal(triangle))
-    return np.sort(order[: len(sizes)][sizes > RANK * sizes[0]])
+    return order[: len(sizes)], sizes / sizes[0]

@@ -1,0 +1,107 @@
+"""The examples of the guide: short, derived as they stand, held against closed forms and energies written down here."""
+
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.linalg
+import scipy.optimize
+
+from planter.mechanism.model import Model
+from planter.mechanism.small import eigenvalues, equilibrium
+from planter.mechanism.turn import turn
+from tests.support import own
+
+MOST_LINES = 100
+G = 9.81
+
+
+@pytest.mark.parametrize("path", sorted(own.EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+def test_an_example_is_short(path: object) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", ["transplanting_arm", "cam_follower", "slider_crank"])
+def test_a_turn_keeps_the_laws(name: str) -> None:
+    laws = turn(Model(own.file(name)), 90).result.laws
+    assert {law.unit for law in laws} == {"W", "N"}
+    assert max(law.violation for law in laws) < 1e-9
+
+
+def energy_of_the_arm(found: dict[str, np.ndarray], phi: np.ndarray) -> np.ndarray:
+    """Of motion, weight and spring, from places that central differences make into speeds."""
+    v = own.file("transplanting_arm").values
+    beta, gamma, omega = found["beta"], found["gamma"], v["omega_rpm"] * np.pi / 30
+    a, c, d, x, y = (v[f"{n}_mm"] / 1000 for n in ("a", "c", "d", "x_k", "y_k"))
+    along, across = v["s_b_mm"] / 1000, v["t_b_mm"] / 1000
+    turned = np.exp(1j * beta)
+    places = [a / 2 * np.exp(1j * phi), a * np.exp(1j * phi) + (along + 1j * across) * turned,
+              d + c / 2 * np.exp(1j * gamma)]  # fmt: skip
+    end = d + c * np.exp(1j * gamma)
+    total = v["k_N_m"] * (np.abs(end - x - 1j * y) - v["l_0_mm"] / 1000) ** 2 / 2
+    for place, angle, mass, inertia in zip(places, (phi, beta, gamma), ("m_a", "m_b", "m_c"), ("J_a", "J_b", "J_c"),
+                                           strict=True):  # fmt: skip
+        speed, rate = np.gradient(place, phi, edge_order=2) * omega, np.gradient(angle, phi, edge_order=2) * omega
+        total = total + v[f"{mass}_kg"] * (np.abs(speed) ** 2 / 2 + G * place.imag)
+        total = total + v[f"{inertia}_kg_m2"] * rate**2 / 2
+    return total
+
+
+def test_the_motor_of_the_arm_gives_what_the_energy_takes() -> None:
+    phi = np.linspace(0.3, 0.5, 2001)
+    found = Model(own.file("transplanting_arm"))(phi)
+    slope = np.gradient(energy_of_the_arm(found, phi), phi, edge_order=2)[10:-10]
+    assert found["M_in"][10:-10] == pytest.approx(slope, abs=2e-5)
+
+
+def test_without_friction_the_cam_carries_mass_weight_and_spring() -> None:
+    own_model = Model(own.file("cam_follower", mu=0.0))
+    phi = np.radians(np.arange(0.0, 360.0, 5.0))
+    found, omega = own_model(phi), 240 * np.pi / 30
+    lift, slope, bend = 0.007 * (1 - np.cos(phi)), 0.007 * np.sin(phi), 0.007 * np.cos(phi)
+    push = 0.65 * (G + bend * omega**2) + 22 + 1800 * lift
+    assert found["N_cam"] == pytest.approx(push * np.hypot(slope, 0.038 + lift) / (0.038 + lift), rel=1e-12)
+    assert found["M_in"] == pytest.approx(push * slope, abs=1e-12)
+
+
+def test_the_roller_lifts_off_above_the_speed_where_nothing_is_left() -> None:
+    """At the top of the lift: m (g - h omega^2 / 2) + F_0 + k h = 0."""
+    rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
+    top = np.array([np.pi])
+    below, above = (Model(own.file("cam_follower", omega_rpm=rpm * share))(top)["N_cam"][0] for share in (0.999, 1.001))
+    assert below > 0 > above
+
+
+def inertia(elbow: float) -> np.ndarray:
+    """Of a planar manipulator of two arms (Craig, Introduction to robotics, 3rd ed., section 6.7, with centroids)."""
+    m1, m2, l1, c1, c2, j1, j2 = 3.2, 1.9, 0.42, 0.19, 0.15, 0.052, 0.027
+    first, cross = m1 * c1**2 + j1 + m2 * (l1**2 + c2**2) + j2, m2 * l1 * c2 * np.cos(elbow)
+    return np.array([[first + 2 * cross, m2 * c2**2 + j2 + cross], [m2 * c2**2 + j2 + cross, m2 * c2**2 + j2]])
+
+
+def pulls(angles: np.ndarray) -> np.ndarray:
+    shoulder, elbow = angles
+    low = 1.9 * G * 0.15 * np.cos(shoulder + elbow)
+    motors = np.array([60, 25]) * (np.radians([-40, 75]) - angles)
+    return motors - np.array([(3.2 * 0.19 + 1.9 * 0.42) * G * np.cos(shoulder) + low, low])
+
+
+def test_the_manipulator_rests_and_swings_as_its_matrices_say() -> None:
+    dynamics = own.dynamics("manipulator")
+    rest = equilibrium(dynamics)
+    wanted = scipy.optimize.fsolve(pulls, np.radians([-40, 75]), xtol=1e-14)
+    assert rest[:2] == pytest.approx(wanted, abs=1e-10)
+    step = 1e-6
+    stiff = -np.array([(pulls(wanted + d) - pulls(wanted - d)) / (2 * step) for d in step * np.eye(2)]).T
+    flow = np.block([[np.zeros((2, 2)), np.eye(2)],
+                     [-np.linalg.solve(inertia(wanted[1]), np.hstack([stiff, np.diag([6, 1.8])]))]])  # fmt: skip
+    found = eigenvalues(dynamics, rest)
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(scipy.linalg.eigvals(flow)), abs=1e-6)
+
+
+def test_the_manipulators_dampers_take_what_its_motors_and_weights_give() -> None:
+    times = np.linspace(0, 1, 2001)
+    run = own.dynamics("manipulator").run(times, 1e-10)
+    power = run.results["M_1"] * run.states[2] + run.results["M_2"] * run.states[3]
+    gained = scipy.integrate.cumulative_simpson(power, x=times, initial=0)
+    energy = run.results["kinetic"] + run.results["potential"]
+    assert energy - energy[0] == pytest.approx(gained, abs=1e-4)
