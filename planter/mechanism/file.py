@@ -108,7 +108,7 @@ def _check(found: MechanismFile) -> None:
                 hint = f"did you mean {close[0]}? " if close else ""
                 raise InputError(f"{found.source}: {section}.{key} is not allowed: {hint}there are {', '.join(known)}")
     for key, value in found.values.items():
-        if value < 0 and units.suffix(key) in ("_kg", "_kg_m2"):
+        if value < 0 and units.suffix(key) == "_kg":  # products of inertia may be
             raise found.input_error(f"values.{key}", "it must not be negative")
     lacking = [f"{key} ({meaning})" for key, meaning in known.items() if key not in found.values]
     if lacking:
