@@ -78,8 +78,7 @@ def sought(machine: Machine, own: Mapping[str, Mapping[str, float]], progress: L
             phase.next(f"{contact}, range up to {cap:g} N")
         if best is not None:
             points[contact].append({"cap_N": cap, **best[1].told(best[0])})
-    pushing_too = {point["cap_N"]: point for point in points["cam pushing"]}
-    points["free sign"] = [_better(point, pushing_too.get(point["cap_N"], point)) for point in points["free sign"]]
+    points["free sign"] += points["cam pushing"]
     fronts = [
         {"contact": contact, "points": list(_kept(found)), "largest_range": longest(searches, CONTACTS[contact])}
         for contact, found in points.items()
@@ -122,10 +121,6 @@ class Searches:
         rows = self.force.inputs.table(reached.z)
         return {"range_N": reached.range, "variance_N2": reached.variance, "least_push_N": reached.push,
                 "flank": self.law, "inputs": {row["name"]: row["value"] for row in rows}}  # fmt: skip
-
-
-def _better(one: Kept, other: Kept) -> Kept:
-    return max(one, other, key=lambda point: point["variance_N2"])
 
 
 def _kept(points: Sequence[Kept]) -> Iterator[Kept]:
