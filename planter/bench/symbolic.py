@@ -57,7 +57,7 @@ class _Named(ast.NodeTransformer):
 def _watched(function: Callable[..., Any], step: Callable[[str, Any], Any]) -> Callable[..., Any]:
     """A generated function that hands every named value to `step` and goes on with what that returns."""
     tree = ast.fix_missing_locations(_Named().visit(ast.parse(textwrap.dedent(inspect.getsource(function)))))
-    names: dict[str, Any] = {"step": step}
+    names: dict[str, Any] = {**function.__globals__, "step": step}
     exec(compile(tree, inspect.getsourcefile(function) or "generated", "exec"), names)
     watched: Callable[..., Any] = names[function.__name__]
     return watched

@@ -10,6 +10,7 @@ import pytest
 from planter.files import examples
 from planter.pickup.law import Dwell
 from planter.pickup.smooth import SmoothLaw
+from planter.report.files import read_cycle_csv
 from tests.planter.pickup.pickups import END, START, P
 from tests.support.cli import below
 
@@ -69,8 +70,8 @@ def test_the_command_tells_no_jump_and_where_no_teeth_can_drive(tmp_path: Path) 
     assert [row["contact_ratio"] is None for row in found["at"]] == [True, False]
     cycle = answer(smooth_file(tmp_path, 20), "--out", str(tmp_path / "out"))
     assert cycle["round_trip_error_rad"] < 1e-5
-    rows = np.genfromtxt(tmp_path / "out" / "cycle.csv", delimiter=",", names=True, skip_header=2)
-    ring = np.append(rows["tip_vx_mm_s"], rows["tip_vx_mm_s"][0])
+    _, columns = read_cycle_csv(tmp_path / "out" / "cycle.csv")
+    ring = np.append(columns["tip_vx_mm_s"], columns["tip_vx_mm_s"][0])
     assert np.abs(np.diff(ring)).max() < 100
 
 

@@ -19,7 +19,8 @@ from derive.systems.clutch import quantities as q
 from tests.support.clutch import CLAIMS, derived, size, value
 
 POINTS = [clutch.admissible(random.Random(seed)) for seed in range(6)]
-SPECIAL = {"angle between the faces at the least tip distance", "forces on the tooth without slip"}
+TOGETHER = "speed of body and shaft at the start, when they move together"
+SPECIAL = {"angle between the faces at the least tip distance", "forces on the tooth without slip", TOGETHER}
 HOLDS = {
     "=": lambda v: abs(v) < mpmath.mpf(10) ** -40,
     "<": lambda v: v < 0,
@@ -83,7 +84,7 @@ def test_the_derivation_knows_no_paper() -> None:
 def test_printed_equations_that_differ() -> None:
     assert differing(PAPER.equations) == [
         "contact", "Y_C", "A1", "semi-major", "semi-minor", "fillet", "curvature", "4b", "5a", "5b", "5c", "6", "7a",
-        "8b", "9", "B1", "B2", "12", "13b", "slip", "no slip",
+        "8b", "start", "9", "B1", "B2", "12", "13b", "slip", "no slip",
     ]  # fmt: skip
 
 
@@ -113,6 +114,7 @@ def test_special_states_obey_their_equations() -> None:
         point[q.b1] -= value(CLAIMS["tooth tips go round the shaft"].residual, point)
         point[q.xi] = value(derived("angle between the faces of a tooth"), point)
         point[q.F_y] -= value(CLAIMS["forces on the tooth without slip"].residual, point)
+        point[q.v_0] -= value(CLAIMS[TOGETHER].residual, point)
         assert abs(value(derived("acceleration of the slip"), point)) < mpmath.mpf(10) ** -45
     assert SPECIAL.isdisjoint(broken({c: CLAIMS[c] for c in SPECIAL}, point))
 

@@ -17,7 +17,7 @@ import sympy as sp
 from derive.chain import ChainError
 from derive.dimensions import dimension, of_unit
 from derive.emit import functions
-from derive.emit.schedule import expression
+from derive.emit.schedule import expressions
 from derive.equations import Claim, ClaimError, Equation
 from derive.model import ClosedForm, Let, System
 from derive.papers import shi2021
@@ -127,7 +127,8 @@ def test_every_symbol_is_described_and_every_step_has_its_dimension(name: str) -
         for step in form.steps:
             assert isinstance(step.symbol, Quantity)
             assert all(isinstance(s, Quantity) for s in step.needs), (form.name, step.symbol)
-            assert dimension(expression(step)) in (None, of_unit(step.symbol.unit)), (form.name, step.symbol)
+            (expr,) = expressions(step)
+            assert dimension(expr) in (None, of_unit(step.symbol.unit)), (form.name, step.symbol)
 
 
 def test_a_misprint_changes_the_printed_model_alone() -> None:

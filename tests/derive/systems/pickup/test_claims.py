@@ -25,7 +25,15 @@ CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
 FORMULAS = {str(claim): formula for claim, formula in claims.formulas().items()}
 PRINTED = {number: e for number, e in yu2023.PAPER.equations.items() if e.legibility != "lost"}
 LOST = [e for e in yu2023.PAPER.equations.values() if e.legibility == "lost"]
-READ = {n: replace(e, residual=e.residual.xreplace(yu2023.PAPER.readings.get(n, {}))) for n, e in PRINTED.items()}
+
+
+def meant(number: str) -> dict[sp.Symbol, sp.Expr]:
+    """What the printed symbols of an equation stand for, in the reading that is kindest to the paper."""
+    kindest = (question.readings[0].printed for question in yu2023.PAPER.questions if number in question.numbers)
+    return {k: v for part in (yu2023.PAPER.readings.get(number, {}), *kindest) for k, v in part.items()}
+
+
+READ = {n: replace(e, residual=e.residual.xreplace(meant(n))) for n, e in PRINTED.items()}
 POINTS = [claims.admissible(random.Random(seed)) for seed in range(16)]
 TURN = claims.reference(24)
 SMALL = mp.mpf(10) ** -50
