@@ -52,6 +52,7 @@ def test_two_windows_fall_through_their_singular_poses(tolerance: float, kept: f
     assert own.deviation("uprights", run.states[0], run.states[2]) < 1e-6
 
 
+@pytest.mark.long
 def test_forty_windows_fall_through_the_first() -> None:
     """81 bars; 41 degrees of freedom for the instant in which all lie in line."""
     run = own.dynamics(BARS.replace("COUNT", "40"), "bars").run(np.linspace(0, 1, 11), 1e-7)

@@ -291,8 +291,8 @@ def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str
         assert word in " ".join(out.split())
 
 
-def test_a_missing_target_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
-    assert "it must be one of table1" in refusal("calibrate", "wang2017")
+def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
+    assert "it must be one of table1" in refusal("calibrate", "wang2017", "--target", "table2")
     assert "with a decimal point: 0.4" in refusal("validate", "wang2017", "--set", "sun_kg=0,4")
 
 
