@@ -43,7 +43,8 @@ def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
     assert found == ORDERS[law]
 
 
-@pytest.mark.parametrize("law", [pytest.param("modified sine", marks=pytest.mark.long), "harmonic"])
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["modified sine", "harmonic"])
 def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
     subject = device(law)
     joints = Planting(subject)
