@@ -16,6 +16,7 @@ from planter.mechanism.measures import Hold, Measure
 from planter.mechanism.samples import Sampled, Samples
 from planter.numerics.arrays import Integers
 from planter.optimise.constraints import Constraints, Named
+from planter.optimise.spread import Variance
 
 SPLIT = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides on which a measure needs a variable: +1 for the largest value, -1 for the least."""
@@ -36,8 +37,8 @@ def smooth(measure: Measure, values: Array, slopes: Array, sample: int) -> Term:
     if measure.kind == "mean":
         return Term(float(values.mean()), np.full(count, 1 / count), np.zeros((size, size)))
     if measure.kind == "variance":
-        apart = slopes - slopes.mean(axis=0)
-        return Term(float(values.var()), 2 * (values - values.mean()) / count, 2 * apart.T @ apart / count)
+        variance = Variance(values)
+        return Term(variance.value, variance.slope, variance.squared(slopes))
     if measure.kind == "rms":
         root = float(np.sqrt((values**2).mean())) or np.finfo(float).tiny
         gradient = slopes.T @ values / (count * root)

@@ -80,9 +80,8 @@ class Loops:
             before = signs[0] if before is None else before
             if signs[0] != before:
                 return None
-            steps = -np.linalg.solve(slopes, gaps[..., None])[..., 0].T
-            found = found + steps
-            if np.all(np.abs(steps) <= CLOSED * (1 + np.abs(found))):
+            found, closed = _newton(found, gaps, slopes)
+            if closed:
                 return found
         return None
 
@@ -93,16 +92,15 @@ class Loops:
 
     def _closed(self, angle: float, start: Array) -> tuple[Array, float] | str:
         """Coordinates (k,) that close the loops at an angle, and the determinant there; else what stays open."""
-        at = start
+        at = start[:, None]
         for _ in range(MOST):
-            gaps, slopes = self._gaps(np.array([angle]), at[:, None])
+            gaps, slopes = self._gaps(np.array([angle]), at)
             determinant = float(np.linalg.det(slopes[0]))
             if abs(determinant) <= SINGULAR * np.prod(np.abs(slopes[0]).max(axis=0)):
                 return "the bars lie in line"
-            step = -np.linalg.solve(slopes[0], gaps[0])
-            at = at + step
-            if np.all(np.abs(step) <= CLOSED * (1 + np.abs(at))):
-                return at, determinant
+            at, closed = _newton(at, gaps, slopes)
+            if closed:
+                return at[:, 0], determinant
         name = self.model.outputs("closure")[int(np.argmax(np.abs(gaps[0])))]
         return f"the loops do not close ({name} is {np.abs(gaps[0]).max():.3g} m)"
 
@@ -135,3 +133,10 @@ class Loops:
 
     def _units(self) -> list[str]:
         return [entry["unit"] for entry in self.model.sidecar["vectors"]["start"]]
+
+
+def _newton(places: Array, gaps: Array, slopes: Array) -> tuple[Array, bool]:
+    """Places (k, n) after a step of Newton's method, and whether it was too small to matter."""
+    steps = -np.linalg.solve(slopes, gaps[..., None])[..., 0].T
+    found = places + steps
+    return found, bool(np.all(np.abs(steps) <= CLOSED * (1 + np.abs(found))))

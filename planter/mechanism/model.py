@@ -12,7 +12,9 @@ from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.loops import Loops
 
-PIVOT = 1e-12
+LAW, PIVOTS, STATES = "law_", "pivot_", "states_"
+"""Beginnings of names that say how sound results are: laws kept, pivots of elimination, states that friction has."""
+LEAST_PIVOT = 1e-12
 """Simultaneous equations with a smaller pivot determine nothing."""
 
 
@@ -73,9 +75,9 @@ class Model:
     def _check(self, angles: Array, found: dict[str, Array]) -> None:
         for entry in self.outputs:
             name = entry["name"]
-            if name.startswith("states_") and not np.all(found[name]):
+            if name.startswith(STATES) and not np.all(found[name]):
                 angle = np.degrees(angles[int(np.argmin(found[name]))])
                 raise ComputationError(f"{self.file.name}: friction holds it fast at {angle:.6g} deg; less of it moves")
-            if name.startswith("pivot_") and (least := float(found[name].min())) < PIVOT:
+            if name.startswith(PIVOTS) and (least := float(found[name].min())) < LEAST_PIVOT:
                 angle = np.degrees(angles[int(np.argmin(found[name]))])
                 raise ComputationError(f"{self.file.name}: {entry['meaning']}: {least:.1e} at {angle:.6g} deg")

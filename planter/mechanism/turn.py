@@ -8,14 +8,9 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
-from planter.mechanism.model import Model
+from planter.mechanism.model import LAW, PIVOTS, STATES, Model
 from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
-
-LAW = "law_"
-STATES = "states_"
-HIDDEN = (LAW, "pivot_", STATES)
-"""Beginnings of names that say how sound the results are, and are no results themselves."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +33,7 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     count = model.file.turn.samples if samples is None else samples
     angles = 2 * np.pi * np.arange(count) / count
     found = model(angles)
-    told = [entry for entry in model.outputs if not entry["name"].startswith(HIDDEN)]
+    told = [entry for entry in model.outputs if not entry["name"].startswith((LAW, PIVOTS, STATES))]
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     columns = {key: found[name] / units.factor(key) for name, key in keys.items()}
     degrees = np.degrees(angles)
