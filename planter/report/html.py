@@ -1,17 +1,20 @@
 """A page that holds everything it shows: sections of text, keys, tables and figures, as one HTML file.
 
-Nothing on it is fetched from anywhere, nothing runs, and every text is escaped. It follows the reader's light or
-dark setting; on paper it is black on white.
+Nothing on it is fetched from anywhere, and every text is escaped. Nothing runs but the one script that a page may be
+given: its content security policy names that script by its hash and forbids all else. It follows the reader's light
+or dark setting; on paper it is black on white.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape as escaped
 from string import Template
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from planter import legible
 from planter.report import style
@@ -24,6 +27,17 @@ class Block(Protocol):
     """A part of a section. `name` is one that no other part of the page has."""
 
     def html(self, name: str) -> str: ...
+
+
+@runtime_checkable
+class Scripted(Block, Protocol):
+    """A part that an ES module brings to life, with CSS of its own; without the script it is still."""
+
+    @property
+    def script(self) -> str: ...
+
+    @property
+    def style(self) -> str: ...
 
 
 @dataclass(frozen=True)
@@ -142,6 +156,8 @@ def inlined(svg: str, name: str, label: str = "") -> str:
 
 def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "") -> str:
     """The whole page as text; `extra_style` is CSS for blocks of its own kind."""
+    moving = [block for section in sections for block in section.blocks if isinstance(block, Scripted)]
+    script = "".join(dict.fromkeys(block.script for block in moving))
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
     links = (f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(sections, 1))
     return _PAGE.substitute(
@@ -149,8 +165,19 @@ def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_styl
         subtitle=f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else "",
         links="\n".join(links),
         body="\n".join(bodies),
-        style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER) + extra_style,
+        style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER)
+        + "".join(dict.fromkeys(block.style for block in moving))
+        + extra_style,
+        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {allowed(script)}",
+        script=f'<script type="module">{script}</script>' if script else "",
     )
+
+
+def allowed(script: str) -> str:
+    """What a content security policy says of a page's one script: its hash, or that there is none."""
+    if not script:
+        return "'none'"
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
 
 
 def _section(number: int, section: Section) -> str:
@@ -217,6 +244,7 @@ _PAGE = Template("""\
 <html lang="en">
 <head>
 <meta charset="utf-8" />
+<meta http-equiv="Content-Security-Policy" content="$policy" />
 <meta name="viewport" content="width=device-width, initial-scale=1" />
 <title>$title</title>
 <style>
@@ -233,6 +261,7 @@ $links
 <main>
 $body
 </main>
+$script
 </body>
 </html>
 """)

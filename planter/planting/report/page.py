@@ -44,13 +44,16 @@ def device_page(
     summary: Summary,
     figures: Mapping[str, str],
     provenance: Summary | None = None,
+    motion: Block | None = None,
 ) -> str:
     """The page for a run: `summary` is its JSON object, `model` the sidecar, `figures` SVG texts by name.
+
+    `motion` shows the machine as it moves.
 
     What the summary does not hold is left out, so that simulations and optimisations share the page.
     """
     title = f"{_kind(summary)} of the planting device {machine.name}"
-    return page(title, list(sections(machine, model, summary, figures, provenance)), machine.description)
+    return page(title, list(sections(machine, model, summary, figures, provenance, motion)), machine.description)
 
 
 def _kind(summary: Summary) -> str:
@@ -62,7 +65,12 @@ def _kind(summary: Summary) -> str:
 
 
 def sections(
-    machine: Machine, model: Sidecar, summary: Summary, figures: Mapping[str, str], provenance: Summary | None
+    machine: Machine,
+    model: Sidecar,
+    summary: Summary,
+    figures: Mapping[str, str],
+    provenance: Summary | None,
+    motion: Block | None = None,
 ) -> Iterator[Section]:
     """The sections of `device_page`, for a page that has more to say."""
     if "fitted" in summary:
@@ -86,6 +94,8 @@ def sections(
     yield Section("Design", [design(machine, summary)])
     if "front" in summary and "fitted" not in summary:
         yield Section("Front of range and variance", [front(summary["front"])])
+    if motion is not None:
+        yield Section("Motion", [motion])
     if figures:
         drawn = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
         yield Section("Figures", drawn)

@@ -15,8 +15,10 @@ from planter.planting.objective import problem, weights
 from planter.planting.report import figures
 from planter.planting.report.gearing import gearing, ratios
 from planter.planting.report.page import device_page
+from planter.planting.report.scene import scene
 from planter.report import files
 from planter.report.folder import renews
+from planter.view.block import Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +31,10 @@ if TYPE_CHECKING:
 
 DENSE = np.linspace(0, 2 * np.pi, 721)
 """Carrier angles of a figure's curves [rad]."""
+MOVING = (
+    "The device over a turn, both sides, with the path of the tip. How wide the nozzle is drawn is a sketch: the "
+    "machine file holds its length only; beside it, seen across, the halves that the cam opens."
+)
 CLOUD = 300
 """Designs drawn at random from the box, for the figure of the front."""
 
@@ -40,7 +46,8 @@ def write_simulation(out: Path, device: Device, found: Simulation) -> None:
     result = found.result.table()
     _write_numbers(folder, device, result, found.cycle, device.design)
     both: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
-    _write_page(folder, device, result, _forces(both, device.design) | _motion(device, device.design))
+    drawn = _forces(both, device.design) | _motion(device, device.design)
+    _write_page(folder, device, result, drawn, moving=_moving(device, device.design))
 
 
 @renews
@@ -65,7 +72,7 @@ def draw_optimum(out: Path, device: Device, found: Optimisation) -> None:
     """Writes figures and report.html of an optimum. Raises InputError for a folder that it cannot write."""
     folder, x = files.output_folder(out), found.found.design
     drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x)
-    _write_page(folder, device, found.result.table(), drawn, found.found.seed)
+    _write_page(folder, device, found.result.table(), drawn, found.found.seed, _moving(device, x, device.design))
 
 
 def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
@@ -96,13 +103,25 @@ def _summary(device: Device, result: Mapping[str, Any], seed: int | None = None)
 
 
 def _write_page(
-    folder: Path, device: Device, result: Mapping[str, Any], drawn: Mapping[str, Figure], seed: int | None = None
+    folder: Path,
+    device: Device,
+    result: Mapping[str, Any],
+    drawn: Mapping[str, Figure],
+    seed: int | None = None,
+    moving: Motion | None = None,
 ) -> None:
     place = files.output_folder(folder / "figures") if drawn else folder
     saved = {name: figures.save(figure, place, name)[0] for name, figure in drawn.items()}
     inlined = {name: vector.read_text(encoding="utf-8") for name, vector in saved.items()}
-    page = device_page(device.machine, device.sidecar, result, inlined, files.provenance(device.machine, seed))
+    provenance = files.provenance(device.machine, seed)
+    page = device_page(device.machine, device.sidecar, result, inlined, provenance, moving)
     files.write_text(folder / "report.html", page)
+
+
+def _moving(device: Device, x: Array, before: Array | None = None) -> Motion:
+    """The machine over a turn."""
+    dashed = "" if before is None else " Dashed: the path before the optimisation."
+    return Motion(scene(device, x, before), f"{MOVING}{dashed}")
 
 
 def _columns(device: Device, x: Array) -> dict[str, Array]:

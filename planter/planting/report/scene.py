@@ -1,0 +1,155 @@
+"""A planting device over a turn as it is seen: carrier, gears, middle bodies and nozzles of both sides."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planter.files import units
+from planter.kernels import Array
+from planter.planting import cycle, response
+from planter.planting.model import Device
+from planter.planting.report.gearing import Gearing, gearing
+from planter.view.scene import Body, Curve, Event, Force, Label, Outline, Point, Scene
+
+MOMENTS = 360
+CURVES = {
+    "support_N": "vertical support force",
+    "M_L_Nm": "torque of the motor",
+    "F_E_N": "force of the cam on the roller, side 1",
+    "theta1_deg": "swing of a nozzle half, side 1",
+    "phi52_deg": "rotation of the middle body on the carrier, side 1",
+    "tip_y_mm": "height of the tip, side 1",
+}
+"""Columns of a cycle that are drawn, and what they are called."""
+FORCES = {"F_A1": ("A1", "middle shaft on the carrier at A1"), "F_B1": ("B1", "planet's shaft on the carrier at B1")}
+WIDE = 0.06
+"""Half the width of a nozzle half at its root, in parts of its length: the machine file does not hold it."""
+
+
+def scene(device: Device, x: Array, before: Array | None = None) -> Scene:
+    """The turn of a design x (p,) in SI; the path of the tip `before` it is drawn palely."""
+    turn = cycle.cycle(device, device.prologue(x), cycle.angles(MOMENTS))
+    columns = turn.columns()
+    gears = gearing(device, x, samples=180)
+    speed, forward = (device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s"))
+    seconds = 2 * np.pi / abs(speed)
+    sides = [_side(device, gears, columns, side) for side in (1, 2)]
+    corner = _corner(device, columns)
+    carrier = Body("carrier", (), turn=columns["phi_deg"], parts=sides)
+    points = [_tip(columns, side) for side in (1, 2)]
+    return Scene(
+        title=f"{device.machine.name}, {device.model} model",
+        place="carrier angle",
+        unit="deg",
+        places=columns["phi_deg"],
+        seconds=seconds,
+        bodies=(_sun(gears), carrier, *_halves(device, columns, corner), *_before(device, before)),
+        points=points,
+        forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
+        curves=[_curve(device, columns, key) for key in CURVES],
+        events=[Event(place.name, float(np.degrees(place.angle))) for place in response.joints(device, x)],
+        labels=(Label("nozzle, side 1, across", float(corner[0]), float(corner[1]) + 70, "end"),),
+        ground=_soil(device, columns, forward * seconds * 1e3),
+        travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,
+    )
+
+
+def _sun(gears: Gearing) -> Body:
+    return Body("sun", (Outline(gears.curves[0].points.T, "gear", shade=0),))
+
+
+def _side(device: Device, gears: Gearing, columns: dict[str, Array], side: int) -> Body:
+    """What a side carries, seen from the carrier; side 2 is the same half a turn round."""
+    a1, b1 = gears.centres["A1"], gears.centres["B1"]
+    mounted = float(columns["alpha_deg"][0])
+    turned = -columns["alpha_deg"] - columns["phi_deg"]
+    middle = Body(
+        f"middle body, side {side}",
+        [Outline((gears.curves[k].points.T - a1), "gear", shade=k) for k in (1, 2)],
+        float(a1[0]),
+        float(a1[1]),
+        _of(columns["phi52_deg"], side),
+    )
+    planet = gears.curves[3].points.T - b1
+    c, s = np.cos(np.radians(mounted)), np.sin(np.radians(mounted))
+    own = Outline(planet @ np.array([[c, s], [-s, c]]), "gear", shade=3)
+    outlines = [own, *_nozzle(device)]
+    nozzle = Body(f"planet and nozzle, side {side}", outlines, float(b1[0]), float(b1[1]), _of(turned, side))
+    bar = Outline(np.array([[0.0, 0.0], a1, b1]), "frame", closed=False)
+    return Body(f"carrier arm, side {side}", (bar,), turn=180.0 * (side - 1), parts=(middle, nozzle))
+
+
+def _of(values: Array, side: int) -> Array:
+    """What a side does: side 2 what side 1 did half a turn before."""
+    return np.roll(values, 0 if side == 1 else MOMENTS // 2)
+
+
+def _nozzle(device: Device) -> list[Outline]:
+    """Sketch of the nozzle in the planet's frame: its length is the machine's, its width is not."""
+    length = device.machine.nozzle.tip_distance_mm
+    half = WIDE * length
+    shape = np.array([[-0.6 * half, half], [0.45 * length, half], [length, 0.0], [0.45 * length, -half],
+                      [-0.6 * half, -half]])  # fmt: skip
+    return [Outline(shape, "body", shade=4)]
+
+
+def _corner(device: Device, columns: dict[str, Array]) -> Array:
+    """Where the view across the nozzle ends: right of all that moves."""
+    along, _, apart = device.machine.nozzle.hinge_A_mm
+    right = float(np.max(columns["tip_machine_x_mm"])) + device.machine.nozzle.tip_distance_mm - along
+    return np.array([right, float(np.max(columns["y_B1_mm"])) - apart])
+
+
+def _halves(device: Device, columns: dict[str, Array], corner: Array) -> list[Body]:
+    """Both halves of the nozzle of side 1, seen across it: the cam swings them about their hinges."""
+    along, _, apart = device.machine.nozzle.hinge_A_mm
+    length = device.machine.nozzle.tip_distance_mm - along
+    shape = np.array([[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -apart], [0.5 * length, -apart]])
+    found = []
+    for name, sense in (("inner", 1), ("outer", -1)):
+        outline = Outline(shape * [1, sense], "body", shade=4)
+        x, y = corner[0] - length, corner[1] + sense * apart
+        found.append(Body(f"{name} half, side 1", (outline,), float(x), float(y), turn=sense * columns["theta1_deg"]))
+    return found
+
+
+def _tip(columns: dict[str, Array], side: int) -> Point:
+    mark = "" if side == 1 else "_2"
+    return Point(f"tip, side {side}", columns[f"tip_machine_x{mark}_mm"], columns[f"tip_y{mark}_mm"], traced=side == 1)
+
+
+def _force(columns: dict[str, Array], name: str, side: int) -> Force:
+    mark = "" if side == 1 else "_2"
+    at, words = FORCES[name]
+    place = Point(at, columns[f"x_{at}{mark}_mm"], columns[f"y_{at}{mark}_mm"])
+    return Force(f"{words}, side {side}", place, columns[f"{name}x{mark}_N"], columns[f"{name}y{mark}_N"])
+
+
+def _curve(device: Device, columns: dict[str, Array], key: str) -> Curve:
+    reference = cycle.weight(device) if key == "support_N" else None
+    return Curve(CURVES[key], units.unit(key), columns[key], reference)
+
+
+def _before(device: Device, x: Array | None) -> list[Body]:
+    """The path of the tip in another design."""
+    if x is None:
+        return []
+    old = cycle.cycle(device, device.prologue(x), cycle.angles(MOMENTS)).columns()
+    path = np.column_stack([old["tip_machine_x_mm"], old["tip_y_mm"]])
+    return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
+
+
+def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
+    """The surface of the soil over the way of a turn, and where both sides plant; only where the file says how deep."""
+    depth = getattr(device.machine.requirements, "soil_depth_mm", None)
+    if depth is None:
+        return []
+    low = int(np.argmin(columns["tip_y_mm"]))
+    surface = float(columns["tip_y_mm"][low]) + depth
+    first = float(columns["tip_x_mm"][low])
+    reach = np.sort([float(np.min(columns["tip_machine_x_mm"])), float(np.max(columns["tip_machine_x_mm"])) + advance])
+    line = Outline(np.array([[reach[0], surface], [reach[1], surface]]), "ground", closed=False)
+    plants = first + advance / 2 * np.arange(-1, 2)
+    inside = plants[(plants >= reach[0]) & (plants <= reach[1])]
+    holes = [Outline(np.array([[at, surface], [at, surface - depth]]), "ground", closed=False) for at in inside]
+    return [line, *holes]

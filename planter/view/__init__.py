@@ -1,0 +1,1 @@
+"""A mechanism in motion: one drawing for reports, notebooks and the studio."""

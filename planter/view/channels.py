@@ -1,0 +1,73 @@
+"""What moves in a scene, packed for the drawing: numbers as they are, series as single floats in one text."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.view.scene import Body, Scene
+
+Record = Mapping[str, Any]
+
+
+class Channels:
+    """Series (n,) in one block of float32, each named by its number; a series that stands still is its value."""
+
+    def __init__(self, moments: int) -> None:
+        self.moments = moments
+        self._series: list[bytes] = []
+        self._known: dict[bytes, int] = {}
+
+    def add(self, values: float | Array) -> float | dict[str, int]:
+        """How a value is told: itself, or the number of its series and how far ahead of that it is.
+
+        What another did half a cycle before is told as that.
+        """
+        series = np.broadcast_to(np.asarray(values, dtype="<f4"), (self.moments,))
+        if np.ptp(series) == 0:
+            return float(series[0])
+        for ahead in (0, self.moments // 2):
+            known = self._known.get(np.roll(series, ahead).tobytes())
+            if known is not None:
+                return {"series": known, "ahead": ahead}
+        self._known[series.tobytes()] = len(self._series)
+        self._series.append(series.tobytes())
+        return {"series": len(self._series) - 1, "ahead": 0}
+
+    def text(self) -> str:
+        """All series, one after another, in base64."""
+        return base64.b64encode(b"".join(self._series)).decode("ascii")
+
+
+def packed(scene: Scene) -> Record:
+    """What the drawing of a scene needs beside its picture, ready for JSON: bodies in the picture's order."""
+    series = Channels(scene.moments)
+    return {
+        "moments": scene.moments,
+        "seconds": scene.seconds,
+        "place": scene.place,
+        "unit": scene.unit,
+        "places": series.add(scene.places),
+        "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
+        "bodies": [[series.add(v) for v in (body.x, body.y, body.turn)] for body in every(scene.bodies)],
+        "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],
+        "forces": [[series.add(v) for v in (f.at.x, f.at.y, f.x, f.y)] for f in scene.forces],
+        "largest_N": max((float(np.hypot(f.x, f.y).max()) for f in scene.forces), default=0.0),
+        "curves": [
+            {"name": c.name, "unit": c.unit, "values": series.add(c.values), "reference": c.reference}
+            for c in scene.curves
+        ],
+        "events": [[event.name, event.place] for event in sorted(scene.events, key=lambda e: e.place)],
+        "data": series.text(),
+    }
+
+
+def every(bodies: Sequence[Body]) -> Iterator[Body]:
+    """Bodies and their parts, parents before parts: the order of the drawing."""
+    for body in bodies:
+        yield body
+        yield from every(body.parts)

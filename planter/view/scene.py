@@ -1,0 +1,124 @@
+"""What is seen of a mechanism over a cycle: rigid bodies and where they are, points, forces, curves, events.
+
+Lengths in mm, angles in deg, y upwards; what varies is sampled at the same n moments, evenly over the cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from planter.kernels import Array
+
+Look = Literal["body", "gear", "frame", "mark", "ground", "before"]
+"""How an outline is drawn: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or palely."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Points (k, 2) of a line that is fixed in a body, from the body's own origin."""
+
+    points: Array
+    look: Look = "body"
+    closed: bool = True
+    shade: int = 0
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: its lines, and where its origin is and how it is turned, in its parent or in the machine."""
+
+    name: str
+    outlines: Sequence[Outline]
+    x: float | Array = 0.0
+    y: float | Array = 0.0
+    turn: float | Array = 0.0
+    parts: Sequence[Body] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point (n,) of the machine; its path over the cycle is drawn where `traced`."""
+
+    name: str
+    x: float | Array
+    y: float | Array
+    traced: bool = False
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text at a place of the machine, which stands at its start, middle or end."""
+
+    text: str
+    x: float
+    y: float
+    anchor: Literal["start", "middle", "end"] = "middle"
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force (n,) [N] at a point."""
+
+    name: str
+    at: Point
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A quantity over the cycle (n,); `reference` is a value that it may be shown against, such as the weight."""
+
+    name: str
+    unit: str
+    values: Array
+    reference: float | None = None
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens at a place of the cycle [in the unit of the scene's places]."""
+
+    name: str
+    place: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mechanism over a cycle. `places` (n,) say where in the cycle a moment is, `seconds` how long the cycle takes.
+
+    `travel` (n,) is how far the machine has moved over the ground, along x; `ground` stands still there.
+    """
+
+    title: str
+    place: str
+    unit: str
+    places: Array
+    seconds: float
+    bodies: Sequence[Body]
+    points: Sequence[Point] = ()
+    forces: Sequence[Force] = ()
+    curves: Sequence[Curve] = ()
+    events: Sequence[Event] = ()
+    ground: Sequence[Outline] = ()
+    travel: Array | None = None
+    labels: Sequence[Label] = ()
+
+    @property
+    def moments(self) -> int:
+        """How many there are, n."""
+        return len(self.places)
+
+    @property
+    def travels(self) -> bool:
+        """Whether the machine moves over the ground."""
+        return self.travel is not None and bool(np.ptp(self.travel) > 0)
+
+    def pose(self, body: Body) -> tuple[Array, Array, Array]:
+        """Origin and turn of a body at every moment, (n,) each."""
+        x, y, turn = (np.broadcast_to(np.asarray(v, dtype=float), (self.moments,)) for v in (body.x, body.y, body.turn))
+        return x, y, turn

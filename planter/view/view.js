@@ -1,0 +1,308 @@
+// The drawing of a mechanism in motion. `picture` is an SVG that stands still; what moves in it carries data-body,
+// data-point, data-arrow; `record` says where it is at every moment. One file for reports, notebooks and the studio.
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+
+/** Series of float32, one after another in base64, each of `moments` numbers. */
+function series(record) {
+  const text = atob(record.data);
+  const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+  const all = new Float32Array(bytes.buffer);
+  const part = (k) => all.subarray(k * record.moments, (k + 1) * record.moments);
+  const moving = (values, ahead) => (i) => values[(i + ahead) % record.moments];
+  return (told) => (typeof told === "number" ? () => told : moving(part(told.series), told.ahead));
+}
+
+/** An element with attributes and children. */
+function make(name, attributes = {}, ...children) {
+  const svg = ["svg", "path", "line", "circle", "text", "g"].includes(name);
+  const found = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) found.addEventListener(key.slice(2), value);
+    else if (value !== false) found.setAttribute(key, value === true ? "" : value);
+  }
+  found.append(...children);
+  return found;
+}
+
+const digits = (value) => Number(value.toPrecision(5)).toString().replace("-", "\u2212");
+
+/** What a record holds, as functions of the moment. */
+class Motion {
+  constructor(record) {
+    const at = series(record);
+    this.record = record;
+    this.moments = record.moments;
+    this.place = at(record.places);
+    this.travel = at(record.travel);
+    this.bodies = record.bodies.map((pose) => pose.map(at));
+    this.points = record.points.map((place) => place.map(at));
+    this.forces = record.forces.map((force) => force.map(at));
+    this.curves = record.curves.map((curve) => ({ ...curve, at: at(curve.values) }));
+  }
+
+  /** The moment that is nearest to a place of the cycle. */
+  nearest(place) {
+    let best = 0;
+    for (let i = 1; i < this.moments; i++) {
+      if (Math.abs(this.place(i) - place) < Math.abs(this.place(best) - place)) best = i;
+    }
+    return best;
+  }
+}
+
+/** The mechanism itself: an SVG whose parts are set to a moment. */
+class Mechanism {
+  constructor(svg, motion) {
+    this.svg = svg;
+    this.motion = motion;
+    this.overGround = false;
+    const all = (name) => Array.from(svg.querySelectorAll(`[data-${name}]`)).sort((a, b) => a.dataset[name] - b.dataset[name]);
+    this.bodies = all("body");
+    this.points = all("point");
+    this.arrows = all("arrow");
+    this.traces = all("trace");
+    this.near = this.traces.map((trace) => trace.getAttribute("d"));
+    this.machine = svg.querySelector("[data-machine]");
+    this.ground = svg.querySelector("[data-ground]");
+    this.scale = Number(svg.dataset.force);
+    if (motion.record.travel && this.ground) this.ground.style.display = "none";
+  }
+
+  /** Look from the ground, over which the machine travels, or from the machine. */
+  look(overGround) {
+    this.overGround = overGround;
+    this.svg.setAttribute("viewBox", overGround ? this.svg.dataset.wide : this.svg.dataset.near);
+    if (this.ground) this.ground.style.display = overGround ? "" : "none";
+    this.traces.forEach((trace, k) => trace.setAttribute("d", overGround ? this.#path(k) : this.near[k]));
+  }
+
+  show(moment) {
+    const { bodies, points, forces, travel } = this.motion;
+    this.bodies.forEach((body, k) => {
+      const [x, y, turn] = bodies[k].map((channel) => channel(moment));
+      body.setAttribute("transform", `translate(${x.toFixed(3)} ${y.toFixed(3)}) rotate(${turn.toFixed(3)})`);
+    });
+    this.points.forEach((point, k) => {
+      point.setAttribute("cx", points[k][0](moment));
+      point.setAttribute("cy", points[k][1](moment));
+    });
+    this.arrows.forEach((arrow, k) => arrow.setAttribute("d", this.#arrow(forces[k].map((channel) => channel(moment)))));
+    const moved = this.overGround ? travel(moment) : 0;
+    this.machine.setAttribute("transform", `translate(${moved} 0)`);
+    this.traces.forEach((trace) => trace.setAttribute("transform", `translate(${-moved} 0)`));
+  }
+
+  #path(k) {
+    const [x, y] = this.motion.points[k];
+    const steps = [];
+    for (let i = 0; i < this.motion.moments; i++) steps.push(`${(x(i) + this.motion.travel(i)).toFixed(2)} ${y(i).toFixed(2)}`);
+    return `M${steps.join(" ")}`;
+  }
+
+  #arrow([x, y, fx, fy]) {
+    const [along, up] = [this.scale * fx, this.scale * fy];
+    const length = Math.hypot(along, up);
+    if (length === 0) return `M${x} ${y}`;
+    const [ex, ey, bx, by] = [x + along, y + up, x + 0.82 * along, y + 0.82 * up];
+    const [sx, sy] = [-0.072 * up, 0.072 * along];
+    return `M${x} ${y} ${ex} ${ey}M${bx + sx} ${by + sy} ${ex} ${ey} ${bx - sx} ${by - sy}`;
+  }
+}
+
+/** A curve over the cycle, with a mark that moves along it. */
+class Curve {
+  constructor(motion) {
+    this.motion = motion;
+    this.line = make("path", { class: "course" });
+    this.zero = make("path", { class: "reference" });
+    this.mark = make("circle", { r: 4, class: "mark" });
+    this.high = make("text", { x: 4, y: 12 });
+    this.low = make("text", { x: 4, y: 116 });
+    this.svg = make("svg", { class: "curve", viewBox: "0 0 480 120", role: "img" }, this.zero, this.line, this.mark, this.high, this.low);
+  }
+
+  /** Choose a curve; from its reference if it has one and that is wanted. */
+  choose(index, deviation) {
+    const curve = this.motion.curves[index];
+    const from = deviation && curve.reference !== null ? curve.reference : 0;
+    this.value = (i) => curve.at(i) - from;
+    const values = Array.from({ length: this.motion.moments }, (_, i) => this.value(i));
+    const [low, high] = [Math.min(...values), Math.max(...values)];
+    const span = high - low || 1;
+    this.x = (i) => (480 * i) / (this.motion.moments - 1);
+    this.y = (value) => 108 - (96 * (value - low)) / span;
+    this.line.setAttribute("d", `M${values.map((value, i) => `${this.x(i).toFixed(1)} ${this.y(value).toFixed(2)}`).join(" ")}`);
+    const level = deviation || curve.reference === null ? 0 : curve.reference;
+    this.zero.setAttribute("d", level >= low && level <= high ? `M0 ${this.y(level)} 480 ${this.y(level)}` : "");
+    const unit = curve.unit ? ` ${curve.unit}` : "";
+    this.high.textContent = digits(high) + unit;
+    this.low.textContent = digits(low) + unit;
+    this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${digits(this.value(i))}${unit}`;
+    this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${digits(low)} to ${digits(high)}${unit}`);
+  }
+
+  show(moment) {
+    this.mark.setAttribute("cx", this.x(moment));
+    this.mark.setAttribute("cy", this.y(this.value(moment)));
+  }
+}
+
+/** A mechanism with its controls, in an element that holds its picture. */
+export class Drawing {
+  constructor(element, record) {
+    this.element = element;
+    this.moment = 0;
+    this.playing = false;
+    this.speed = 1;
+    this.controls = make("div", { class: "controls" });
+    element.append(this.controls);
+    this.load(record);
+    element.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /** Take another record, and the picture in place with it; the moment stays. */
+  load(record, picture = null) {
+    if (picture !== null) this.element.querySelector("svg.mechanism").outerHTML = picture;
+    this.motion = new Motion(record);
+    this.mechanism = new Mechanism(this.element.querySelector("svg.mechanism"), this.motion);
+    if (picture === null || this.motion.curves.length !== this.count) this.#build();
+    else this.#settle();
+    this.show(this.moment % this.motion.moments);
+  }
+
+  show(moment) {
+    this.moment = moment;
+    this.mechanism.show(moment);
+    if (this.curve) this.curve.show(moment);
+    this.scrub.value = moment;
+    const { record } = this.motion;
+    const place = `${record.place} ${this.motion.place(moment).toFixed(0)} ${record.unit}`;
+    this.scrub.setAttribute("aria-valuetext", place);
+    this.told.textContent = this.curve ? `${place}, ${this.curve.told(moment)}` : place;
+  }
+
+  play(playing = !this.playing) {
+    this.playing = playing;
+    this.button.textContent = playing ? "Pause" : "Play";
+    this.button.setAttribute("aria-pressed", playing);
+    if (!playing) return;
+    let before = null;
+    let exact = this.moment;
+    const step = (now) => {
+      if (!this.playing || !this.element.isConnected) return;
+      if (before !== null && this.moment === Math.floor(exact) % this.motion.moments) {
+        exact += ((now - before) / 1000 / this.motion.record.seconds) * this.speed * this.motion.moments;
+        exact %= this.motion.moments;
+      } else exact = this.moment;
+      before = now;
+      this.show(Math.floor(exact) % this.motion.moments);
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  /** Go to the next event, or to the one before. */
+  event(way) {
+    const moments = this.motion.record.events.map(([, place]) => this.motion.nearest(place));
+    const ahead = way > 0 ? moments.find((m) => m > this.moment) : moments.findLast((m) => m < this.moment);
+    const found = ahead ?? (way > 0 ? moments[0] : moments.at(-1));
+    if (found === undefined) return;
+    this.show(found);
+    this.told.textContent += `: ${this.motion.record.events[moments.indexOf(found)][0]}`;
+  }
+
+  #build() {
+    const { motion } = this;
+    this.count = motion.curves.length;
+    this.controls.replaceChildren();
+    this.button = make("button", { type: "button", onclick: () => this.play() }, "Play");
+    this.scrub = make("input", { type: "range", min: 0, max: motion.moments - 1, "aria-label": motion.record.place, oninput: () => this.show(Number(this.scrub.value)) });
+    const speeds = SPEEDS.map((speed) => make("option", { value: speed, selected: speed === 1 }, `${speed} \u00d7`));
+    this.pace = make("select", { "aria-label": "speed", onchange: () => (this.speed = Number(this.pace.value)) }, ...speeds);
+    this.told = make("output", { class: "told" });
+    const row = make("div", { class: "row" }, this.button, this.scrub, this.pace);
+    if (motion.record.events.length) {
+      row.append(make("button", { type: "button", onclick: () => this.event(-1) }, "\u2190 event"));
+      row.append(make("button", { type: "button", onclick: () => this.event(1) }, "event \u2192"));
+    }
+    this.controls.append(row, this.told, this.#choices());
+    if (motion.curves.length) this.controls.append(this.#curves());
+    else this.curve = null;
+  }
+
+  /** After a change of design: what was chosen goes for the new picture too. */
+  #settle() {
+    for (const choice of this.chosen) choice.apply();
+    if (this.curve) {
+      this.curve.motion = this.motion;
+      this.curve.choose(Number(this.which.value), this.apart.checked);
+    }
+  }
+
+  #choices() {
+    this.chosen = [];
+    const row = make("fieldset", { class: "row choices" }, make("legend", {}, "Show"));
+    const add = (name, checked, apply) => {
+      const box = make("input", { type: "checkbox", checked });
+      const choice = { apply: () => apply(box.checked) };
+      box.addEventListener("change", () => { choice.apply(); this.show(this.moment); });
+      this.chosen.push(choice);
+      row.append(make("label", {}, box, ` ${name}`));
+    };
+    const title = (part) => part.querySelector("title").textContent;
+    this.mechanism.points.forEach((point, k) => {
+      const visible = this.mechanism.traces[k].getAttribute("visibility") !== "hidden";
+      add(`path of ${title(point)}`, visible, (on) => this.mechanism.traces[k].setAttribute("visibility", on ? "visible" : "hidden"));
+    });
+    if (this.mechanism.arrows.length) {
+      add(`forces, the longest ${digits(this.motion.record.largest_N)} N`, false, (on) => this.mechanism.arrows.forEach((arrow) => arrow.setAttribute("visibility", on ? "visible" : "hidden")));
+      this.chosen.at(-1).apply();
+    }
+    if (this.motion.record.travel) add("over the ground", false, (on) => this.mechanism.look(on));
+    row.hidden = !this.chosen.length;
+    return row;
+  }
+
+  #curves() {
+    this.curve = new Curve(this.motion);
+    const options = this.motion.curves.map((curve, k) => make("option", { value: k }, curve.name));
+    const choose = () => { this.curve.choose(Number(this.which.value), this.apart.checked); this.show(this.moment); };
+    this.which = make("select", { "aria-label": "curve", onchange: choose }, ...options);
+    this.apart = make("input", { type: "checkbox", onchange: choose });
+    const apart = make("label", {}, this.apart, " as deviation from the reference");
+    this.curve.choose(0, false);
+    return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, apart), this.curve.svg);
+  }
+
+  #key(event) {
+    if (["INPUT", "SELECT", "BUTTON"].includes(event.target.tagName) || event.altKey || event.ctrlKey || event.metaKey) return;
+    const count = this.motion.moments;
+    const deeds = {
+      " ": () => this.play(), ArrowRight: () => this.show((this.moment + 1) % count), ArrowLeft: () => this.show((this.moment + count - 1) % count),
+      PageDown: () => this.event(1), PageUp: () => this.event(-1), Home: () => this.show(0), End: () => this.show(count - 1),
+    };
+    if (!(event.key in deeds)) return;
+    event.preventDefault();
+    deeds[event.key]();
+  }
+}
+
+/** A widget of a notebook: the model holds `picture` and `record`. */
+function render({ model, el }) {
+  const element = make("div", { class: "planter-view", tabindex: 0 });
+  element.innerHTML = model.get("picture");
+  el.append(element);
+  const drawing = new Drawing(element, model.get("record"));
+  model.on("change:record", () => drawing.load(model.get("record"), model.get("picture")));
+}
+
+export default { render };
+
+if (typeof document !== "undefined") {
+  for (const element of document.querySelectorAll("[data-view]")) {
+    const drawing = new Drawing(element, JSON.parse(element.querySelector("script").textContent));
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (element.dataset.view === "play" && !still) drawing.play(true);
+  }
+}

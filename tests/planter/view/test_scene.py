@@ -1,0 +1,157 @@
+"""The drawing: what it shows is where the mechanism is, packed and unpacked, and the page lets its script alone run."""
+
+from __future__ import annotations
+
+import base64
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from shapely import LinearRing, affinity
+
+from planter.kernels import Array
+from planter.planting import cycle
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.planting.report.scene import scene
+from planter.report.html import Section, page
+from planter.view.block import Motion
+from planter.view.channels import every, packed
+from planter.view.picture import picture
+from planter.view.scene import Body, Curve, Scene
+from tests.support.browser import page_after_scripts
+
+TOUCHING = 0.02
+"""Pitch curves that touch come closer than this [mm]: they are polygons of 180 sides."""
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return Device(load("wang2017-wide"))
+
+
+@pytest.fixture(scope="module")
+def shown(device: Device) -> Scene:
+    return scene(device, device.design)
+
+
+def unpacked(record: Any, told: Any) -> Array:
+    """Series that a record tells, as the drawing's script reads it."""
+    count = record["moments"]
+    if isinstance(told, float):
+        return np.full(count, told)
+    every = np.frombuffer(base64.b64decode(record["data"]), dtype="<f4").reshape(-1, count)
+    return np.roll(every[told["series"]], -told["ahead"]).astype(float)
+
+
+def rings(shown: Scene, moment: int) -> dict[str, LinearRing]:
+    """Pitch curves in the machine at a moment, by body and colour."""
+    found: dict[str, LinearRing] = {}
+
+    def place(body: Body, x: float, y: float, turned: float) -> None:
+        bx, by, turn = (float(channel[moment]) for channel in shown.pose(body))
+        c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
+        here, heading = (x + c * bx - s * by, y + s * bx + c * by), turned + turn
+        for outline in body.outlines:
+            if outline.look == "gear":
+                ring = affinity.rotate(LinearRing(outline.points), heading, origin=(0, 0))
+                found[f"{body.name} {outline.shade}"] = affinity.translate(ring, *here)
+        for part in body.parts:
+            place(part, *here, heading)
+
+    for body in shown.bodies:
+        place(body, 0.0, 0.0, 0.0)
+    return found
+
+
+def gaps(shown: Scene, moment: int) -> list[float]:
+    at = rings(shown, moment)
+    found = []
+    for side in (1, 2):
+        middle, planet = f"middle body, side {side}", f"planet and nozzle, side {side}"
+        found += [at["sun 0"].distance(at[f"{middle} 1"]), at[f"{middle} 2"].distance(at[f"{planet} 3"])]
+    return found
+
+
+@pytest.mark.parametrize("moment", [0, 47, 133, 200, 291])
+def test_gears_touch_wherever_the_carrier_is(shown: Scene, moment: int) -> None:
+    assert max(gaps(shown, moment)) < TOUCHING
+
+
+def test_a_gear_drawn_at_a_wrong_place_does_not_touch(shown: Scene) -> None:
+    sun, carrier, *others = shown.bodies
+    moved = [replace(part, x=part.x + 0.2, y=part.y + 0.2) for part in carrier.parts]
+    wrong = replace(shown, bodies=(sun, replace(carrier, parts=moved), *others))
+    assert max(gaps(wrong, 47)) > TOUCHING
+
+
+def test_the_nozzle_ends_where_the_tip_is(device: Device, shown: Scene) -> None:
+    turn = cycle.cycle(device, device.prologue(device.design), cycle.angles(shown.moments)).columns()
+    carrier = shown.bodies[1]
+    arm, planet = carrier.parts[0], carrier.parts[0].parts[1]
+    (_, _, phi), (x, y, own) = shown.pose(carrier), shown.pose(planet)
+    heading, at = np.radians(phi), np.radians(phi + own)
+    length = device.machine.nozzle.tip_distance_mm
+    found = np.array([
+        np.cos(heading) * x - np.sin(heading) * y + length * np.cos(at),
+        np.sin(heading) * x + np.cos(heading) * y + length * np.sin(at),
+    ])  # fmt: skip
+    assert arm.turn == 0
+    assert found == pytest.approx(np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), abs=1e-9)
+
+
+def test_what_is_packed_comes_back_as_single_floats(shown: Scene) -> None:
+    record = packed(shown)
+    for body, told in zip(every(shown.bodies), record["bodies"], strict=True):
+        for channel, one in zip(shown.pose(body), told, strict=True):
+            assert unpacked(record, one) == pytest.approx(channel.astype(np.float32), abs=1e-6)
+    for curve, one in zip(shown.curves, record["curves"], strict=True):
+        assert unpacked(record, one["values"]) == pytest.approx(curve.values.astype(np.float32), abs=1e-6)
+
+
+def test_what_happens_again_half_a_cycle_later_is_packed_once(shown: Scene) -> None:
+    values = np.sin(np.linspace(0, 2 * np.pi, shown.moments, endpoint=False)) + 0.3
+    twins = [Curve("one", "", values), Curve("two", "", np.roll(values, shown.moments // 2))]
+    record = packed(replace(shown, bodies=(), points=(), forces=(), curves=twins, travel=None))
+    assert len(base64.b64decode(record["data"])) == 2 * 4 * shown.moments  # the angle, and one of them
+    assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(twins[1].values, abs=1e-6)
+
+
+def test_a_page_grows_by_less_than_100_kB(shown: Scene) -> None:
+    block = Motion(shown)
+    assert len(f"{block.html('s1')}{block.script}{block.style}".encode()) < 100_000
+
+
+def test_names_are_text_and_never_markup(shown: Scene) -> None:
+    curves = [replace(shown.curves[0], name="</script><b>bold</b>")]
+    text = Motion(replace(shown, title="<i>&", curves=curves)).html("s1")
+    assert "<i>" not in text
+    assert "<b>" not in text
+    assert text.count("</script>") == 1
+
+
+def test_the_picture_stands_without_a_script(shown: Scene) -> None:
+    svg = picture(shown)
+    assert svg.count("data-body") == sum(1 for _ in every(shown.bodies))
+    assert "<script" not in svg
+
+
+def moving_page(shown: Scene) -> str:
+    return page("A machine", [Section("Motion", [Motion(shown)])])
+
+
+def test_the_policy_of_a_page_lets_its_own_script_run_alone(shown: Scene, tmp_path: Path) -> None:
+    """A reader's browser moves the drawing; of a page whose script was changed it runs nothing."""
+    text = moving_page(shown)
+    (tmp_path / "own.html").write_text(text, encoding="utf-8")
+    told = re.search(r'class="told">([^<]*)<', page_after_scripts(tmp_path / "own.html", tmp_path / "profile"))
+    force = f"{shown.curves[0].values[0]:.5g}"
+    assert told
+    assert told[1] == f"carrier angle 0 deg, vertical support force {force} N"
+    (tmp_path / "changed.html").write_text(text.replace("const SPEEDS", "const  SPEEDS"), encoding="utf-8")
+    assert 'class="told"' not in page_after_scripts(tmp_path / "changed.html", tmp_path / "profile")
+    still = page("A machine", [Section("Motion", [])])
+    assert "script-src 'none'" in still
