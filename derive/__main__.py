@@ -14,13 +14,15 @@ WHAT = """code (the default): the models and families of this project; audit: wh
 or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
 that Python may do: derive only files that you trust."""
 OUT = "folder to write to; else generated/, of this project or beside your file. Nothing else in it is touched"
+TARGET = """also write this language (repeatable): matlab (MATLAB and Octave), latex (the derivation as a document), or
+one of an installed package. Our own models are written in it to --out alone"""
 CHECK = "derive everything, write nothing, and compare with what was written"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
-        return _derived(arguments.what, arguments.out, arguments.check)
+        return _derived(arguments.what, arguments.out, arguments.check, arguments.target)
     except OwnError as error:
         print(error, file=sys.stderr)
     except ModuleNotFoundError as error:
@@ -34,17 +36,22 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m derive", description=__doc__)
     parser.add_argument("what", nargs="?", default="code", metavar="WHAT", help=WHAT)
     parser.add_argument("--check", action="store_true", help=CHECK)
+    parser.add_argument("--target", action="append", default=[], metavar="NAME", help=TARGET)
     parser.add_argument("--out", type=Path, metavar="DIR", help=OUT)
     return parser
 
 
-def _derived(what: str, out: Path | None, check: bool) -> int:
+def _derived(what: str, out: Path | None, check: bool, asked: Sequence[str]) -> int:
     """Write or compare one part of our own, or what the user names; the exit status."""
-    from .build.generation import code_of
+    from .build.generation import code, code_of
     from .build.pipeline import PARTS, VERDICTS
 
+    if asked and what in PARTS:
+        if what != "code" or out is None or check:
+            raise OwnError("--target: our own models are written in another language by `code --target NAME --out DIR`")
+        return _added(out, code(asked), what)
     if what not in PARTS:
-        content, beside = code_of(what)
+        content, beside = code_of(what, asked)
         folder = out or beside
         return _compared(folder, changes(folder, content), len(content)) if check else _added(folder, content, what)
     folder = out or (GENERATED if GENERATED.is_dir() else Path("generated"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -11,7 +11,7 @@ from .. import gearing, papers, systems
 from ..audit.verdicts import cases, verdicts
 from ..discovery import GROUPS, TARGETS, installed, loaded, modules, offered
 from ..emit.folder import texts
-from ..emit.target import Target, built_in
+from ..emit.target import Target, built_in, chosen
 from ..gearing.meshing import FAMILIES, PitchCurve
 from ..model import System
 from .own import OwnError, blamed
@@ -22,18 +22,20 @@ NOTHING = (
 )
 
 
-def code() -> dict[str, str]:
+def code(asked: Collection[str] = ()) -> dict[str, str]:
     """Path inside `generated/` -> content: models, families and targets of our own, none of an installed package."""
-    return texts(models((*modules(gearing), *modules(systems), *modules(papers))), FAMILIES.values(), built_in())
+    targets = _chosen(built_in(), asked)
+    return texts(models((*modules(gearing), *modules(systems), *modules(papers))), FAMILIES.values(), targets)
 
 
-def code_of(what: str) -> tuple[dict[str, str], Path]:
+def code_of(what: str, asked: Collection[str] = ()) -> tuple[dict[str, str], Path]:
     """The same of a file, of a folder, or of what an installed package offers, and the folder beside it to write to.
 
-    Raises OwnError where there is nothing to derive, or where it raises.
+    ``asked`` are names of targets that are written beside those that always are. Raises OwnError where there is
+    nothing to derive, or where it raises.
     """
     path = Path(what)
-    targets = [*built_in(), *(found.load().TARGET for found in installed(TARGETS).values())]
+    targets = _chosen((*built_in(), *(found.load().TARGET for found in installed(TARGETS).values())), asked)
     if path.exists():
         with blamed(path), loaded(path) as found:
             return _code_of(what, found, targets), (path.parent if path.is_file() else path) / "generated"
@@ -43,6 +45,13 @@ def code_of(what: str) -> tuple[dict[str, str], Path]:
         raise OwnError(f"{what}: there is no such file or folder, and no installed package offers it{offers}")
     room = known[what].load()
     return _code_of(what, [room], targets), _file(room).parent / "generated"
+
+
+def _chosen(known: Iterable[Target], asked: Collection[str]) -> list[Target]:
+    try:
+        return chosen(known, asked)
+    except ValueError as error:
+        raise OwnError(f"--target: {error}") from None
 
 
 def models(rooms: Iterable[ModuleType]) -> list[System]:

@@ -1,4 +1,4 @@
-"""SymPy expressions to Python text: one table of supported nodes, a dialect a target, an error for any other."""
+"""SymPy expressions to text of a language: one table of supported nodes, a dialect a target, an error for any other."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class Dialect:
     ``ratio`` and ``length`` are templates of a quotient of two whole numbers and of the length of a vector; ``first``
     is what every function takes before its own arguments. ``solver`` is the text of a function ``solved`` of a matrix
     and a right-hand side, both lists, that gives the unknowns of simultaneous equations and their pivot. ``series``
-    is a function that sums a sine series, None where a target writes its sum out.
+    is a function that sums a sine series, None where a target writes its sum out. ``power``, ``differs`` and ``true``
+    are the signs of the language, those of Python unless told.
     """
 
     functions: dict[str, str]
@@ -40,6 +41,9 @@ class Dialect:
     first: tuple[str, ...] = ()
     solver: str = ""
     series: str | None = None
+    power: str = "**"
+    differs: str = "!="
+    true: str = "True"
 
     def call(self, function: str, *arguments: str) -> str:
         return f"{self.functions[function]}({', '.join(arguments)})"
@@ -109,7 +113,7 @@ def _pow(p: Printer, expr: Basic) -> Text:
     if power.is_number and power.is_negative:
         return f"1 / {p.text(base**-power, POWER)}", PRODUCT
     if isinstance(power, sp.Integer):
-        return f"{p.text(base, ATOM)}**{power}", POWER
+        return f"{p.text(base, ATOM)}{p.dialect.power}{power}", POWER
     if isinstance(power, sp.Rational) and power.q == 2:
         return _mul(p, sp.Mul(base ** ((power.p - 1) // 2), sp.sqrt(base), evaluate=False))
     raise UnsupportedNode(f"no way to write the power {power} in {expr}")
@@ -149,11 +153,16 @@ def _fold(function: str) -> Handler:
 
 
 def _relation(symbol: str) -> Handler:
-    def handler(p: Printer, expr: Basic) -> Text:
-        left, right = (p.text(a, SUM) for a in expr.args)
-        return f"{left} {symbol} {right}", TEST
+    return lambda p, expr: (_compared(p, expr, symbol), TEST)
 
-    return handler
+
+def _differs(p: Printer, expr: Basic) -> Text:
+    return _compared(p, expr, p.dialect.differs), TEST
+
+
+def _compared(p: Printer, expr: Basic, symbol: str) -> str:
+    left, right = (p.text(a, SUM) for a in expr.args)
+    return f"{left} {symbol} {right}"
 
 
 def _polynomial(p: Printer, expr: Basic) -> Text:
@@ -172,7 +181,7 @@ TABLE: dict[type[Basic], Handler] = {
     sp.Rational: _rational,
     sp.Float: _float,
     type(sp.pi): lambda p, expr: (p.dialect.functions["pi"], ATOM),
-    BooleanTrue: lambda p, expr: ("True", ATOM),
+    BooleanTrue: lambda p, expr: (p.dialect.true, ATOM),
     sp.Add: _add,
     sp.Mul: _mul,
     sp.Pow: _pow,
@@ -187,7 +196,7 @@ TABLE: dict[type[Basic], Handler] = {
     sp.Le: _relation("<="),
     sp.Lt: _relation("<"),
     sp.Eq: _relation("=="),
-    sp.Ne: _relation("!="),
+    sp.Ne: _differs,
     sp.Abs: _function("abs"),
     Turns: _function("floor"),
     Polynomial: _polynomial,

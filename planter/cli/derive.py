@@ -23,10 +23,22 @@ FileArgument = Annotated[
 FolderOption = Annotated[
     Path | None, typer.Option("--out", help="folder to write to [default: generated, beside FILE]", show_default=False)
 ]
+TargetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--target",
+        metavar="NAME",
+        help="also write this language (repeatable): matlab (function files for MATLAB and Octave), latex (the "
+        "derivation as a document with numbered equations), or one that an installed package offers",
+        show_default=False,
+    ),
+]
 
 
 @app.command()
-def derive(source: FileArgument, out: FolderOption = None, as_json: JsonOption = False) -> None:
+def derive(
+    source: FileArgument, out: FolderOption = None, target: TargetOption = None, as_json: JsonOption = False
+) -> None:
     """Derive a mechanism of your own and write its functions. FILE is run as Python: hand in none that you mistrust."""
     console = Console(as_json)
     with console.outcome():
@@ -34,6 +46,7 @@ def derive(source: FileArgument, out: FolderOption = None, as_json: JsonOption =
             raise InputError(f"{source}: there is no such file or folder")
         folder = out or (source if source.is_dir() else source.parent) / "generated"
         command = [sys.executable, "-P", "-m", "derive", str(source), "--out", str(folder)]
+        command += [part for name in target or () for part in ("--target", name)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             error = InputError if done.returncode == InputError.exit_code else ComputationError
