@@ -216,7 +216,8 @@ class Effects:
 class System:
     """A model of a machine: a lane along its angle, functions in closed form, or both.
 
-    ``data`` are the values that its statement gives of quantities, by name.
+    ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
+    that cannot pull.
     """
 
     name: str
@@ -227,6 +228,7 @@ class System:
     closed_forms: tuple[ClosedForm, ...] = ()
     data: Mapping[str, Datum] = field(default_factory=dict)
     effects: Effects | None = None
+    pushing: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

@@ -124,6 +124,7 @@ class Joints(Statement):
     def contact(self, name: str, on: Body, by: Body, at: Point, way: Vec) -> Quantity:
         """A smooth contact: the force N_name along a unit vector, out of ``by``; below zero it would have to pull."""
         normal = self.assembly.unknown(f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal")
+        self.pushing.append(normal)
         self.assembly.act(name, on, by, at, normal * way)
         return normal
 

@@ -128,6 +128,9 @@ class Mechanism(Joints):
         """
         if self.angle is not None and self.speed is not None:
             lane, functions = turning.along(self, self.angle, self.speed, reported)
-            return System(self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data)
+            return System(
+                self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data,
+                pushing=tuple(force.name for force in self.pushing if force in lane.outputs),
+            )  # fmt: skip
         functions = moving.freely(self, TIME, reported)
         return System(self.name, self.title, self.source, self.assumptions, None, functions, self.given.data)

@@ -41,6 +41,7 @@ class Statement:
         self.reports: list[Let] = []
         self.events: list[Event] = []
         self.about: dict[Body, Point] = {}
+        self.pushing: list[Quantity] = []
 
     @property
     def axes(self) -> tuple[str, ...]:

@@ -49,6 +49,12 @@ class Model:
         names = [entry["name"] for entry in self.file.entries]
         return float(self.data[names.index(self.formulas.sidecar["speed"])])
 
+    @property
+    def pushing(self) -> list[str]:
+        """Names of forces of contacts that cannot pull."""
+        found: list[str] = self.formulas.sidecar.get("pushing", [])
+        return found
+
     @cached_property
     def loops(self) -> Loops | None:
         """Its closed loops, if it has any."""

@@ -30,6 +30,15 @@ class Law(Record):
 
 
 @dataclass(frozen=True)
+class Warned(Record):
+    """Something that a user should know, with the angle where it begins."""
+
+    name: str
+    angle_deg: float
+    message: str
+
+
+@dataclass(frozen=True)
 class Turn(Record):
     """A turn of a mechanism; works [J] by what does them."""
 
@@ -38,6 +47,7 @@ class Turn(Record):
     quantities: dict[str, Quantity]
     work: dict[str, float]
     laws: list[Law]
+    warnings: list[Warned]
 
 
 @dataclass(frozen=True)

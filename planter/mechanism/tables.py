@@ -23,6 +23,10 @@ def turn(console: Console, found: Turn) -> None:
     console.table(f"{found.machine}: a turn in {found.samples} samples", HEAD, rows)
     if found.work:
         _values(console, "Work of a turn", found.work)
+    if found.warnings:
+        console.table(
+            "Warnings", ("name", "at / deg", "what"), ((w.name, w.angle_deg, w.message) for w in found.warnings)
+        )
     laws = [(law.law, law.violation, law.unit) for law in found.laws]
     console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
+from planter.mechanism import lifting
 from planter.mechanism.model import LAW, PIVOTS, STATES, Model
 from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
@@ -43,6 +44,7 @@ def turn(model: Model, samples: int | None = None) -> Turn:
         quantities={key: _quantity(key, values, degrees) for key, values in columns.items()},
         work=_works(model, found),
         laws=_laws(model, found),
+        warnings=lifting.warnings(model, angles, found),
     )
     return Turn(model.angle, degrees, columns, {keys[entry["name"]]: entry["meaning"] for entry in told}, result)
 

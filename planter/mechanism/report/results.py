@@ -14,7 +14,7 @@ from planter.mechanism.report.figures import Course
 from planter.mechanism.results import Optimum
 from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
-from planter.report.html import Block, Keys, Section, Table, Text
+from planter.report.html import Block, Items, Keys, Section, Table, Text
 from planter.report.labels import label
 
 
@@ -58,6 +58,8 @@ def _optimum(found: Optimum) -> Iterator[Section]:
 
 
 def _turn(found: Turn) -> Iterator[Section]:
+    if told := found.result.warnings:
+        yield Section("Warnings", [Items([f"{w.message} ({w.name})" for w in told], "warning")])
     rows = [
         (key, found.meanings[key], q.unit, q.min, q.min_deg, q.max, q.max_deg, q.mean, q.rms)
         for key, q in found.result.quantities.items()

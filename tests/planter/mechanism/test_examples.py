@@ -71,6 +71,28 @@ def test_the_roller_lifts_off_above_the_speed_where_nothing_is_left() -> None:
     assert below > 0 > above
 
 
+def lifting(**values: float) -> list[tuple[str, float]]:
+    return [(w.name, w.angle_deg) for w in turn(Model(own.file("cam_follower", **values))).result.warnings]
+
+
+def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
+    """Without friction the force vanishes where m (g + h omega^2 cos(phi) / 2) + F_0 + k h (1 - cos(phi)) / 2 does."""
+    assert lifting() == []
+    omega = 1100 * np.pi / 30
+    off = np.degrees(np.arccos(-(0.65 * G + 22 + 1800 * 0.007) / (0.65 * 0.007 * omega**2 - 1800 * 0.007)))
+    (found,) = turn(Model(own.file("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
+    assert found.angle_deg == pytest.approx(off, abs=1e-6)
+    assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in found.message
+
+
+def test_a_pull_between_two_samples_or_all_over_the_turn_is_told() -> None:
+    rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
+    model = Model(own.file("cam_follower", mu=0.0, omega_rpm=rpm * 1.00001))
+    assert model(np.radians([179.0, 181.0]))["N_cam"].min() > 0
+    assert [w.angle_deg for w in turn(model, 45).result.warnings] == [pytest.approx(179.6, abs=0.4)]
+    assert lifting(F_0_N=-900.0) == [("contact_would_pull", 0.0)]
+
+
 def inertia(elbow: float) -> np.ndarray:
     """Of a planar manipulator of two arms (Craig, Introduction to robotics, 3rd ed., section 6.7, with centroids)."""
     m1, m2, l1, c1, c2, j1, j2 = 3.2, 1.9, 0.42, 0.19, 0.15, 0.052, 0.027
