@@ -24,7 +24,7 @@ from planter.doctor.results import (
     Processor,
     Versions,
 )  # fmt: skip
-from planter.kernels import Kernel, backends, builds, toolchain
+from planter.kernels import Kernel, backends, builds, bundled, platforms, toolchain
 from planter.kernels.toolchain import Compiler, NoCompiler, Refused
 from planter.planting import file
 from planter.planting.functions import MODELS
@@ -99,7 +99,7 @@ def _compiler() -> CompilerFound | NoCompilerFound:
         found = toolchain.compiler()
     except NoCompiler as reason:
         return NoCompilerFound(str(reason))
-    return CompilerFound(found.path, found.version, [*found.flags, *found.order], _bits(found))
+    return CompilerFound(found.path, found.version, [*found.flags, *found.order], _bits(found), found.bundled)
 
 
 def _bits(compiler: Compiler) -> int:
@@ -116,7 +116,7 @@ def _cache() -> tuple[Cache, dict[Path, str]]:
         problem = _obstacle(folder) if there else _unmakeable(folder)
     except (OSError, RuntimeError) as error:
         return Cache(folder=None, exists=False, files=0, bytes=0, damaged=0, problem=str(error)), {}
-    libraries = sorted(folder.resolve().glob("*.so")) if there and problem is None else []
+    libraries = sorted(folder.resolve().glob(f"*{platforms.here().suffix}")) if there and problem is None else []
     damaged, refused = _strange(libraries)
     size = sum(path.lstat().st_size for path in libraries)
     return Cache(str(folder), there, len(libraries), size, damaged, problem), refused
@@ -139,7 +139,7 @@ def _obstacle(folder: Path) -> str | None:
         toolchain.cache_folder()
     except NoCompiler as reason:
         return str(reason)
-    if os.statvfs(folder).f_flag & getattr(os, "ST_NOEXEC", 0):
+    if hasattr(os, "statvfs") and os.statvfs(folder).f_flag & getattr(os, "ST_NOEXEC", 0):
         return f"{folder} is on a disk that forbids execution"
     return None
 
@@ -173,16 +173,28 @@ def _advice(
     """What is missing, and what to do about it."""
     limited = os.environ.get("PLANTER_KERNELS")
     if isinstance(compiler, NoCompilerFound):
-        yield Advice(compiler.problem, "install gcc (12 or newer) or clang, or name a compiler in the variable CC")
+        yield Advice(
+            compiler.problem,
+            "install gcc (12 or newer), clang or planter[compiler], or name a compiler in the variable CC",
+        )
     elif "clang" in compiler.version and platform.machine() == "x86_64":
         yield Advice(
-            "clang has no vector form of the arc tangent: the loops run one angle at a time",
+            "clang has no vector form of the arc tangent: loops in vectors compute it one angle at a time",
             "install gcc and set CC=gcc",
         )
     elif platform.machine() == "x86_64" and _library() < VECTOR_ARCTANGENT:
         yield Advice(
             "the C library has no arc tangent for vectors: the loops run one angle at a time",
             "use a system with glibc 2.35 or newer",
+        )
+    if (
+        isinstance(compiler, CompilerFound)
+        and compiler.bundled
+        and not (cache.folder and bundled.prepared(Path(cache.folder)))
+    ):
+        yield Advice(
+            f"the compiler of planter[compiler] prepares itself at its first use, about {bundled.PREPARATION_S} s",
+            "planter doctor --build, or wait at the first use",
         )
     if cache.problem is not None:
         yield Advice(cache.problem, "name a private folder, on a disk that allows execution, in PLANTER_CACHE")

@@ -28,12 +28,13 @@ class Processor(Record):
 
 @dataclass(frozen=True)
 class CompilerFound(Record):
-    """The C compiler."""
+    """The C compiler; `bundled` if it is the one of the extra `compiler`."""
 
     path: str
     version: str
     flags: list[str]
     vector_bits: int
+    bundled: bool
 
 
 @dataclass(frozen=True)

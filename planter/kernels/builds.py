@@ -16,14 +16,17 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 PREFIX = "building"
 ABANDONED_S = 3600
 """Age from which on a folder of another system is nobody's any more."""
+TEMPORARY = ("TMPDIR", "TMP", "TEMP")
+"""Variables that name the folder for temporary files, on one system or another."""
 REMOVALS = 50
 """How often a folder is tried to be removed, over a second."""
 
@@ -64,16 +67,24 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_open.begin)
 
 
-def run(command: Sequence[str], seconds: float, folder: Path | None = None) -> subprocess.CompletedProcess[bytes]:
+def run(
+    command: Sequence[str],
+    seconds: float,
+    folder: Path | None = None,
+    variables: Mapping[str, str] = MappingProxyType({}),
+) -> subprocess.CompletedProcess[bytes]:
     """What a command says, in English; a folder is where it may leave something for a while.
+
+    `variables` stand in its environment beside those of this process.
 
     Raises OSError, CalledProcessError, or TimeoutExpired; in all cases nothing of it goes on running.
     """
-    environment = os.environ | {"LC_ALL": "C"} | ({"TMPDIR": str(folder)} if folder else {})
+    environment = os.environ | {"LC_ALL": "C"} | (dict.fromkeys(TEMPORARY, str(folder)) if folder else {})
     with _open.lock:
         _open.go_on()
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env=environment | dict(variables),
             start_new_session=True,
         )  # fmt: skip
         _open.processes.add(process)

@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from planter.kernels import builds
+from planter.kernels import builds, bundled, platforms
 from planter.kernels.cache import Refused, cache_folder, cache_path, digest, sound
 from planter.kernels.compiler import Compiler, NoCompiler, compiler
 
@@ -84,7 +84,7 @@ def place(name: str, source: str, flags: tuple[str, ...]) -> Path:
     found = compiler()
     parts = [*found.command, found.version, *found.flags, *flags, _processor(), source]
     key = hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
-    return cache_folder() / f"{name}-{key[:32]}.so"
+    return cache_folder() / f"{name}-{key[:32]}{platforms.here().suffix}"
 
 
 def load(path: Path) -> ctypes.CDLL:
@@ -113,18 +113,29 @@ def functions(path: Path, *names: str) -> list[Any]:
 
 
 def _build(source: str, path: Path, flags: tuple[str, ...], needed: tuple[Path, ...]) -> None:
-    found = compiler()
+    found, system = compiler(), platforms.here()
+    _announce(found, path.parent)
     with builds.scratch(path.parent) as folder:
-        text, compiled, linked = (folder / name for name in ("kernel.c", "kernel.o", "kernel.so"))
+        text, compiled, linked = (folder / name for name in ("kernel.c", "kernel.o", path.name))
         text.write_text(source, encoding="utf-8")
-        compile_ = [*found.command, "-std=gnu99", *flags, *found.flags, "-fPIC", "-c", str(text), "-o", str(compiled)]
-        link = [*found.command, "-shared", str(compiled), "-o", str(linked), *map(str, needed), "-lm"]
-        for command in (compile_, link):
-            builds.run(command, TIMEOUT_S, folder)
+        for command in (
+            system.compile(found.command, (*flags, *found.flags), text, compiled),
+            system.link(found.command, compiled, linked, path, needed),
+        ):
+            builds.run(command, TIMEOUT_S, folder, bundled.variables(path.parent) if found.bundled else {})
         content = linked.read_bytes()
         linked.write_bytes(content + digest(content))
         linked.chmod(0o700)
         linked.replace(path)
+
+
+def _announce(found: Compiler, folder: Path) -> None:
+    """Say that the bundled compiler takes longer this time, and how long."""
+    if found.bundled and not bundled.prepared(folder):
+        logging.getLogger("planter").warning(
+            "planter: the compiler of planter[compiler] prepares itself, once: this takes about %d s",
+            bundled.PREPARATION_S,
+        )
 
 
 @cache

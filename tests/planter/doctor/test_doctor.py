@@ -1,7 +1,9 @@
 """`planter doctor`: what it says is so, and it changes nothing."""
 
 import json
+import os
 import platform
+import shutil
 from pathlib import Path
 
 import casadi as ca
@@ -11,7 +13,7 @@ from typer.testing import CliRunner
 import planter
 from planter.cli.app import application
 from planter.doctor import examination
-from planter.kernels import backends, compiler, toolchain
+from planter.kernels import backends, bundled, compiler, toolchain
 from planter.planting.file import load
 from planter.planting.model import Device
 from tests.support.lanes import needs_compiler, path_of
@@ -120,9 +122,26 @@ def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_a_compiler_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     found = examined()
+    assert "planter[compiler]" in found["advice"][0]["do"]
     assert found["compiler"] == {"problem": "there is no C compiler 'no-such-compiler'"}
     assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
     assert "install gcc" in found["advice"][0]["do"]
+
+
+@needs_compiler
+def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cc = path_of("gcc")
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.delenv(bundled.FOLDER, raising=False)
+    monkeypatch.setenv("PATH", f"{os.environ['PATH']}{os.pathsep}{tmp_path}")
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setattr(bundled, "command", lambda: (cc, "-DSOME=1"))
+    found = examined()
+    assert (found["compiler"]["path"], found["compiler"]["bundled"]) == (cc, True)
+    assert ways_of(found)["support"] == ("lanes", False)
+    assert any(f"about {bundled.PREPARATION_S} s" in a["missing"] for a in found["advice"])
 
 
 @pytest.mark.parametrize("place", ["/dev/null/cache", "open"])

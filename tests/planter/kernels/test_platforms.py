@@ -1,0 +1,179 @@
+"""Names and commands of other systems: libraries for them are built wherever the bundled compiler is installed."""
+
+import os
+import shutil
+import subprocess
+import sys
+import timeit
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from planter.kernels import backends, bundled, compiler, platforms, toolchain
+from planter.kernels.platforms import LINUX, MACOS, WINDOWS, Platform
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.planting.turns import Turns
+from tests.support.lanes import needs_compiler
+
+needs_bundled = pytest.mark.skipif(find_spec("ziglang") is None, reason="the extra `compiler` is not installed")
+TARGETS = {"x86_64-windows-gnu": WINDOWS, "aarch64-macos": MACOS, "x86_64-macos": MACOS, "aarch64-linux-gnu": LINUX}
+MAGIC = {LINUX: b"\x7fELF", MACOS: b"\xcf\xfa\xed\xfe", WINDOWS: b"MZ"}
+INNER = "double twice(double x) { return 2.0 * x; }\n"
+OUTER = "double twice(double x);\ndouble outer(double x) { return 1.0 + twice(x); }\n"
+
+
+@pytest.mark.parametrize(
+    ("system", "expected"),
+    [("linux", LINUX), ("darwin", MACOS), ("win32", WINDOWS), ("freebsd14", LINUX)],
+)
+def test_the_system_decides(system: str, expected: Platform, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", system)
+    assert platforms.here() is expected
+
+
+@needs_compiler
+@pytest.mark.parametrize(("system", "suffix"), [(LINUX, ".so"), (MACOS, ".dylib"), (WINDOWS, ".dll")])
+def test_a_library_is_kept_under_the_systems_name(
+    system: Platform, suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(platforms, "here", lambda: system)
+    assert toolchain.place("f", "", ()).suffix == suffix
+
+
+def commands(system: Platform, command: tuple[str, ...] = ("cc",), folder: Path = Path("/f")) -> list[list[str]]:
+    place = Path("/kept") / f"f{system.suffix}"
+    return [
+        system.compile(command, ("-O3",), folder / "f.c", folder / "f.o"),
+        system.link(command, folder / "f.o", folder / place.name, place, [Path("/kept/g")]),
+    ]
+
+
+def test_code_has_no_place_of_its_own_but_on_windows() -> None:
+    assert ["-fPIC" in commands(system)[0] for system in (LINUX, MACOS, WINDOWS)] == [True, True, False]
+
+
+def test_a_library_says_where_others_find_it() -> None:
+    """By its place on macOS, else by the name that it is linked under; all are linked to what they need."""
+    assert "-Wl,-install_name,/kept/f.dylib" in commands(MACOS)[1]
+    for system in (LINUX, MACOS, WINDOWS):
+        link = commands(system)[1]
+        assert link[link.index("-o") + 1] == f"/f/f{system.suffix}"
+        assert "/kept/g" in link
+        assert ("-lm" in link) == (system is not WINDOWS)
+
+
+def test_a_path_of_windows_stays_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(platforms, "here", lambda: WINDOWS)
+    assert compiler._words(r'"C:\Program Files\llvm\clang.exe" -target x') == [
+        r"C:\Program Files\llvm\clang.exe", "-target", "x",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("library", "taken"), [(("glibc", "2.36"), True), (("", ""), False), (("musl", "1.2"), False)])
+def test_mathematics_in_vectors_are_gnus(
+    library: tuple[str, str], taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("platform.libc_ver", lambda: library)
+    assert bool(platforms.vector_library()) == taken
+
+
+def built(system: Platform, target: str, folder: Path, name: str, source: str, needed: tuple[Path, ...] = ()) -> Path:
+    """A library for another system, by the flags of the toolchain."""
+    command = (*bundled.command(), "-target", target)
+    text, compiled, linked = (folder / f"{name}{suffix}" for suffix in (".c", ".o", system.suffix))
+    text.write_text(source)
+    flags = toolchain.loop_flags(toolchain.OPTIMISED)
+    for one in (system.compile(command, flags, text, compiled), system.link(command, compiled, linked, linked, needed)):
+        subprocess.run(one, check=True, capture_output=True, text=True)
+    return linked
+
+
+@pytest.mark.long
+@needs_bundled
+@pytest.mark.parametrize("target", TARGETS)
+def test_libraries_for_other_systems_are_built(target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The force of the built-in machine and a library that needs another, with their names in the bytes."""
+    monkeypatch.setattr(compiler, "ORDER_FLAGS", ())
+    monkeypatch.setattr(toolchain, "compiler", lambda: toolchain.Compiler(*bundled.command(), ()))
+    system = TARGETS[target]
+    work = Device(load("wang2017")).force.value_kernel.work
+    loop = built(system, target, tmp_path, "support", work.loop)
+    inner = built(system, target, tmp_path, "twice", INNER)
+    outer = built(system, target, tmp_path, "outer", OUTER, (inner,))
+    for library, name in ((loop, b"support"), (inner, b"twice"), (outer, b"outer")):
+        content = library.read_bytes()
+        assert content.startswith(MAGIC[system])
+        assert name in content
+    assert inner.name.encode() in outer.read_bytes()
+
+
+def as_bundled(monkeypatch: pytest.MonkeyPatch, *words: str) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(bundled, "command", lambda: words)
+
+
+@needs_compiler
+class TestWithoutACompiler:
+    """The bundled one is used where there is no `cc`, and CC names none."""
+
+    @pytest.fixture(autouse=True)
+    def _nothing_on_the_path(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.cc = str(shutil.which("cc"))
+        monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+        monkeypatch.delenv(bundled.FOLDER, raising=False)
+        monkeypatch.setenv("PATH", f"{os.environ['PATH']}{os.pathsep}{tmp_path}")
+        monkeypatch.setattr(shutil, "which", lambda name: None)
+
+    def test_it_is_used_and_says_how_long_it_takes(
+        self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        as_bundled(monkeypatch, self.cc, "-DSOME=1")
+        assert toolchain.compiler().bundled
+        toolchain.library("twice", INNER, ())
+        (said,) = [record.getMessage() for record in caplog.records]
+        assert f"prepares itself, once: this takes about {bundled.PREPARATION_S} s" in said
+
+    def test_prepared_it_says_nothing(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        as_bundled(monkeypatch, self.cc)
+        monkeypatch.setenv(bundled.FOLDER, str(tmp_path))
+        toolchain.library("twice", INNER, ())
+        assert not caplog.records
+
+    def test_a_compiler_that_cc_names_comes_first(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        as_bundled(monkeypatch, self.cc)
+        monkeypatch.setenv("CC", "no-such-compiler")
+        with pytest.raises(toolchain.NoCompiler, match="no-such-compiler"):
+            toolchain.compiler()
+
+    def test_without_the_extra_there_is_none(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        as_bundled(monkeypatch)
+        with pytest.raises(toolchain.NoCompiler, match="there is no C compiler 'cc'"):
+            toolchain.compiler()
+
+
+def quickest(turns: Turns) -> float:
+    """Time of the gradient of a turn [s], of many calls the shortest."""
+    return min(timeit.repeat(lambda: turns.gradient(turns.device.design), number=1, repeat=2000))
+
+
+@pytest.mark.long
+@needs_bundled
+@needs_compiler
+def test_the_bundled_compiler_finds_the_same_not_much_slower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The gradient of a turn to 1e-12 of its largest entry, in at most three times the time."""
+    monkeypatch.delenv("CC", raising=False)
+    usual = Turns(Device(load("wang2017")))
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert toolchain.compiler().bundled
+    turns = Turns(Device(load("wang2017")))
+    assert turns.way == usual.way == backends.NAMES[0]
+    (value, gradient), (other, slopes) = (t.gradient(t.device.design) for t in (usual, turns))
+    assert other == pytest.approx(value, rel=1e-12)
+    assert abs(slopes - gradient).max() <= 1e-12 * abs(gradient).max()
+    assert quickest(turns) <= 3 * quickest(usual)
