@@ -13,15 +13,16 @@ from .emit.target import Target, built_in
 from .emit.text import Emitted
 from .equations import Balance, Equation
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
-from .mechanics.bodies import Assembly, Body, Part, Pin, about_pin
-from .mechanics.contacts import GearContact, follower, mesh, tangent_angle
+from .mechanics.bodies import Body, Part, about_pin
+from .mechanics.contacts import GearContact, SlidingContact, tangent_angle
 from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
 from .mechanics.friction import creeping, dahl
 from .mechanics.impact import Impact, ImpactLaw
-from .mechanics.kinematics import GearStage, Kinematics
+from .mechanics.kinematics import FollowerLaw, GearStage
 from .mechanics.lagrange import accelerations
 from .mechanics.mechanism import Mechanism
 from .mechanics.slopes import Followed
+from .mechanics.twins import Sides
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantity, Vector
 from .systems.stated import loop, trial, what
@@ -30,7 +31,6 @@ from .table import Quantities, quantities
 built_in()
 
 __all__ = [
-    "Assembly",
     "Axis",
     "Balance",
     "Body",
@@ -44,13 +44,13 @@ __all__ = [
     "Equation",
     "Event",
     "Followed",
+    "FollowerLaw",
     "Frame",
     "FrameError",
     "GearContact",
     "GearStage",
     "Impact",
     "ImpactLaw",
-    "Kinematics",
     "Lane",
     "Let",
     "Mechanism",
@@ -58,7 +58,6 @@ __all__ = [
     "OpenVector",
     "Paper",
     "Part",
-    "Pin",
     "PitchCurve",
     "Point",
     "Printer",
@@ -67,6 +66,8 @@ __all__ = [
     "RuntimeFunction",
     "Shape",
     "Shared",
+    "Sides",
+    "SlidingContact",
     "Solve",
     "System",
     "Target",
@@ -81,9 +82,7 @@ __all__ = [
     "creeping",
     "dahl",
     "displacement",
-    "follower",
     "loop",
-    "mesh",
     "needed",
     "ordered",
     "quantities",

@@ -11,7 +11,7 @@ from sympy import Expr, S
 from ..equations import Balance, Definition, Equation, Kind, derived
 from ..model import Let
 from ..quantity import Quantity
-from .frames import Axis, Frame, Motion, Point, Vec, zero
+from .frames import Frame, Motion, Point, Vec, zero
 
 KINDS: tuple[Kind, Kind] = ("force", "moment")
 AXES = ("x", "y", "z")
@@ -44,21 +44,27 @@ def about_pin(moment: Expr, mass: Expr, offset: Vec) -> tuple[Expr, Expr, Expr]:
     return (S.Zero, S.Zero, moment - mass * (offset[0] ** 2 + offset[1] ** 2))
 
 
+Asked = tuple[tuple[Kind, int], ...]
+"""Balances by kind and number of the axis."""
+EVERY: Asked = tuple((kind, i) for kind in KINDS for i in range(3))
+SHAFT: Asked = (("force", 0), ("force", 1), ("force", 2), ("moment", 2))
+"""All but the moments that tilt the shaft of a body that turns about z."""
+PLANE: Asked = (("force", 0), ("force", 1), ("moment", 2))
+"""Of a body that moves in the plane across z."""
+
+
 @dataclass(frozen=True)
 class Pin:
-    """Where and how the balances of a body are written: moments about ``at``, components along ``axes``.
-
-    Of a ``planar`` body the moments across z are left out, which only tilt its shaft.
-    """
+    """Which balances of a body are written, and how: moments about ``at``, components along ``axes``."""
 
     at: Point
     axes: Frame
-    planar: bool = False
+    asked: Asked = EVERY
 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: a frame that turns with it, the parts fixed in it, and the pin of its balances."""
+    """A rigid body: a frame that turns with it, the parts fixed in it, the pin of its balances where it is told."""
 
     name: str
     frame: Frame
@@ -83,6 +89,10 @@ class Action:
     def sign(self, body: Body) -> int:
         return {self.on: 1, self.by: -1}.get(body, 0)
 
+    @property
+    def needs(self) -> frozenset[sp.Symbol]:
+        return frozenset().union(*(e.free_symbols for e in (*self.force.components, *self.moment.components)))
+
 
 @dataclass
 class Assembly:
@@ -99,14 +109,6 @@ class Assembly:
         self.bodies.append(body)
         return body
 
-    def weight(self) -> Vec:
-        """Of all parts of all bodies."""
-        return sp.Add(*(part.mass for body in self.bodies for part in body.parts)) * self.gravity
-
-    def equations(self) -> list[Equation]:
-        """Laws of the contacts as definitions, then the balances of every body that has a pin."""
-        return [*self.definitions(), *(e for body in self.bodies if body.pin for e in self.balanced(body, body.pin))]
-
     def definitions(self) -> list[Equation]:
         """What contacts say of unknowns."""
         return [
@@ -116,20 +118,22 @@ class Assembly:
             for law in self.laws
         ]
 
-    def balanced(self, body: Body, pin: Pin, wanted: Iterable[tuple[Kind, int]] | None = None) -> list[Equation]:
-        """The balances of a body as equations, each under its claim."""
-        return [derived(claim, residual) for claim, residual in self.balances(body, pin, wanted)]
+    def balances(self, body: Body, pin: Pin) -> list[Equation]:
+        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion."""
+        loads = self.loads(body, pin, self.actions)
+        inertia = [[self._inertia(body, part, kind, pin)[i] for part in body.parts] for kind, i in pin.asked]
+        return [
+            derived(
+                Balance(body.name, kind, AXES[i], pin.axes.name, pin.at.name if kind == "moment" else ""),
+                sp.Add(load, *parts),
+            )
+            for (kind, i), load, parts in zip(pin.asked, loads, inertia, strict=True)
+        ]
 
-    def balances(
-        self, body: Body, pin: Pin, wanted: Iterable[tuple[Kind, int]] | None = None
-    ) -> list[tuple[Balance, Expr]]:
-        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion.
-
-        Those wanted, by kind and number of the axis; else all, but the tilting moments of a planar body.
-        """
-        if wanted is None:
-            wanted = [(kind, i) for kind in KINDS for i in range(3) if not (pin.planar and kind == "moment" and i < 2)]
-        return [self._balance(body, kind, axis, pin) for kind, axis in wanted]
+    def loads(self, body: Body, pin: Pin, actions: Iterable[Action]) -> list[Expr]:
+        """What some actions add to the balances of a body, in their order."""
+        acting = [(action.sign(body), action) for action in actions if action.sign(body)]
+        return [sp.Add(*(sign * self._wrench(a, kind, pin)[i] for sign, a in acting)) for kind, i in pin.asked]
 
     def unknown(self, name: str, unit: str, meaning: str) -> Quantity:
         quantity = Quantity(name, unit, meaning, "derived: reaction")
@@ -139,37 +143,11 @@ class Assembly:
     def act(self, name: str, on: Body, by: Body, at: Point, force: Vec, moment: Vec | None = None) -> None:
         self.actions.append(Action(name, on, by, at, force, moment or zero(force.frame)))
 
-    def joint(self, name: str, on: Body, by: Body, at: Point, frame: Frame, free: Axis | None = None) -> None:
-        """A joint that takes every force and every moment but the one about its free axis (unit axis of ``frame``)."""
-        label, tag = name.split("_", 1)
-        x, y, z = (self.unknown(f"{label}_{tag}{a}", "N", f"force of {by} on {on} at {at.name}, {a}") for a in AXES)
-        moment: list[Expr] = [S.Zero] * 3
-        for i in (i for i in range(3) if free is None or not free[i]):
-            moment[i] = self.unknown(f"M_{tag}{AXES[i]}", "N m", f"moment of {by} on {on} at {at.name}, {AXES[i]}")
-        self.act(name, on, by, at, Vec(frame, (x, y, z)), Vec(frame, (moment[0], moment[1], moment[2])))
-
     def torque(self, name: str, on: Body, by: Body, at: Point, axis: Vec, meaning: str) -> Quantity:
         """An unknown torque about an axis."""
         torque = self.unknown(name, "N m", meaning)
         self.act(name, on, by, at, zero(axis.frame), torque * axis)
         return torque
-
-    def couple(
-        self,
-        name: str,
-        first: Body,
-        second: Body,
-        carrier: Body,
-        hinges: tuple[Point, Point],
-        axis: Vec,
-        ratio: Expr,
-    ) -> None:
-        """Ideal gearing of two hinges on one body: the second swings ``ratio`` times the first, and no work is done.
-
-        So the moments about the hinges stand as -ratio to one; the body that carries the hinges takes their reverse.
-        """
-        second_moment = self.torque(name, second, carrier, hinges[1], axis, f"moment of the coupling on {second}")
-        self.act(name, first, carrier, hinges[0], zero(axis.frame), (-ratio * second_moment) * axis)
 
     def law(self, symbol: Quantity) -> Let:
         """What a contact says of an unknown. Raises ValueError where none does."""
@@ -189,12 +167,6 @@ class Assembly:
             self.laws.append(Let(symbol, component, f"derived: {meaning}"))
             symbols.append(symbol)
         return Vec(vector.frame, tuple(symbols))
-
-    def _balance(self, body: Body, kind: Kind, axis: int, pin: Pin) -> tuple[Balance, Expr]:
-        terms = [sign * self._wrench(a, kind, pin)[axis] for a in self.actions if (sign := a.sign(body))]
-        terms += [self._inertia(body, part, kind, pin)[axis] for part in body.parts]
-        about = pin.at.name if kind == "moment" else ""
-        return Balance(body.name, kind, AXES[axis], pin.axes.name, about), sp.Add(*terms)
 
     def _wrench(self, action: Action, kind: Kind, pin: Pin) -> Vec:
         force = action.force.resolved(pin.axes)

@@ -1,4 +1,4 @@
-"""Contacts between bodies that only push: teeth of gears, and a follower on a cam."""
+"""Contacts between bodies that only push: teeth of gears, a follower on a cam; gearing without loss."""
 
 from __future__ import annotations
 
@@ -8,25 +8,27 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..branches import switch
-from ..model import Let
-from .bodies import Assembly, Body
-from .frames import Frame, Motion, Point, Vec, Z, displacement, unit
+from ..model import Event, Let
+from ..quantity import Quantity
+from .bodies import Body
+from .frames import Frame, Motion, Point, Vec, Z, displacement, unit, zero
+from .kinematics import Kinematics
 
 
 @dataclass(frozen=True)
 class GearContact:
     """Where two gears touch: on the line of centres, which is x of ``frame``, from the inner gear's centre outwards.
 
-    ``tangent`` is the angle from there to the tangent of the pitch curves, counter-clockwise, in (0, pi).
+    ``outer`` is the centre of the outer gear, ``tangent`` the angle from the line to the tangent of the pitch curves,
+    counter-clockwise, in (0, pi): a right angle where gears are round. ``friction`` is the angle of friction.
     """
 
-    world: Frame
     frame: Frame
     outer: Point
     outer_radius: Expr
-    tangent: Expr
     pressure_angle: Expr
-    friction: Expr
+    friction: Expr = S.Zero
+    tangent: Expr = sp.pi / 2
 
     def normal(self, bearing: int) -> Expr:
         """Direction of the normal force on the inner gear, from its radius vector: into the gear."""
@@ -50,6 +52,10 @@ class GearContact:
         """Friction per normal force, outwards."""
         return sp.tan(self.friction)
 
+    @property
+    def pitch_point(self) -> Point:
+        return Point("pitch point", self.outer, Vec(self.frame, (-self.outer_radius, S.Zero, S.Zero)))
+
     def lever(self, bearing: int) -> Expr:
         """Moment about the outer gear's centre of what acts on it, per normal force."""
         return self.outer_radius * self.flank(bearing)[1]
@@ -63,9 +69,9 @@ class SlidingContact(GearContact):
     sliding, of 0 outwards.
     """
 
-    beyond: Expr
-    turning: Expr
-    share: Expr
+    beyond: Expr = S.Zero
+    turning: Expr = S.Zero
+    share: Expr = S.One
 
     def drag(self, bearing: int) -> Expr:
         against = bearing * sp.sign(self.turning * self.beyond)
@@ -78,24 +84,6 @@ class SlidingContact(GearContact):
     def loss(self, bearing: int) -> Expr:
         """Power lost per normal force."""
         return bearing * self.drag(bearing) * self.turning * self.beyond
-
-
-def mesh(mechanism: Assembly, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
-    """Tooth contact: the flank that gives the required moment bears, and pushes."""
-    moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
-    plus, minus = contact.flank(1), contact.flank(-1)
-    normal = mechanism.unknown(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}")
-    lever = switch(moment, contact.lever(1), contact.lever(-1))
-    mechanism.laws.append(Let(normal, moment / lever, f"derived: {normal.meaning}"))
-    force = Vec(contact.frame, tuple(normal * switch(moment, p, m) for p, m in zip(plus, minus, strict=True)))
-    named = mechanism.name_vector(f"F_{tag}", force.resolved(contact.world), "N", f"tooth force of {outer} on {inner}")
-    mechanism.act(f"F_{tag}", inner, outer, contact.outer, named, (-moment) * unit(contact.world, Z))
-    if isinstance(contact, SlidingContact):
-        loss = mechanism.unknown(
-            f"F_{tag}_loss", "W", f"power lost to friction between the teeth of {inner} and {outer}"
-        )
-        power = normal * switch(moment, contact.loss(1), contact.loss(-1))
-        mechanism.laws.append(Let(loss, power, f"derived: {loss.meaning}"))
 
 
 def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, radius: Expr, slope: Expr) -> Expr:
@@ -134,28 +122,77 @@ def pitch_places(line: Frame, distance: Expr, sense: Expr, point: PitchPoint, no
     return place, Vec(line, (distance, S.Zero, S.Zero)) + mate
 
 
-def follower(
-    mechanism: Assembly, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, across: Vec, friction: Expr,
-    rubbing: Expr = S.Zero,
-) -> None:  # fmt: skip
-    """One-sided contact of a follower with a cam.
+class Contacts(Kinematics):
+    """What touches what: a force each, by laws where it is of a kind, and the events where a law turns round."""
 
-    The normal lies in the plane normal to ``across``, perpendicular to the follower's velocity there relative to the
-    cam. Friction turns the force by the angle ``friction`` against the sliding: that velocity, and the share
-    ``rubbing`` of the velocity along ``across``. The force is named by its size, positive when it pushes the follower
-    to the side ``velocity x across``.
-    """
-    frame = across.frame
-    velocity = mechanism.motion.relative_derivative(displacement(cam_axis, at, frame), cam.frame)
-    in_plane = velocity - velocity.dot(across) * across
-    if not any(in_plane.components):
-        raise ValueError(f"{name}: {on} does not slide on {cam} at {at.name}, so the contact has no normal")
-    sliding = in_plane + (rubbing * velocity.dot(across)) * across
-    normal = in_plane.cross(across)
-    size = mechanism.unknown(name, "N", f"contact force of {cam} on {on} at {at.name}")
-    direction = (sp.cos(friction) / sp.sqrt(in_plane.dot(in_plane))) * normal
-    direction -= (sp.sin(friction) / sp.sqrt(sliding.dot(sliding))) * sliding
-    components = mechanism.name_vector(name, size * direction, "N", f"contact force of {cam} on {on} at {at.name}")
-    mechanism.act(name, on, cam, at, components)
-    loss = mechanism.unknown(f"{name}_loss", "W", f"power lost to friction between {cam} and {on} at {at.name}")
-    mechanism.laws.append(Let(loss, -components.dot(sliding), f"derived: {loss.meaning}"))
+    def contact(self, name: str, on: Body, by: Body, at: Point, way: Vec) -> Quantity:
+        """A smooth contact: the force N_name along a unit vector, out of ``by``; below zero it would have to pull."""
+        normal = self.assembly.unknown(f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal")
+        self.pushing.append(normal)
+        self.assembly.act(name, on, by, at, normal * way)
+        return normal
+
+    def mesh(self, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
+        """Teeth of two gears beside each other: the flank bears that gives the required moment, and pushes.
+
+        M_tag is the moment of the inner gear's action about the outer one's centre, F_Ntag the normal force, F_tag the
+        force on the inner gear by axes of the world, F_tag_loss, where the teeth slide, the power lost.
+        """
+        mechanism, teeth = self.assembly, f"the teeth of {inner} and {outer}"
+        self.rolling[tag] = inner, outer, contact.pitch_point
+        moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
+        plus, minus = contact.flank(1), contact.flank(-1)
+        normal = mechanism.unknown(f"F_N{tag}", "N", f"normal force between {teeth}")
+        lever = switch(moment, contact.lever(1), contact.lever(-1))
+        mechanism.laws.append(Let(normal, moment / lever, f"derived: {normal.meaning}"))
+        force = Vec(contact.frame, tuple(normal * switch(moment, p, m) for p, m in zip(plus, minus, strict=True)))
+        named = mechanism.name_vector(f"F_{tag}", force.resolved(self.world), "N", f"tooth force of {outer} on {inner}")
+        mechanism.act(f"F_{tag}", inner, outer, contact.outer, named, (-moment) * unit(self.world, Z))
+        self.events.append(Event(f"teeth at {tag}, change of flank", moment, S.Zero, order=1))
+        if isinstance(contact, SlidingContact):
+            loss = mechanism.unknown(f"F_{tag}_loss", "W", f"power lost to friction between {teeth}")
+            power = normal * switch(moment, contact.loss(1), contact.loss(-1))
+            mechanism.laws.append(Let(loss, power, f"derived: {loss.meaning}"))
+
+    def follower(
+        self, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, friction: Expr = S.Zero,
+        across: Vec | None = None, rubbing: Expr = S.Zero,
+    ) -> Quantity:  # fmt: skip
+        """One-sided contact of a follower with a cam: the force ``name`` by its size, and its components.
+
+        ``at`` is the roller's centre. The normal lies in the plane normal to ``across``, a unit vector, else the
+        world's z, and is perpendicular to the follower's velocity there relative to the cam. Friction turns the force
+        by the angle ``friction`` against the sliding: that velocity, and the share ``rubbing`` of the velocity along
+        ``across``; ``name``_loss is the power lost. The force is positive when it pushes the follower to the side
+        ``velocity x across``.
+        """
+        mechanism, across = self.assembly, across or unit(self.world, Z)
+        velocity = self.motion.relative_derivative(displacement(cam_axis, at, across.frame), cam.frame)
+        in_plane = velocity - velocity.dot(across) * across
+        if not any(in_plane.components):
+            raise ValueError(f"{name}: {on} does not slide on {cam} at {at.name}, so the contact has no normal")
+        sliding = in_plane + (rubbing * velocity.dot(across)) * across
+        force = f"contact force of {cam} on {on} at {at.name}"
+        size = mechanism.unknown(name, "N", force)
+        self.pushing.append(size)
+        direction = (sp.cos(friction) / sp.sqrt(in_plane.dot(in_plane))) * in_plane.cross(across)
+        direction -= (sp.sin(friction) / sp.sqrt(sliding.dot(sliding))) * sliding
+        components = mechanism.name_vector(name, size * direction, "N", force)
+        mechanism.act(name, on, cam, at, components)
+        if friction != 0:
+            loss = mechanism.unknown(f"{name}_loss", "W", f"power lost to friction between {cam} and {on} at {at.name}")
+            mechanism.laws.append(Let(loss, -components.dot(sliding), f"derived: {loss.meaning}"))
+        return size
+
+    def couple(
+        self, name: str, first: Body, second: Body, carrier: Body, hinges: tuple[Point, Point], axis: Vec, ratio: Expr
+    ) -> Quantity:  # fmt: skip
+        """Ideal gearing of two hinges on one body: the second swings ``ratio`` times the first, and no work is done.
+
+        So the moments about the hinges stand as -ratio to one, ``name`` on the second; the body that carries the
+        hinges takes their reverse.
+        """
+        meaning = f"moment of the coupling on {second}"
+        moment = self.assembly.torque(name, second, carrier, hinges[1], axis, meaning)
+        self.assembly.act(name, first, carrier, hinges[0], zero(axis.frame), (-ratio * moment) * axis)
+        return moment

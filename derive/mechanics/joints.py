@@ -11,15 +11,16 @@ from sympy import Expr, S
 from ..branches import switch
 from ..model import Event
 from ..quantity import Quantity
-from .bodies import AXES, Body, Part
+from .bodies import AXES, SHAFT, Body, Part, Pin
+from .contacts import Contacts
 from .frames import Axis, Frame, Point, Vec, X, Z, displacement, unit, zero
 from .laws import velocity
-from .statement import MechanismError, Statement, triple
+from .statement import MechanismError, triple
 
 Scalar: TypeAlias = Expr | float
 
 
-class Joints(Statement):
+class Joints(Contacts):
     """What a mechanism is made of; its motion stands in `Mechanism`."""
 
     @property
@@ -29,28 +30,34 @@ class Joints(Statement):
 
     def body(
         self, name: str, frame: Frame, mass: Quantity | None = None, centroid: Point | None = None,
-        inertia: Scalar | Sequence[Scalar] = 0, about: Point | None = None,
+        inertia: Scalar | Sequence[Scalar] = 0, about: Point | None = None, *, parts: Sequence[Part] = (),
+        axes: Frame | None = None, tilting: bool = True, shared: bool = False,
     ) -> Body:  # fmt: skip
         """A rigid body that turns with a frame; one without a mass only passes forces on.
 
         ``inertia`` is that about the centroid: across the plane, or the diagonal of the tensor in the body's frame, or
-        its entries xx, yy, zz, xy, xz, yz [kg m2]. Moments are taken about ``about``, else about a joint, the ground's
-        before others.
+        its entries xx, yy, zz, xy, xz, yz [kg m2]; ``parts`` are rigid pieces besides. Moments are taken about
+        ``about``, else about a joint, the ground's before others; components along ``axes``, else the world's. In
+        space a shaft's moments across z may be left out, not ``tilting``. Equal sides have a ``shared`` body in common.
         """
         if (mass is None) != (centroid is None):
             raise MechanismError(f"body {name}: a mass needs a centroid, and a centroid a mass")
         if name in {body.name for body in self.assembly.bodies}:
             raise MechanismError(f"two bodies are called {name}")
         tensor = inertia if isinstance(inertia, Sequence) else (0, 0, inertia)
-        parts = (Part(mass, centroid, tuple(map(sp.sympify, tensor))),) if mass is not None and centroid else ()
-        body = self.assembly.add(Body(name, frame, parts))
-        if about is not None:
-            self.about[body] = about
+        own = (Part(mass, centroid, tuple(map(sp.sympify, tensor))),) if mass is not None and centroid else ()
+        pin = None if about is None else Pin(about, axes or self.world, self.asked if tilting else SHAFT)
+        body = self.assembly.add(Body(name, frame, (*own, *parts), pin))
+        self.shared += [body] if shared else []
         return body
 
-    def pin(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> None:
-        """A revolute joint about an axis of ``by``'s frame: the force F_name on a body, in space moments M_name too."""
-        self._joint(name, on, by, at, self._directions, _across(axis) if self.spatial else ())
+    def pin(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z, axes: Frame | None = None) -> None:
+        """A revolute joint about an axis of ``by``'s frame: the force F_name on a body, by the world's axes or others.
+
+        In space moments M_name too, if the body's balances ask for them.
+        """
+        tilting = self.spatial and (on.pin is None or on.pin.asked != SHAFT)
+        self._joint(name, on, by, at, self._directions, _across(axis) if tilting else (), axes)
 
     def weld(self, name: str, on: Body, by: Body, at: Point) -> None:
         """A rigid joint: every force and every moment."""
@@ -120,13 +127,6 @@ class Joints(Statement):
             force -= drag * way
             self.report(f"P_{name}", "W", f"power lost to friction at {at.name}", drag * sliding)
         self.assembly.act(name, on, by, at, force, moment * unit(by.frame, Z))
-
-    def contact(self, name: str, on: Body, by: Body, at: Point, way: Vec) -> Quantity:
-        """A smooth contact: the force N_name along a unit vector, out of ``by``; below zero it would have to pull."""
-        normal = self.assembly.unknown(f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal")
-        self.pushing.append(normal)
-        self.assembly.act(name, on, by, at, normal * way)
-        return normal
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
         """What keeps the motion: the torque ``name``, about an axis of ``by``'s frame."""

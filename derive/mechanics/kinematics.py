@@ -1,16 +1,20 @@
-"""A prescribed motion as named steps: coordinates with their rates, places, accelerations, gear stages."""
+"""The motion of a mechanism as named steps: coordinates with their rates, places, accelerations, gear stages."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import sympy as sp
 from sympy import Expr, S
 
 from ..branches import clip, clip_slope
-from ..model import Call, Let, RuntimeFunction, Step
+from ..model import Call, Event, RuntimeFunction
 from ..quantity import OpenVector, Quantity
-from .frames import Frame, Motion, Point, Vec, displacement, shorter
+from .frames import Frame, Point, Vec, displacement, shorter
+from .loops import Coordinate
+from .statement import Statement, quantity
+
+_RATES = {"rad": ("rad/s", "rad/s2"), "m": ("m/s", "m/s2"), "1": ("1/s", "1/s2")}
 
 
 @dataclass(frozen=True)
@@ -33,51 +37,60 @@ class GearStage:
         source = f"derived: stage {self.number}{when}"
         return Call(named, contact, argument, (self.parameters, self.hoisted), source)
 
+    def joints(self, t: Quantity) -> list[Event]:
+        """Where both segments of a deformed pitch curve meet, if the curve is one."""
+        deformation = self.parameters.known.get(-1)
+        wheres = {"t = 0": S.Zero, "t = pi/m": sp.pi / deformation} if deformation else {}
+        name = f"gear {self.parameters.suffix}"
+        return [Event(f"{name}, {where}", t, target, order=1, period=2 * sp.pi) for where, target in wheres.items()]
+
 
 @dataclass(frozen=True)
 class FollowerLaw:
-    """How a follower goes from one dwell to the next, by a law that is chosen at run time."""
+    """How a follower goes from one dwell to the next, by a law that is chosen at run time.
+
+    ``joints`` are the positions in a flank where a derivative of some law jumps.
+    """
 
     name: str
+    joints: tuple[Expr, ...] = (S.Zero, S.One)
 
     @property
     def function(self) -> RuntimeFunction:
         return RuntimeFunction(self.name, "laws of cam flanks", ("x",), ("p", "dp", "ddp"))
 
 
-@dataclass
-class Kinematics:
-    """The prescribed motion of a machine along an angle: named steps, and how the named quantities change in time.
+class Kinematics(Statement):
+    """How a mechanism moves: coordinates, places and accelerations by names, gear stages, flanks of cams."""
 
-    ``start`` holds what is known at the angle zero.
-    """
+    def coordinate(self, name: str, unit: str, meaning: str, equals: Expr | None = None) -> Quantity:
+        """A coordinate with its rate ``name_dot`` and its acceleration ``name_ddot``.
 
-    angle: Quantity
-    motion: Motion
-    start: dict[sp.Symbol, Expr]
-    steps: list[Step] = field(default_factory=list)
+        It is what ``equals`` says, or what closed loops determine (`close`, `constrain`).
+        """
+        value = quantity(name, unit, meaning)
+        rate = quantity(f"{name}_dot", _RATES[unit][0], f"{meaning}, rate")
+        acceleration = quantity(f"{name}_ddot", _RATES[unit][1], f"{meaning}, acceleration")
+        if equals is not None:
+            return self.follow((value, rate, acceleration), equals)
+        self.loops.coordinates.append(Coordinate(value, rate, acceleration))
+        self.motion.rates |= {value: rate, rate: acceleration}
+        return value
 
-    @classmethod
-    def along(cls, angle: Quantity, speed: Quantity) -> Kinematics:
-        """The motion of what turns at a constant speed."""
-        return cls(angle, Motion({angle: speed}), {angle: S.Zero})
+    def follow(
+        self, symbols: tuple[Quantity, Quantity, Quantity], equals: Expr, at_start: Expr | None = None
+    ) -> Quantity:
+        """A coordinate, its rate and its acceleration by quantities of one's own.
 
-    def let(self, symbol: Quantity, expr: Expr) -> Quantity:
-        """Name an expression; how it changes in time is not followed."""
-        self.steps.append(Let(symbol, expr, f"derived: {symbol.meaning}"))
-        return symbol
-
-    def coordinate(
-        self, symbols: tuple[Quantity, Quantity, Quantity], expr: Expr, at_start: Expr | None = None
-    ) -> None:
-        """Name a coordinate, its rate and its acceleration; ``at_start`` is what it is at the angle zero."""
+        ``at_start`` is what it is where the angle is zero.
+        """
         value, rate, acceleration = symbols
-        self.let(value, expr)
-        velocity = self.motion.rate(expr)
-        self.let(rate, velocity)
-        self.let(acceleration, self.motion.rate(velocity))
+        velocity = self.motion.rate(equals)
+        for symbol, expr in ((value, equals), (rate, velocity), (acceleration, self.motion.rate(velocity))):
+            self.let(symbol, expr)
         self.motion.rates |= {value: rate, rate: acceleration}
         self.start |= {} if at_start is None else {value: at_start}
+        return value
 
     def stage(
         self, stage: GearStage, t: Quantity, argument: Expr, *, r: Quantity, dr: Quantity, ratio: Quantity,
@@ -85,7 +98,8 @@ class Kinematics:
     ) -> None:  # fmt: skip
         """Contact of a gear stage at the polar angle ``t`` of its inner gear; ``start`` is ``turned`` at angle zero.
 
-        Raises ValueError where the polar angle is not known there.
+        Where the pitch curve is deformed, it has joints where both its segments meet. Raises ValueError where the polar
+        angle is not known at the start.
         """
         at_start = argument.xreplace(self.start)
         if moving := sorted(map(str, at_start.free_symbols & self.motion.rates.keys())):
@@ -95,19 +109,28 @@ class Kinematics:
         self.steps.append(stage.call(t, r=r, dr=dr, ratio=ratio, dratio=dratio, turned=turned))
         rate = self.motion.rate(argument)
         self.motion.rates |= {t: rate, r: dr * rate, ratio: dratio * rate, turned: ratio * rate}
+        self.events += stage.joints(t)
 
     def flank(
-        self, law: FollowerLaw, angle: Quantity, ends: tuple[Expr, Expr], x: Quantity, pace: Quantity,
-        shares: tuple[Quantity, Quantity, Quantity],
+        self, law: FollowerLaw, name: str, angle: tuple[Quantity, Expr], ends: tuple[Expr, Expr], x: Quantity,
+        pace: Quantity, shares: tuple[Quantity, Quantity, Quantity],
     ) -> None:  # fmt: skip
-        """A cam's flank between two angles: position x in it, how fast it is passed, share of the rise with slopes."""
-        start, end = ends
-        place, (share, slope, bend) = (angle - start) / (end - start), shares
+        """A cam's flank between two angles: position x in it, how fast it is passed, share of the rise with slopes.
+
+        ``angle`` is the cam's within its turn, and as it grows over turns.
+        """
+        (within, grown), (start, end) = angle, ends
+        place, (share, slope, bend) = (within - start) / (end - start), shares
         self.let(x, clip(place, S.Zero, S.One))
         self.let(pace, clip_slope(place, 1 / (end - start)))
         self.steps.append(Call(shares, law.function, x, (), f"derived: {x.meaning}"))
-        passed = pace * self.motion.rates[angle]
+        passed = pace * self.motion.rates[within]
         self.motion.rates |= {x: passed, share: slope * passed, slope: bend * passed}
+        wheres = {S.Zero: f"start of the {name}", S.One: f"end of the {name}"}
+        self.events += [
+            Event(f"cam, {wheres.get(at, f'{at} of the {name}')}", grown, start + at * (end - start), 2, 2 * sp.pi, at)
+            for at in law.joints
+        ]
 
     def name_acceleration(self, point: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
         """Name the components of a point's acceleration along ``frame``."""

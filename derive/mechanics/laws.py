@@ -23,9 +23,7 @@ def power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
     world, motion = ground.frame, assembly.motion
 
     def of_action(action: Action) -> Expr:
-        slip = material(motion, action.on, ground, anchor, action.at) - material(
-            motion, action.by, ground, anchor, action.at
-        )
+        slip = sliding(motion, (action.on, action.by), ground, anchor, action.at)
         turn = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
         return action.force.resolved(world).dot(slip) + action.moment.resolved(world).dot(turn)
 
@@ -65,3 +63,9 @@ def material(motion: Motion, body: Body, ground: Body, anchor: Anchor, at: Point
         return zero(world)
     arm = displacement(anchor(body), at, world)
     return velocity(motion, anchor(body), world) + motion.spin(body.frame).resolved(world).cross(arm)
+
+
+def sliding(motion: Motion, bodies: tuple[Body, Body], ground: Body, anchor: Anchor, at: Point) -> Vec:
+    """Velocity of one body's matter over that of another at a point, in the world."""
+    one, other = (material(motion, body, ground, anchor, at) for body in bodies)
+    return one - other

@@ -7,26 +7,25 @@ from collections.abc import Iterable, Mapping, Sequence
 import sympy as sp
 from sympy import Expr, S
 
-from ..model import System
+from ..model import Input, Lane, Let, Step, System
 from ..quantity import Quantity
 from ..table import Quantities
-from . import moving, turning
+from . import moving, turning, twins
 from .bodies import AXES
 from .frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit
 from .joints import Joints, Scalar
-from .loops import Coordinate
-from .statement import MechanismError, let, quantity, triple
+from .statement import MechanismError, triple
 
 TIME = Quantity("time", "s", "time", "given")
-_RATES = {"rad": ("rad/s", "rad/s2"), "m": ("m/s", "m/s2"), "1": ("1/s", "1/s2")}
+WORLD = Frame("world")
 
 
 class Mechanism(Joints):
     """Bodies that move along ``angle``, which turns at the constant ``speed``, or by themselves where none is given.
 
     They move in the plane across z unless ``spatial``. ``given`` is the table of all quantities; ``gravity`` the
-    acceleration of free fall, along -y of the world, or its components there. Lengths in m, angles in rad. Every name
-    becomes a name in the generated code.
+    acceleration of free fall, along -y of the ``world``, or its components there. Lengths in m, angles in rad. Every
+    name becomes a name in the generated code.
     """
 
     def __init__(
@@ -41,18 +40,14 @@ class Mechanism(Joints):
         source: str = "own",
         assumptions: Iterable[str] = (),
         spatial: bool = False,
+        world: Frame = WORLD,
     ) -> None:
         if (angle is None) != (speed is None):
             raise MechanismError(f"{name}: an angle to move along needs its speed, and a speed an angle")
         fall = gravity if isinstance(gravity, Sequence) else (0, -gravity, 0)
         motion = moving.FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed})
-        super().__init__(name, given, motion, fall, spatial)
-        self.title, self.source, self.angle, self.speed = (
-            title or name.replace("_", " ").capitalize(),
-            source,
-            angle,
-            speed,
-        )
+        super().__init__(name, given, angle, motion, fall, spatial, world)
+        self.title, self.source, self.speed = title or name.replace("_", " ").capitalize(), source, speed
         steady = (f"constant: {speed.meaning}",) if speed is not None else ()
         self.assumptions = ("rigid bodies", *steady, *assumptions)
 
@@ -81,22 +76,6 @@ class Mechanism(Joints):
         """A point's velocity in the world [m/s]."""
         return self.motion.derivative(self.position(point))
 
-    def coordinate(self, name: str, unit_: str, meaning: str, equals: Expr | None = None) -> Quantity:
-        """A coordinate with its rate ``name_dot`` and its acceleration ``name_ddot``.
-
-        It is what ``equals`` says, or what closed loops determine (`close`, `constrain`).
-        """
-        value = quantity(name, unit_, meaning)
-        rate = quantity(f"{name}_dot", _RATES[unit_][0], f"{meaning}, rate")
-        acceleration = quantity(f"{name}_ddot", _RATES[unit_][1], f"{meaning}, acceleration")
-        if equals is None:
-            self.loops.coordinates.append(Coordinate(value, rate, acceleration))
-        else:
-            velocity = self.motion.rate(equals)
-            self.named += [let(value, equals), let(rate, velocity), let(acceleration, self.motion.rate(velocity))]
-        self.motion.rates |= {value: rate, rate: acceleration}
-        return value
-
     def close(self, first: Point, second: Point, start: Mapping[Quantity, Scalar]) -> None:
         """Two points are one, always; ``start`` says about where coordinates are at the angle zero."""
         gap = displacement(first, second, self.world)
@@ -120,6 +99,17 @@ class Mechanism(Joints):
     def rate(self, expr: Expr) -> Expr:
         """Rate of an expression of coordinates."""
         return self.motion.rate(expr)
+
+    def twin_lane(
+        self, sides: twins.Sides, inputs: Sequence[Input], forces: Sequence[Step] | None = None,
+        frame: Sequence[Let] | None = None,
+    ) -> Lane:  # fmt: skip
+        """The lane of one of two equal sides, and what it adds up to with the other, from packed ``inputs``.
+
+        Steps for the ``forces`` of a side and in the ``frame`` that both share may come from elsewhere; else they
+        follow from the balances. Raises MechanismError, ChainError or DimensionError where they do not.
+        """
+        return twins.along(self, sides, inputs, forces, frame)
 
     def system(self, reported: Sequence[str | Quantity] | None = None) -> System:
         """The model: what is reported (everything, unless told) along the angle, or what an integrator needs.

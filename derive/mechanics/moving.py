@@ -19,8 +19,8 @@ from ..model import ClosedForm, Let, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from ..slopes import along, slope
 from .bodies import Action, Body, Part
-from .frames import Motion, Point, Vec
-from .laws import material, velocity
+from .frames import Motion, Vec
+from .laws import sliding, velocity
 from .loops import Coordinate
 from .statement import MechanismError, Statement, let, quantity
 
@@ -182,7 +182,8 @@ class Free:
         found = []
         for action in self._given():
             spin = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
-            slip = self._velocity(action.on, action.at) - self._velocity(action.by, action.at)
+            bodies = action.on, action.by
+            slip = sliding(self.motion, bodies, self.stated.ground, self.stated.anchor, action.at)
             found += [(action.force.resolved(world), slip), (action.moment.resolved(world), spin)]
         return found
 
@@ -217,9 +218,6 @@ class Free:
             for a in self.stated.assembly.actions
             if not any(e.free_symbols & unknowns for e in (*a.force.components, *a.moment.components))
         ]
-
-    def _velocity(self, body: Body, at: Point) -> Vec:
-        return material(self.motion, body, self.stated.ground, self.stated.anchor, at)
 
     def _held(self) -> Mapping[str, Expr]:
         """Speeds that vanish: the rates of the gaps, then slips."""

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..blocks import STATES
-from ..chain import ordered
+from ..chain import Chain, ordered
+from ..equations import Equation
 from ..model import ClosedForm, Lane, Let, LinearSolve, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from . import laws
 from .statement import MechanismError, Statement
+
+LAW = "law_"
+"""Beginning of the names of what vanishes."""
 
 
 def along(
@@ -19,49 +23,59 @@ def along(
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
-    motion = _motion(stated)
-    _report_laws(stated)
-    outputs = stated.chosen(_known(stated, motion, reported is None), reported)
-    forces = _forces(stated)
-    tested = [s for s in needed((*motion, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
+    steps = motion(stated)
+    if reported is None or any(str(asked).startswith(LAW) for asked in reported):
+        _report_laws(stated)
+    outputs = stated.chosen(_known(stated, steps, reported is None), reported)
+    found = forces(stated)
+    tested = [s for s in needed((*steps, *found), frozenset(outputs)) if isinstance(s, LinearSolve)]
     pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
-    counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
+    counts = [s.symbol for s in found if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
-    steps = sorted_steps(needed((*motion, *forces, *stated.reports), frozenset(told)))
-    lane = Lane(angle, (data,), steps, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
+    needs = sorted_steps(needed((*steps, *found, *stated.reports), frozenset(told)))
+    lane = Lane(angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
     return lane, stated.loops.functions(angle, data, stated.named)
 
 
-def _motion(stated: Statement) -> tuple[Step, ...]:
+def motion(stated: Statement) -> tuple[Step, ...]:
     """Coordinates, loops, and the accelerations of all centroids, which get names."""
     loops = stated.loops.steps(stated.motion)
     stated.name_accelerations()
     return (*loops, *stated.defined)
 
 
-def _known(stated: Statement, motion: Sequence[Step], told: bool) -> list[Quantity]:
+def _known(stated: Statement, steps: Sequence[Step], told: bool) -> list[Quantity]:
     """What can be reported; on its own only what has a meaning to a person is."""
-    steps = [s.symbol for s in (stated.named if told else motion) if isinstance(s, Let)]
+    named = [s.symbol for s in (stated.named if told else steps) if isinstance(s, Let)]
     reports = [report.symbol for report in stated.reports]
-    return [*stated.loops.all, *steps, *stated.assembly.unknowns, *reports]
+    return [*stated.loops.all, *named, *stated.assembly.unknowns, *reports]
 
 
-def _forces(stated: Statement) -> tuple[Step, ...]:
+def forces(stated: Statement) -> tuple[Step, ...]:
     """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep."""
-    equations, unknowns = stated.equations(), stated.assembly.unknowns
+    return solved(stated, stated.equations(), stated.unknowns).steps()
+
+
+def solved(stated: Statement, equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
+    """The chain that gives unknown actions from balances; raises MechanismError where some of these are left."""
     chain = ordered(equations, unknowns, unknowns)
     if left := [e.number for e in equations if e.number not in chain.spent]:
         raise MechanismError(
             f"{stated.name}: {len(equations)} balances for {len(unknowns)} forces and torques, so a joint or a drive "
             f"is lacking: nothing is left to keep {'; '.join(left)}"
         )
-    return chain.steps()
+    return chain
 
 
 def _report_laws(stated: Statement) -> None:
     power = laws.power(stated.assembly, stated.ground, stated.anchor)
-    stated.report("law_power", "W", "power of all forces and of inertia, which vanishes", power)
+    stated.report(f"{LAW}power", "W", "power of all forces and of inertia, which vanishes", power)
     found = laws.momentum(stated.assembly, stated.ground)
     for axis in stated.axes:
         meaning = f"rate of momentum less outer forces, {axis}, which vanishes"
-        stated.report(f"law_force_{axis}", "N", meaning, found[axis])
+        stated.report(f"{LAW}force_{axis}", "N", meaning, found[axis])
+    for tag, (inner, outer, at) in stated.rolling.items():
+        slip = laws.sliding(stated.motion, (inner, outer), stated.ground, stated.anchor, at)
+        for axis, component in zip(stated.axes, slip.components, strict=False):
+            meaning = f"sliding of the pitch curves at {tag}, {axis}, which vanishes"
+            stated.report(f"{LAW}roll_{tag}{axis}", "m/s", meaning, component)

@@ -93,7 +93,7 @@ def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown
 def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> None:
     """Every reaction of the printed model is solved from a numbered equation of the paper."""
     system = derivation.printed(wang2017.SIDE, wang2017.FRAME)
-    kinematic = {s for step in derivation.build_side().kinematics.steps for s in step.defines}
+    kinematic = {s for step in derivation.device().steps for s in step.defines}
     assert system.lane is not None
     assert system.lane.shared is not None
     own = (*system.lane.steps, *system.lane.shared.steps)

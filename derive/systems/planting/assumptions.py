@@ -11,8 +11,9 @@ import sympy as sp
 from sympy import Expr, S
 
 from ...equations import Claimed, among
-from ...mechanics.bodies import Assembly, Body, Part, about_pin
+from ...mechanics.bodies import Part, about_pin
 from ...mechanics.frames import Point, Vec
+from ...mechanics.mechanism import Mechanism
 from ...quantity import Quantity
 from . import claims, derivation
 from . import quantities as q
@@ -55,34 +56,25 @@ _ACCELERATIONS = {
 
 
 @cache
-def _side() -> derivation.Side:
-    side = derivation.build_side()
-    side.kinematics.motion.rates[q.omega] = phi_ddot
-    mech = side.mechanism
-    pull, push = (next(a for a in mech.actions if a.name == name) for name in ("F_F", "F_E"))
-    spring = Body("spring", derivation.PLANET)
-    mech.act("F_F across", side.inner, spring, pull.at, Vec(derivation.PLANET, (F_Fx, F_Fy, S.Zero)))
-    mech.act("F_E across", side.inner, side.carrier, push.at, Vec(derivation.PLANET, (S.Zero, q.F_Ey, S.Zero)))
-    mech.unknowns.extend(_OF_A_SIDE)
-    return side
+def _lifted() -> Mechanism:
+    """The device without the assumptions."""
+    offset = Vec(derivation.CARRIER, (x_C4, y_C4, S.Zero))
+    carrier = Part(q.m4, Point("C4", derivation.O, offset), about_pin(J_4, q.m4, offset))
+    m = derivation.device(speed_rate=phi_ddot, carrier=carrier)
+    bodies = {body.name: body for body in m.bodies}
+    at = {action.name: action.at for action in m.assembly.actions}
+    inner, spring = bodies["inner half"], m.body("spring", derivation.PLANET)
+    m.force("F_F across", inner, at["F_F"], Vec(derivation.PLANET, (F_Fx, F_Fy, S.Zero)), by=spring)
+    m.force("F_E across", inner, at["F_E"], Vec(derivation.PLANET, (S.Zero, q.F_Ey, S.Zero)), by=bodies["carrier"])
+    m.assembly.unknowns.extend(_OF_A_SIDE)
+    return m
 
 
 @cache
 def _balances() -> dict[Claimed, Expr]:
-    side = _side()
-    found = {e.claims: e.residual for e in claims.balances(side)}
-    mech = Assembly(side.kinematics.motion, Vec(derivation.WORLD, (S.Zero, -q.g, S.Zero)))
-    offset = Vec(derivation.CARRIER, (x_C4, y_C4, S.Zero))
-    real = Part(q.m4, Point("C4", derivation.O, offset), about_pin(J_4, q.m4, offset))
-    ideal = Part(q.m4, derivation.O, derivation.NO_SPIN)
-    with_, without = (
-        mech.balances(Body("carrier", derivation.CARRIER, (part,)), derivation.PIN) for part in (real, ideal)
-    )
-    for (claim, whole), (_, balanced) in zip(with_, without, strict=True):
-        found[claim] += whole - balanced
-    return found
+    return {e.claims: e.residual for e in claims.balances(_lifted())}
 
 
 @cache
 def _relations() -> dict[Quantity, Expr]:
-    return claims.relations(_side().mechanism)
+    return claims.relations(_lifted())

@@ -15,9 +15,10 @@ from ...branches import switch
 from ...chain import ordered, solve_linear
 from ...equations import Balance, Claimed, Equation, among, by_claim, defined, stated
 from ...evaluate import Point
-from ...mechanics.bodies import Assembly
+from ...mechanics import twins
 from ...mechanics.contacts import GearContact
 from ...mechanics.frames import displacement
+from ...mechanics.mechanism import Mechanism
 from ...model import Let
 from ...quantity import Quantity
 from . import cycle, derivation
@@ -54,50 +55,47 @@ SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 @cache
 def claims() -> dict[Claimed, Equation]:
     """Derived equations by what they claim to be."""
-    side = derivation.build_side()
+    m = derivation.device()
     found = (
-        balances(side)
-        + _cam(side)
-        + _places(side)
-        + _teeth("P", derivation.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+        balances(m)
+        + _cam(m)
+        + _places(m)
+        + _teeth(m, "P", derivation.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
     )
-    found += _teeth("Q", derivation.CONTACT_Q, q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
+    found += _teeth(m, "Q", derivation.CONTACT_Q, q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
     return by_claim(found)
 
 
-def balances(side: derivation.Side) -> list[Equation]:
+def balances(m: Mechanism) -> list[Equation]:
     """Of every body of a side, and of sun and carrier with both sides."""
-    support = derivation.build_support(side.kinematics.motion)
-    ours = frozenset(s for step in side.kinematics.steps for s in step.defines) | set(side.mechanism.unknowns)
-    shared = derivation.support_equations(side, support, derivation.OtherSide(ours))
-    return [e for e in (*side.mechanism.equations(), *shared) if e.defines is None]
+    shared = twins.shared(m, twins.Other(q.phi, q.twin, twins.own(m)))
+    return [e for e in (*m.equations(), *shared) if e.defines is None]
 
 
-def _law(mechanism: Assembly, symbol: Quantity) -> Expr:
-    return mechanism.law(symbol).expr
+def _law(m: Mechanism, symbol: Quantity) -> Expr:
+    return m.assembly.law(symbol).expr
 
 
-def _cam(side: derivation.Side) -> list[Equation]:
+def _cam(m: Mechanism) -> list[Equation]:
     """Contact of cam and roller: components of its force, its angle to the roller's path, its moment."""
-    mech = side.mechanism
     frictionless = {q.mu1: S.Zero}
-    x, z = (_law(mech, f).xreplace(frictionless) / q.F_E for f in (q.F_Ex, q.F_Ez))
+    x, z = (_law(m, f).xreplace(frictionless) / q.F_E for f in (q.F_Ex, q.F_Ez))
     swing = q.theta1 + q.psi0
     path_x, path_z = sp.sin(swing), sp.cos(swing)
     angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
     moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
     return [
         defined(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
-        defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _law(mech, q.F_Ex)),
+        defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _law(m, q.F_Ex)),
         stated(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
-        defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _law(mech, q.F_Ez)),
+        defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _law(m, q.F_Ez)),
         defined(PlantingClaim.CAM_MOMENT, q.M_T, moment),
     ]
 
 
-def _places(side: derivation.Side) -> list[Equation]:
+def _places(m: Mechanism) -> list[Equation]:
     """Places of points on the swinging half, and the polar coordinates that a paper may give them by."""
-    steps = {s.symbol: s.expr for s in side.kinematics.steps if isinstance(s, Let)}
+    steps = {s.symbol: s.expr for s in m.named}
     found = [
         defined(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
         for name, axis, symbol in (
@@ -119,6 +117,7 @@ def _places(side: derivation.Side) -> list[Equation]:
 
 
 def _teeth(
+    m: Mechanism,
     tag: str,
     contact: GearContact,
     moment: Quantity,
@@ -128,40 +127,36 @@ def _teeth(
     drag: Quantity,
 ) -> list[Equation]:
     """Tooth contact: directions and sizes of normal force and friction on the flank that can give the moment."""
-    mech = derivation.build_side().mechanism
-    force = [next(u for u in mech.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
+    force = [next(u for u in m.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
         defined(PlantingClaim.NORMAL_DIRECTION.of(tag), along, switch(moment, contact.normal(1), contact.normal(-1))),
         defined(
             PlantingClaim.FRICTION_DIRECTION.of(tag), across, switch(moment, contact.across(1), contact.across(-1))
         ),
-        defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _law(mech, normal)),
+        defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _law(m, normal)),
         stated(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
-        *(
-            defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _law(mech, f))
-            for axis, f in zip("xy", force, strict=True)
-        ),
+        *(defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _law(m, f)) for axis, f in zip("xy", force, strict=True)),
     ]
 
 
 @cache
 def _relations() -> dict[Quantity, Expr]:
-    return relations(derivation.build_side().mechanism)
+    return relations(derivation.device())
 
 
-def relations(mech: Assembly) -> dict[Quantity, Expr]:
+def relations(m: Mechanism) -> dict[Quantity, Expr]:
     """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces.
 
     Raises ClaimError where the mechanism has no such balance.
     """
-    equations = by_claim(mech.equations())
+    equations = by_claim(m.equations())
     from_balance = {
         "M_Az": Balance("inner half", "moment", "z", "planet", "A"),
         "M_Aoz": Balance("outer half", "moment", "z", "planet", "A outer"),
         "F_A1z": Balance("middle body", "force", "z", "frame"),
         "M_K": Balance("outer half", "moment", "y", "planet", "A outer"),
     }
-    unknowns = {u.name: u for u in mech.unknowns}
+    unknowns = {u.name: u for u in m.unknowns}
     found = {
         unknowns[name]: solve_linear(among(equations, balance), unknowns[name])
         for name, balance in from_balance.items()
@@ -217,9 +212,7 @@ def _by_cosine(power: Expr) -> Expr:
 @cache
 def moving() -> frozenset[Quantity]:
     """Quantities that each side has of its own."""
-    side = derivation.build_side()
-    kinematic = {s for step in side.kinematics.steps for s in step.defines}
-    return frozenset(kinematic | set(side.mechanism.unknowns) | set(BETWEEN))
+    return twins.own(derivation.device()) | set(BETWEEN)
 
 
 def common(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
@@ -245,7 +238,7 @@ def _given(printed: Expr, derived: Expr) -> Expr:
 
 def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
     """``expr`` without the defined quantities that are not among those to keep, on both sides."""
-    other = derivation.OtherSide(moving())
+    other = twins.Other(q.phi, q.twin, moving())
     for symbol, meant in definitions.items():
         for one, value in ((symbol, meant), (q.twin(symbol), other(meant))):
             if one in expr.free_symbols and one not in kept:
@@ -261,17 +254,16 @@ def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
 @cache
 def supplements() -> tuple[Let, ...]:
     """The derivation's steps for every force and moment of one side that its equations name."""
-    mechanism = derivation.build_side().mechanism
+    m = derivation.device()
     named = frozenset().union(*(e.residual.free_symbols for e in claims().values()))
-    return ordered(mechanism.equations(), mechanism.unknowns, [u for u in mechanism.unknowns if u in named]).lets()
+    return ordered(m.equations(), m.unknowns, [u for u in m.unknowns if u in named]).lets()
 
 
 @cache
 def _unreported() -> tuple[tuple[Quantity, Expr], ...]:
     """Every step of the motion and of the reactions, of side 1 and of side 2."""
-    other = derivation.OtherSide(moving())
-    motion = (step for step in derivation.build_side().kinematics.steps if isinstance(step, Let))
-    steps = [(step.symbol, step.expr) for step in (*motion, *supplements())]
+    other = twins.Other(q.phi, q.twin, moving())
+    steps = [(step.symbol, step.expr) for step in (*derivation.device().named, *supplements())]
     return tuple(pair for s, e in steps for pair in ((s, e), (q.twin(s), other(e))))
 
 
@@ -295,10 +287,8 @@ def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
 
     The rocker stays within a right angle of x', where the paper's arctangent is the pressure angle.
     """
-    side = derivation.build_side()
-    everything = (
-        {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(side.mechanism.unknowns)
-    )
+    m = derivation.device()
+    everything = {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(m.unknowns)
     known: dict[sp.Symbol, Expr] = {
         s: sp.Rational(rng.randint(101, 999), rng.randint(301, 699))
         for s in sorted(everything | {q.twin(s) for s in everything}, key=str)
@@ -307,13 +297,12 @@ def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
     known |= dict(zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True))
     known |= {q.psi0: sp.Rational(rng.randint(-30, 20), 100), q.H: sp.Rational(rng.randint(20, 45), 100)}
     known |= {s: known[s] * rng.choice((-1, 1)) for s in (q.M_P, q.M_Q)}
-    return _consistent(known, side)
+    return _consistent(known, m)
 
 
-def _consistent(known: dict[sp.Symbol, Expr], side: derivation.Side) -> dict[sp.Symbol, mpf]:
+def _consistent(known: dict[sp.Symbol, Expr], m: Mechanism) -> dict[sp.Symbol, mpf]:
     """Kinematics and the quantities between, from the rest."""
     point = Point(known)
-    for step in side.kinematics.steps:
-        if isinstance(step, Let):
-            point.set(step.symbol, point(step.expr))
+    for step in m.named:
+        point.set(step.symbol, point(step.expr))
     return _between(point)

@@ -24,8 +24,6 @@ dp = Quantity("dp", "1", "slope of the share of the rise", _SOURCE)
 ddp = Quantity("ddp", "1", "second derivative of the share of the rise", _SOURCE)
 LAW = Vector("law", (p, dp, ddp))
 
-FLANK = FollowerLaw("flank")
-"""The law as a lane calls it: which one is chosen at run time."""
 DEFAULT = "4-5-6-7 polynomial"
 
 _EIGHTH = Rational(1, 8)
@@ -52,6 +50,8 @@ SHAPES: dict[str, Pieces] = {
 """Laws by their name in machine files."""
 JOINTS = tuple(_EIGHTH * k for k in (0, 1, 3, 5, 7, 8))
 """Positions in a flank where a derivative of some law jumps."""
+FLANK = FollowerLaw("flank", JOINTS)
+"""The law as a lane calls it: which one is chosen at run time."""
 
 
 def law(title: str) -> tuple[Expr, Expr, Expr]:

@@ -22,8 +22,10 @@ from ...branches import switch
 from ...dimensions import of_unit
 from ...evaluate import Point
 from ...machine_file import MachineFile
+from ...mechanics import twins
 from ...mechanics.contacts import GearContact
 from ...mechanics.frames import Vec
+from ...mechanics.mechanism import Mechanism
 from ...model import Event, needed
 from ...quantity import Quantity
 from . import claims, derivation, flanks
@@ -50,16 +52,16 @@ def dynamics() -> Dynamics:
 
 def laws() -> tuple[Law, ...]:
     """Momentum, work, rest, and contacts that only push."""
-    side = derivation.build_side()
-    other = derivation.OtherSide(claims.moving() | {q.F_E_loss})
+    m = derivation.device()
+    other = twins.Other(q.phi, q.twin, claims.moving() | {q.F_E_loss})
     support = q.F_Ox + q.F_O1x, q.F_Oy + q.F_O1y
-    rate = [_momentum_rate(side, other, axis) for axis in (0, 1)]
+    rate = [_momentum_rate(m, other, axis) for axis in (0, 1)]
     weight = derivation.weight()
-    loss = side.mechanism.law(q.F_E_loss).expr
+    loss = m.assembly.law(q.F_E_loss).expr
     pushes = {
         "teeth at P": _tooth_push(derivation.CONTACT_P, (q.F_Px, q.F_Py)),
         "teeth at Q": _tooth_push(derivation.CONTACT_Q, (q.F_Qx, q.F_Qy)),
-        "cam and roller": _cam_push(side),
+        "cam and roller": _cam_push(m),
     }
     return (
         Law("vertical support force is weight and rate of momentum", "N", (support[1] - weight - rate[1],)),
@@ -68,36 +70,35 @@ def laws() -> tuple[Law, ...]:
         Law("work of the motor is work of friction", "J", (q.M_L - (loss + other(loss)) / q.omega,), "turn"),
         Law("support force tends to the weight as the speed goes to zero", "N", (support[1] - weight,), cycle="slow"),
         *(Law(f"{name} only push", "N", (_pull(push), _pull(other(push)))) for name, push in pushes.items()),
-        *(Law(f"tooth force at {tag} has its moment", "N m", (gap, other(gap))) for tag, gap in _levers(side).items()),
+        *(Law(f"tooth force at {tag} has its moment", "N m", (gap, other(gap))) for tag, gap in _levers(m).items()),
     )
 
 
-def _momentum_rate(side: derivation.Side, other: derivation.OtherSide, axis: int) -> Expr:
+def _momentum_rate(m: Mechanism, other: twins.Other, axis: int) -> Expr:
     """Mass times acceleration, from the motion alone; sun and the carrier's centroid are at rest."""
-    parts = [part for body in side.mechanism.bodies for part in body.parts]
-    motion = side.kinematics.motion
-    own = sp.Add(*(part.mass * motion.acceleration(part.centroid, derivation.WORLD)[axis] for part in parts))
+    parts = [part for body in m.bodies if body not in m.shared for part in body.parts]
+    own = sp.Add(*(part.mass * m.motion.acceleration(part.centroid, derivation.WORLD)[axis] for part in parts))
     return own + other(own)
 
 
 def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
     """Normal force of the flank that the force on the inner gear lies on, positive where it points into the gear."""
     inward = contact.tangent + pi / 2
-    normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(contact.world)
+    normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(derivation.WORLD)
     share = sp.sin(contact.pressure_angle - contact.friction) / sp.cos(contact.friction)
     return (normal[0] * force[0] + normal[1] * force[1]) / share
 
 
-def _levers(side: derivation.Side) -> dict[str, Expr]:
+def _levers(m: Mechanism) -> dict[str, Expr]:
     """Moment about the outer gear's shaft that is named, less that of the tooth force, at P and Q."""
-    found = claims.relations(side.mechanism)
+    found = claims.relations(m)
     return {tag: moment - found[moment] for tag, moment in (("P", q.M_P), ("Q", q.M_Q))}
 
 
-def _cam_push(side: derivation.Side) -> Expr:
+def _cam_push(m: Mechanism) -> Expr:
     """Component of the cam's force on the roller along the normal of the roller's path, away from the cam."""
     forces, alone = (q.F_Ex, q.F_Ez), {q.mu1: S.Zero, q.F_E: S.One}
-    return sp.Add(*(force * side.mechanism.law(force).expr.xreplace(alone) for force in forces))
+    return sp.Add(*(force * m.assembly.law(force).expr.xreplace(alone) for force in forces))
 
 
 def _pull(push: Expr) -> Expr:
@@ -115,7 +116,7 @@ class BuiltInMotion:
         self.flank = data.tables["cam"]["flank"]
         self.fixed = {s: planting_cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
         self.fixed |= planting_cycle.distances_and_deformations(gears)
-        self.steps = tuple(derivation.build_side().kinematics.steps)
+        self.steps = tuple(derivation.device().steps)
 
     def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
         """All quantities, or those that some are found from."""
@@ -125,7 +126,8 @@ class BuiltInMotion:
     def joints(self) -> list[Any]:
         """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""
         moving = frozenset(s for step in self.steps for s in step.defines)
-        kinematic = [e for e in derivation.joints(flanks.joints(self.flank)) if e.argument.free_symbols <= moving]
+        law = (None, *flanks.joints(self.flank))
+        kinematic = [e for e in derivation.device().events if e.argument.free_symbols <= moving and e.position in law]
         found = sorted(self._joint(event) % mpmath.pi for event in kinematic)
         return [*found, found[0] + mpmath.pi]
 
@@ -204,7 +206,7 @@ def _order_in_time(quantity: Quantity) -> int:
 
 def _slowed(cycle: Cycle) -> Cycle:
     """The same motion at next to no speed: rates go with the speed, accelerations with its square."""
-    steps = derivation.build_side().kinematics.steps
+    steps = derivation.device().steps
     moving = [q.omega, *(s for step in steps for s in step.defines)]
     factors = {s: SLOW ** _order_in_time(s) for s in moving}
     one, two = ({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)

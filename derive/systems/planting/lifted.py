@@ -10,6 +10,7 @@ from dataclasses import fields
 from sympy import Expr
 
 from ...mechanics.contacts import GearContact, SlidingContact
+from ...mechanics.twins import Sides
 from ...model import System
 from ...quantity import Quantity, Vector
 from . import derivation
@@ -51,8 +52,8 @@ def lifted() -> System:
     contacts = derivation.Contacts(
         sliding(derivation.CONTACT_P, s_P, TURNING_P), sliding(derivation.CONTACT_Q, s_Q, TURNING_Q), along_hinge
     )
-    side = derivation.build_side(contacts=contacts, speed_rate=speed_rate)
-    lane = derivation.derived_lane(side, (*q.REPORTED_EXACT, *LOSSES), (LIFTED,))
+    sides = Sides(q.twin, (*q.REPORTED_EXACT, *LOSSES), q.TOTALS)
+    lane = derivation.device(contacts, speed_rate).twin_lane(sides, (*q.INPUTS, LIFTED))
     title = "Planting device, from first principles, assumptions lifted"
     return System("planting_lifted", title, "derived (Newton-Euler)", ASSUMPTIONS, lane)
 

@@ -1,4 +1,4 @@
-"""The builder of prescribed motions against textbook results: named coordinates, places, accelerations, gear stages."""
+"""Motions by names against textbook results: named coordinates, places, accelerations, gear stages."""
 
 from pathlib import Path
 
@@ -8,11 +8,13 @@ from sympy import S, cos, sin
 
 from derive import mechanics
 from derive.mechanics.frames import Frame, Point, Vec, Z
-from derive.mechanics.kinematics import GearStage, Kinematics
-from derive.model import Call, Let
+from derive.mechanics.kinematics import GearStage
+from derive.mechanics.mechanism import Mechanism
+from derive.model import Call
 from derive.quantity import OpenVector, Quantity
 from derive.systems.planting import derivation
 from derive.systems.planting import quantities as q
+from derive.table import Quantities
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:
@@ -30,33 +32,37 @@ STAGE = GearStage(7, OpenVector("parameters7", "test", {}), OpenVector("hoisted7
 CONTACT = {name: quantity(f"{name}7") for name in ("r", "dr", "ratio", "dratio", "turned", "start")}
 
 
-def lets(kinematics: Kinematics) -> dict[Quantity, sp.Expr]:
-    return {step.symbol: step.expr for step in kinematics.steps if isinstance(step, Let)}
+def mechanism() -> Mechanism:
+    return Mechanism("test", Quantities({}, {}), angle=phi, speed=omega)
+
+
+def lets(m: Mechanism) -> dict[Quantity, sp.Expr]:
+    return {step.symbol: step.expr for step in m.named}
 
 
 def test_a_coordinate_brings_its_rate_and_its_acceleration() -> None:
-    k = Kinematics.along(phi, omega)
-    k.coordinate(swing, sin(phi))
+    k = mechanism()
+    k.follow(swing, sin(phi))
     assert lets(k) == {swing[0]: sin(phi), swing[1]: omega * cos(phi), swing[2]: -(omega**2) * sin(phi)}
     assert k.motion.rate(swing[0] ** 2) == 2 * swing[0] * swing[1]
 
 
 def test_a_pin_on_a_crank_falls_towards_the_axis() -> None:
     """r omega^2 inwards (any mechanics text); a wrong sign would leave a remainder."""
-    k = Kinematics.along(phi, omega)
+    k = mechanism()
     k.name_acceleration(PIN, WORLD, (ax, ay))
     assert [sp.simplify(e) for e in lets(k).values()] == [-length * omega**2 * f(phi) for f in (cos, sin)]
     assert k.motion.accelerations[PIN].components == (ax, ay, 0)
 
 
 def test_what_has_no_name_keeps_its_component() -> None:
-    k = Kinematics.along(phi, omega)
+    k = mechanism()
     k.name_acceleration(PIN, WORLD, (ax,))
     assert sp.simplify(k.motion.accelerations[PIN][1] + length * omega**2 * sin(phi)) == 0
 
 
 def test_a_named_place_moves_as_its_point_does() -> None:
-    k = Kinematics.along(phi, omega)
+    k = mechanism()
     k.name_place(PIN, O, WORLD, (x, y))
     at = lets(k)
     for symbol in (x, y):
@@ -64,7 +70,7 @@ def test_a_named_place_moves_as_its_point_does() -> None:
 
 
 def test_a_stage_is_called_at_the_start_and_along_the_angle() -> None:
-    k = Kinematics.along(phi, omega)
+    k = mechanism()
     t = quantity("t7", "rad")
     k.stage(STAGE, t, 2 * phi + 1, **CONTACT)
     start, moving = (step for step in k.steps if isinstance(step, Call))
@@ -77,17 +83,17 @@ def test_a_stage_is_called_at_the_start_and_along_the_angle() -> None:
 def test_a_stage_whose_start_nobody_knows_is_refused() -> None:
     """The same is taken where the coordinate says what it is at the start."""
     t = quantity("t7", "rad")
-    k = Kinematics.along(phi, omega)
-    k.coordinate(swing, phi**2)
+    k = mechanism()
+    k.follow(swing, phi**2)
     with pytest.raises(ValueError, match="stage 7: nothing says what swing is at phi = 0"):
         k.stage(STAGE, t, swing[0], **CONTACT)
-    known = Kinematics.along(phi, omega)
-    known.coordinate(swing, phi**2, at_start=S.Zero)
+    known = mechanism()
+    known.follow(swing, phi**2, at_start=S.Zero)
     known.stage(STAGE, t, swing[0], **CONTACT)
 
 
 def test_a_mirror_image_must_be_one() -> None:
-    k = Kinematics.along(phi, omega)
+    k = mechanism()
     left, right = (Point(name, O, Vec(CRANK, (length, S.Zero, side * length))) for name, side in (("l", 1), ("r", -1)))
     k.mirror_place(right, left, O, CRANK, S.Zero)
     with pytest.raises(ValueError, match="r is not the mirror image of l"):
@@ -95,7 +101,7 @@ def test_a_mirror_image_must_be_one() -> None:
 
 
 def test_the_law_of_an_unknown_is_found_and_a_missing_one_refused() -> None:
-    mechanism = derivation.build_side().mechanism
+    mechanism = derivation.device().assembly
     assert mechanism.law(q.F_E_loss).symbol == q.F_E_loss
     with pytest.raises(ValueError, match="no contact says what F_Ax is"):
         mechanism.law(q.F_Ax)

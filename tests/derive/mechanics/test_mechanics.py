@@ -7,13 +7,12 @@ import sympy as sp
 from sympy import S, cos, sin
 
 from derive.chain import ordered
-from derive.mechanics.bodies import Assembly, Body, Part, Pin
-from derive.mechanics.contacts import follower
-from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit, zero
-from derive.model import Let
+from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit
+from derive.mechanics.mechanism import Mechanism
 from derive.quantity import Quantity
 from derive.systems.planting import derivation
 from derive.systems.planting import quantities as q
+from derive.table import Quantities
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:
@@ -27,11 +26,17 @@ mass, length, g = quantity("mass", "kg"), quantity("length", "m"), quantity("g",
 Ix, Iy, Iz = (quantity(f"I{a}", "kg m2") for a in "xyz")
 WORLD = Frame("world")
 O = Point("O")  # noqa: E741
-DOWN = Vec(WORLD, (S.Zero, -g, S.Zero))
 
 
 def moving() -> Motion:
     return Motion(rates={angle: rate, rate: acceleration, turn: spin})
+
+
+def mechanism(gravity: Quantity | int = 0) -> Mechanism:
+    """Bodies in space in that motion."""
+    m = Mechanism("test", Quantities({}, {}), angle=turn, speed=spin, gravity=gravity, spatial=True)
+    m.motion.rates |= moving().rates
+    return m
 
 
 def test_vectors_of_different_frames_do_not_mix() -> None:
@@ -75,20 +80,19 @@ def test_pendulum() -> None:
     """(I + m l^2) a = -m g l sin(angle) (any mechanics text)."""
     frame = Frame("rod", WORLD, Z, angle)
     centroid = Point("C", O, Vec(frame, (S.Zero, -length, S.Zero)))
-    mech = Assembly(moving(), DOWN)
-    wall = mech.add(Body("wall", WORLD))
-    rod = mech.add(Body("rod", frame, (Part(mass, centroid, (Ix, Iy, Iz)),), Pin(O, WORLD)))
-    mech.joint("F_O", rod, wall, O, WORLD, free=Z)
-    residual = next(e.residual for e in mech.equations() if e.number == "rod: moment along z of world about O")
+    m = mechanism(gravity=g)
+    rod = m.body("rod", frame, mass, centroid, (Ix, Iy, Iz), about=O)
+    m.pin("O", rod, m.ground, O)
+    residual = next(e.residual for e in m.equations() if e.number == "rod: moment along z of world about O")
     assert sp.simplify(residual + mass * g * length * sin(angle) + (Iz + mass * length**2) * acceleration) == 0
 
 
 def gyroscopic_residuals(inertia: tuple) -> list:
     """Moments about its own axes of a body that swings about its y while the whole turns about z."""
     frame = Frame("rotor", Frame("table", WORLD, Z, turn), Y, angle)
-    mech = Assembly(moving(), zero(WORLD))
-    mech.add(Body("rotor", frame, (Part(mass, O, inertia),), Pin(O, frame)))
-    return [e.residual for e in mech.equations()][3:]
+    m = mechanism()
+    rotor = m.body("rotor", frame, mass, O, inertia, about=O, axes=frame)
+    return [e.residual for e in m.assembly.balances(rotor, m.pin_of(rotor))][3:]
 
 
 def test_gyroscopic_terms_are_eulers() -> None:
@@ -106,27 +110,26 @@ def test_a_ball_has_no_gyroscopic_moment_about_its_hinge() -> None:
 
 
 def test_every_action_appears_on_two_bodies_with_opposite_sign() -> None:
-    mechanism = derivation.build_side().mechanism
-    assert len(mechanism.actions) == 10
-    for action in mechanism.actions:
-        signs = sorted(action.sign(body) for body in mechanism.bodies)
-        assert signs == [-1, *[0] * (len(mechanism.bodies) - 2), 1], action.name
+    device = derivation.device().assembly
+    assert len(device.actions) == 14
+    for action in device.actions:
+        signs = sorted(action.sign(body) for body in device.bodies)
+        assert signs == [-1, *[0] * (len(device.bodies) - 2), 1], action.name
 
 
 def test_ideal_coupling_does_no_work() -> None:
     """Moments on two hinges that swing oppositely: their powers cancel."""
-    mechanism = derivation.build_side().mechanism
+    actions = derivation.device().assembly.actions
     on_inner, on_outer = (
-        next(a.moment[1] for a in mechanism.actions if a.name == "M_K" and a.on.name == body)
+        next(a.moment[1] for a in actions if a.name == "M_K" and a.on.name == body)
         for body in ("inner half", "outer half")
     )
     assert on_inner * q.theta1_dot + on_outer * (-q.theta1_dot) == 0
     assert on_inner != 0
 
 
-def solved(side: derivation.Side, extra: tuple[Quantity, ...] = ()) -> dict[str, sp.Expr]:
-    mechanism = side.mechanism
-    lets = ordered(mechanism.equations(), mechanism.unknowns, (*q.REPORTED_EXACT, *extra)).lets()
+def solved(device: Mechanism, extra: tuple[Quantity, ...] = ()) -> dict[str, sp.Expr]:
+    lets = ordered(device.equations(), device.unknowns, (*q.REPORTED_EXACT, *extra)).lets()
     return {let.symbol.name: let.expr for let in lets}
 
 
@@ -134,51 +137,49 @@ POINT = {s: sp.Rational(2 * i + 3, 7 * i + 11) for i, s in enumerate(sorted(
     {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE), key=str))}  # fmt: skip
 
 
-def values(side: derivation.Side) -> dict[str, float]:
+def values(device: Mechanism) -> dict[str, float]:
     """Numbers for every solved unknown at one arbitrary point, kinematics included."""
     known = dict(POINT)
-    for step in side.kinematics.steps:
-        if isinstance(step, Let):
-            known[step.symbol] = step.expr.xreplace(known).evalf(30)
-    for name, expr in solved(side).items():
-        symbol = next(u for u in side.mechanism.unknowns if u.name == name)
+    for step in device.named:
+        known[step.symbol] = step.expr.xreplace(known).evalf(30)
+    for name, expr in solved(device).items():
+        symbol = next(u for u in device.unknowns if u.name == name)
         known[symbol] = expr.xreplace(known).evalf(30)
     return {str(s): float(v) for s, v in known.items()}
 
 
-def changed(side: derivation.Side) -> set[str]:
-    before, after = values(derivation.build_side()), values(side)
+def changed(device: Mechanism) -> set[str]:
+    before, after = values(derivation.device()), values(device)
     shared = before.keys() & after.keys()
     return {name for name in shared if abs(before[name] - after[name]) > 1e-12 * max(1, abs(before[name]))}
 
 
 def test_moving_the_hinge_changes_every_force_that_depends_on_it() -> None:
-    shift = Vec(derivation.PLANET, (S.Zero, sp.Rational(1, 50), S.Zero))
+    shift = Vec(derivation.PLANET, (S.Zero, q.L_tip, S.Zero))
     moved = Point("A", derivation.A, shift)
-    found = changed(derivation.build_side(hinge=moved))
+    found = changed(derivation.device(hinge=moved))
     assert {"F_Ax", "F_Ay", "F_Aox", "F_Aoy", "F_E", "M_Q", "F_NQ", "F_B1x", "F_B1y", "M_P", "F_A1x", "F_A1y"} <= found
     assert not found & {"phi72_ddot", "ax_A1", "ax_B1", "theta1", "S", "xi1"}
 
 
 def test_turning_the_hinge_axis_changes_every_force_that_depends_on_it() -> None:
-    found = changed(derivation.build_side(hinge_axis=X))
+    found = changed(derivation.device(hinge_axis=X))
     assert {"F_Ax", "F_Ay", "F_E", "M_Q", "F_B1x", "M_P", "F_A1x"} <= found
     assert not found & {"phi72_ddot", "ax_A", "ay_A", "r5"}
 
 
 def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
-    side = derivation.build_side()
-    mech, planet = side.mechanism, derivation.PLANET
+    device, planet = derivation.device(), derivation.PLANET
+    bodies = {body.name: body for body in device.bodies}
     lift = quantity("lift", "rad")
-    flap_frame = Frame("flap", planet, Y, lift)
-    hinge = Point("G", derivation.B1, Vec(planet, (length, S.Zero, S.Zero)))
-    centroid = Point("CG", hinge, Vec(flap_frame, (length, length, length)))
-    flap = mech.add(Body("flap", flap_frame, (Part(mass, centroid, (Ix, Iy, Iz)),), Pin(hinge, planet)))
-    mech.joint("F_G", flap, side.planet, hinge, planet, free=Y)
-    follower(mech, "F_H", flap, side.carrier, centroid, derivation.B1, across=unit(planet, Y), friction=q.mu1)
+    flap_frame = device.frame("flap", lift, Y, planet)
+    hinge = device.point("G", derivation.B1, planet, length)
+    centroid = device.point("CG", hinge, flap_frame, length, length, length)
+    flap = device.body("flap", flap_frame, mass, centroid, (Ix, Iy, Iz), about=hinge, axes=planet)
+    device.pin("G", flap, bodies["planet"], hinge, Y, axes=planet)
+    force = device.follower("F_H", flap, bodies["carrier"], centroid, derivation.B1, q.mu1, unit(planet, Y))
 
-    force = next(u for u in mech.unknowns if u.name == "F_H")
-    without, with_flap = solved(derivation.build_side()), solved(side, (force,))
+    without, with_flap = solved(derivation.device()), solved(device, (force,))
     assert {mass, length} <= with_flap["F_H"].free_symbols
     planet_force = {str(s) for s in with_flap["F_B1x"].free_symbols} - {str(s) for s in without["F_B1x"].free_symbols}
     assert planet_force == {"F_Gx", "F_Gy"}
@@ -186,10 +187,11 @@ def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
 
 
 def test_a_follower_that_does_not_slide_is_refused() -> None:
-    side = derivation.build_side()
+    device = derivation.device()
+    bodies = {body.name: body for body in device.bodies}
     across = unit(derivation.PLANET, Y)
     with pytest.raises(ValueError, match="does not slide"):
-        follower(side.mechanism, "F_H", side.planet, side.carrier, derivation.TIP, derivation.B1, across, q.mu1)
+        device.follower("F_H", bodies["planet"], bodies["carrier"], derivation.TIP, derivation.B1, q.mu1, across)
 
 
 def test_the_mirror_plane_cancels() -> None:
@@ -201,5 +203,5 @@ def test_the_mirror_plane_cancels() -> None:
 def test_no_force_balance_is_typed_into_the_system() -> None:
     """Every reaction is a quantity that the mechanics layer made, none is written in the system's text."""
     text = Path(derivation.__file__).read_text(encoding="utf-8")
-    body = text.split("def build_side", 1)[1].split("def joints", 1)[0]
+    body = text.split("def device", 1)[1].split("m.reports", 1)[0]
     assert not [name for name in ("q.F_", "q.M_", "ddot", "ax_", "ay_") if name in body]

@@ -20,10 +20,10 @@ def test_an_example_is_short(path: object) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("name", ["transplanting_arm", "cam_follower", "slider_crank"])
+@pytest.mark.parametrize("name", ["transplanting_arm", "cam_follower", "slider_crank", "planetary_train"])
 def test_a_turn_keeps_the_laws(name: str) -> None:
     laws = turn(Model(own.file(name)), 90).result.laws
-    assert {"W", "N"} <= {law.unit for law in laws} <= {"W", "N", "1"}
+    assert {"W", "N"} <= {law.unit for law in laws} <= {"W", "N", "1", "m/s"}
     assert max(law.violation for law in laws) < 1e-9
 
 
@@ -91,6 +91,37 @@ def test_a_pull_between_two_samples_or_all_over_the_turn_is_told() -> None:
     assert model(np.radians([179.0, 181.0]))["N_cam"].min() > 0
     assert [w.angle_deg for w in turn(model, 45).result.warnings] == [pytest.approx(179.6, abs=0.4)]
     assert lifting(F_0_N=-900.0) == [("contact_would_pull", 0.0)]
+
+
+def ellipse(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pitch radius of the example's gears about a focus, and how fast the mate turns for it, in metres."""
+    r = 0.021 * (1 - 0.14**2) / (1 - 0.14 * np.cos(t))
+    return r, r / (0.042 - r)
+
+
+def test_the_planet_turns_as_pitch_curves_roll() -> None:
+    """Both stages integrated from the ratio of the radii; both shafts' torques by hand (Newton-Euler)."""
+    phi = np.linspace(0, 2 * np.pi, 361)
+    found = Model(own.file("planetary_train"))(phi)
+    start = [0.0, 0.0, found["t2"][0]]
+    path = scipy.integrate.solve_ivp(
+        lambda angle, y: [(one := ellipse(np.radians(20) + angle)[1]), -ellipse(y[2])[1] * one, -one],
+        (0, 2 * np.pi), start, t_eval=phi, rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+    assert found["psi"] == pytest.approx(path.y[0], abs=1e-8)
+    assert found["chi"] == pytest.approx(path.y[1], abs=1e-8)
+    assert path.y[0][-1] == pytest.approx(2 * np.pi, abs=1e-8)
+    heading = phi + found["chi"] - np.radians(60)
+    push = 0.64 * (found["a_planet_y"] + G), 0.64 * found["a_planet_x"]
+    torque = 0.0011 * found["chi_ddot"] + 0.042 * (np.cos(heading) * push[0] - np.sin(heading) * push[1])
+    assert found["M_Q"] == pytest.approx(torque, abs=1e-12)
+
+
+def test_pitch_curves_that_do_not_roll_break_a_law() -> None:
+    text = (own.EXAMPLES / "planetary_train.py").read_text().replace("2 * atan2(q.k", "2 * atan2(-q.k")
+    laws = {law.law: law.violation for law in turn(Model(own.file(text, "planetary_train")), 90).result.laws}
+    assert laws["sliding of the pitch curves at P, y, which vanishes"] > 0.01
+    assert laws["sliding of the pitch curves at Q, y, which vanishes"] > 0.01
 
 
 def inertia(elbow: float) -> np.ndarray:
