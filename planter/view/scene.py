@@ -33,8 +33,7 @@ class Body:
 
     name: str
     outlines: Sequence[Outline]
-    x: float | Array = 0.0
-    y: float | Array = 0.0
+    at: Sequence[float | Array] | Array = (0.0, 0.0)
     turn: float | Array = 0.0
     parts: Sequence[Body] = ()
 
@@ -120,5 +119,5 @@ class Scene:
 
     def pose(self, body: Body) -> tuple[Array, Array, Array]:
         """Origin and turn of a body at every moment, (n,) each."""
-        x, y, turn = (np.broadcast_to(np.asarray(v, dtype=float), (self.moments,)) for v in (body.x, body.y, body.turn))
+        x, y, turn = (np.broadcast_to(np.asarray(v, dtype=float), (self.moments,)) for v in (*body.at, body.turn))
         return x, y, turn

@@ -136,10 +136,11 @@ class Curve {
     const level = deviation || curve.reference === null ? 0 : curve.reference;
     this.zero.setAttribute("d", level >= low && level <= high ? `M0 ${this.y(level)} 480 ${this.y(level)}` : "");
     const unit = curve.unit ? ` ${curve.unit}` : "";
-    this.high.textContent = digits(high) + unit;
-    this.low.textContent = digits(low) + unit;
-    this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${digits(this.value(i))}${unit}`;
-    this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${digits(low)} to ${digits(high)}${unit}`);
+    this.exact = (value) => (Math.abs(value) < 1e-9 * span ? 0 : value);
+    this.high.textContent = digits(this.exact(high)) + unit;
+    this.low.textContent = digits(this.exact(low)) + unit;
+    this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${digits(this.exact(this.value(i)))}${unit}`;
+    this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${this.low.textContent} to ${this.high.textContent}`);
   }
 
   show(moment) {
@@ -271,6 +272,7 @@ export class Drawing {
     this.which = make("select", { "aria-label": "curve", onchange: choose }, ...options);
     this.apart = make("input", { type: "checkbox", onchange: choose });
     const apart = make("label", {}, this.apart, " as deviation from the reference");
+    apart.hidden = this.motion.curves.every((curve) => curve.reference === null);
     this.curve.choose(0, false);
     return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, apart), this.curve.svg);
   }

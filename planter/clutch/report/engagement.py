@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +11,15 @@ import numpy as np
 from planter.clutch.engage import modal
 from planter.clutch.engage.dynamics import TRAVEL
 from planter.clutch.report import engagement_figures as figures
+from planter.clutch.report import scene
 from planter.clutch.results import ContactEngagement, ModalEngagement
 from planter.kernels import formulas
 from planter.report import files, style
 from planter.report.folder import renews
-from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
+from planter.view.block import Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,6 +36,7 @@ CAPTIONS = {
     "ratio": "How the ratio of the largest loads moves with inputs that the paper does not disclose.",
     "modal": "Load on the tooth in one mode of the shaft, derived and as printed, until it is gone.",
 }
+MOVING = "Body and teeth as the shaft sees them while the clutch engages, many times slower than they are."
 EVERY = 5
 """Every how many points of the grid a row of the CSV stands."""
 
@@ -64,8 +67,9 @@ def write(
     files.write_summary(folder / "summary.json", {**result, "input": clutch.table(), "provenance": told})
     place = files.output_folder(folder / "figures")
     saved = {name: style.save(figure, place, name)[0].read_text(encoding="utf-8") for name, figure in drawn.items()}
+    moving = [] if runs is None else [Motion(scene.engagement(runs["reuleaux"].engagement), MOVING)]
     parts = [
-        *_sections(result, saved),
+        *_sections(result, saved, moving),
         Section("Inputs", list(inputs(clutch, {}))),
         provenance_section(told),
     ]
@@ -88,7 +92,7 @@ def _motions(folder: Path, clutch: Clutch, runs: Mapping[str, Switching]) -> Non
             files.write_cycle_csv(folder / f"{name}_{way}.csv", comments, rows)
 
 
-def _sections(result: Result, saved: Mapping[str, str]) -> Iterator[Section]:
+def _sections(result: Result, saved: Mapping[str, str], moving: Sequence[Block]) -> Iterator[Section]:
     groups = {key: value for key, value in result.items() if isinstance(value, Mapping)}
     plain = {label(key): value for key, value in result.items() if not isinstance(value, Mapping | list)}
     tables = [
@@ -102,6 +106,8 @@ def _sections(result: Result, saved: Mapping[str, str]) -> Iterator[Section]:
         rows = result.get(key)
         if rows:
             yield Section(label(key), [Table([label(k) for k in rows[0]], [tuple(row.values()) for row in rows], "")])
+    if moving:
+        yield Section("Motion", moving)
     yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in saved.items()])
     assumed = result.get("assumptions") or model_assumptions()
     yield Section("Model", [Text("First principles. It assumes:"), Items(assumed)])

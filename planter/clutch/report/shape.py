@@ -14,6 +14,7 @@ from planter.clutch.geometry import travel as least_travel
 from planter.clutch.linkage import Linkage
 from planter.clutch.model import MODELS, given, model
 from planter.clutch.report import shape_figures as figures
+from planter.clutch.report.scene import scene
 from planter.clutch.rotor import Rotor
 from planter.files import units
 from planter.kernels import formulas
@@ -22,6 +23,7 @@ from planter.report.folder import renews
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
+from planter.view.block import Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,6 +43,7 @@ CAPTIONS = {
     "counts the radial gap twice.",
     "linkage": "Crank and rod at both ends of the travel; the circle is the pitch circle of the crank gear.",
 }
+MOVING = "The body over a turn in the smallest regular polygon that lets it, with the path of a vertex."
 ANGLES = np.linspace(8, 25, 69)
 """Axial angles of the travel figure [deg]."""
 POSES = 97
@@ -69,7 +72,7 @@ def write_geometry(out: Path, clutch: Clutch, result: Geometry) -> None:
         **({"linkage": figures.linkages(own)} if own else {}),
     }
     files.write_bytes(folder / "turning.gif", figures.animation(rotor))
-    _finish(folder, f"Geometry of the clutch {clutch.name}", clutch, result, drawn)
+    _finish(folder, f"Geometry of the clutch {clutch.name}", clutch, result, drawn, rotor)
 
 
 @renews
@@ -82,7 +85,7 @@ def write_design(out: Path, clutch: Clutch, result: Sizing) -> None:
     _way(folder, clutch, linkage, travel, values["r_A"])
     rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
     drawn = {**_shape(rotor, {}), "linkage": figures.linkages({"sized": (linkage, travel, values["r_A"])})}
-    _finish(folder, f"Sizes of the clutch {clutch.name}", clutch, result, drawn)
+    _finish(folder, f"Sizes of the clutch {clutch.name}", clutch, result, drawn, rotor)
 
 
 @renews
@@ -110,7 +113,7 @@ def write_rotor(out: Path, rotor: Rotor, result: Fit) -> None:
     drawn = _shape(shown, {}) if result.ellipse else {"turning": figures.turning(shown)}
     files.write_bytes(folder / "turning.gif", figures.animation(shown))
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
-    _finish(folder, title, None, result, drawn)
+    _finish(folder, title, None, result, drawn, shown)
 
 
 def _shape(rotor: Rotor, fillets: Mapping[str, float]) -> dict[str, Figure]:
@@ -144,8 +147,11 @@ def _way(folder: Path, clutch: Clutch, linkage: Linkage, travel: float, gear: fl
     files.write_cycle_csv(folder / "way.csv", files.comments(clutch, "clutch"), columns)
 
 
-def _finish(folder: Path, title: str, clutch: Clutch | None, result: Record, drawn: Mapping[str, Figure]) -> None:
-    """Summary, figures and page."""
+def _finish(
+    folder: Path, title: str, clutch: Clutch | None, result: Record, drawn: Mapping[str, Figure],
+    rotor: Rotor | None = None,
+) -> None:  # fmt: skip
+    """Summary, figures and page; on it the `rotor` as it turns, if one is meant."""
     table = result.table()
     of = model() if clutch is not None else formulas.load("clutch_rotor")
     assumptions = [*of.sidecar["assumptions"], *table.get("assumes", ())]
@@ -155,13 +161,15 @@ def _finish(folder: Path, title: str, clutch: Clutch | None, result: Record, dra
     files.write_summary(folder / "summary.json", summary)
     place = files.output_folder(folder / "figures")
     saved = {name: style.save(figure, place, name)[0].read_text(encoding="utf-8") for name, figure in drawn.items()}
-    parts = list(_sections(clutch, table, saved, assumptions, summary))
+    moving = [] if rotor is None else [Motion(scene(rotor, title), MOVING)]
+    parts = list(_sections(clutch, table, saved, moving, assumptions, summary))
     files.write_text(folder / "report.html", page(title, parts, clutch.description if clutch else ""))
 
 
 def _sections(
-    clutch: Clutch | None, result: Result, saved: Mapping[str, str], assumptions: Sequence[str], summary: Result
-) -> Iterator[Section]:
+    clutch: Clutch | None, result: Result, saved: Mapping[str, str], moving: Sequence[Block],
+    assumptions: Sequence[str], summary: Result,
+) -> Iterator[Section]:  # fmt: skip
     yield Section("Results", list(_results(result)))
     for key in ("conditions", "travel", "linkage", "harmonics"):
         rows = result.get(key) or result.get("rotor", {}).get(key)
@@ -171,6 +179,8 @@ def _sections(
         printed = result["printed"]
         note = Text("The same quantities by the equations as the paper prints them.")
         yield Section("As printed", [note, *_results(printed), _rows(printed["conditions"])])
+    if moving:
+        yield Section("Motion", moving)
     yield Section("Figures", [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in saved.items()])
     yield Section("Model", [Text("First principles. It assumes:"), Items(assumptions)])
     if clutch is not None:

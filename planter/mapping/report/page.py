@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planter.mapping import model
+from planter.mapping.report import scene
 from planter.mapping.train import GEARS
 from planter.report.html import Block, Cell, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import provenance_section
+from planter.view.block import Motion
 
 if TYPE_CHECKING:
     from planter.mapping.results import LinkageFound, Missed, SynthesisFound
@@ -36,6 +38,13 @@ def synthesis_page(found: Synthesis, figures: Mapping[str, str], provenance: Sum
     sections += [Section(f"Linkage of dyads {x.dyads[0]} and {x.dyads[1]}", list(_linkage(x)))
                  for x in result.linkages]  # fmt: skip
     sections.append(Section("Angle curve", list(_curves(result))))
+    moving = [
+        Motion(scene.linkage(one, found.poses, circuit))
+        for one in found.linkages
+        for circuit in sorted({standing.circuit for standing in one.found})
+    ]
+    if moving:
+        sections.append(Section("Motion", moving))
     sections.append(Section("Figures", list(_figures(figures))))
     origins = [(path, value, found.file.origin(path)) for path, value in found.file.numbers().items()]
     sections.append(Section("Inputs", [Table(("key", "value", "origin"), origins)]))
@@ -58,6 +67,9 @@ def train_page(found: Training, figures: Mapping[str, str], provenance: Summary)
     sections = [Section("Gear train", blocks)]
     if result.poses:
         sections.append(Section("Poses", [_missed(result.poses, "Where the path comes closest to each pose")]))
+    moving = scene.train(found)
+    if moving is not None:
+        sections.append(Section("Motion", [Motion(moving)]))
     sections.append(Section("Figures", list(_figures(figures))))
     return page("Non-circular gear train", [*sections, *_last(provenance)])
 

@@ -55,20 +55,20 @@ def pitch_curves(found: Training) -> Figure:
     """The four pitch curves in mesh on the carrier at the first carrier angle, named where not convex."""
     figure = style.new_figure(5.4)
     axes = figure.subplots()
-    centres = MM * _centres(found)
-    for index, (name, outline) in enumerate(zip(GEARS, _outlines(found), strict=True)):
+    hinges = MM * centres(found)
+    for index, (name, outline) in enumerate(zip(GEARS, outlines(found), strict=True)):
         shade = style.PALETTE[index]
-        place = centres[:, (0, 1, 1, 2)[index]][:, None]
+        place = hinges[:, (0, 1, 1, 2)[index]][:, None]
         axes.fill(*place + outline, facecolor=shade, alpha=0.06, edgecolor="none")
         axes.plot(*place + outline, color=shade, label=name if found.train.convex[index] else f"{name}, not convex")
-    axes.plot(*centres, color=style.INK, linewidth=0.7, linestyle=(0, (8, 2, 1, 2)), zorder=3)
-    axes.plot(*centres, "+", color=style.INK, markersize=7, zorder=4)
+    axes.plot(*hinges, color=style.INK, linewidth=0.7, linestyle=(0, (8, 2, 1, 2)), zorder=3)
+    axes.plot(*hinges, "+", color=style.INK, markersize=7, zorder=4)
     style.drawing_board(axes)
     axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
-def _centres(found: Training) -> Array:
+def centres(found: Training) -> Array:
     """Hinges of the carrier (2, 3) [m]: fixed, middle, moving; straight where the carrier's length is not known."""
     distance = found.train.distance
     bend = _STRAIGHT if found.crank is None else found.train.bend(found.crank)
@@ -76,7 +76,7 @@ def _centres(found: Training) -> Array:
     return distance * np.array([[0, 1, 1 + np.cos(end)], [0, 0, np.sin(end)]])
 
 
-def _outlines(found: Training) -> list[Array]:
+def outlines(found: Training) -> list[Array]:
     """Pitch curves (2, n) [mm] about their centres, each turned to its mesh at the first carrier angle.
 
     A driver's contact lies towards its follower, a follower's towards its driver; on the gear the contact moves

@@ -11,12 +11,14 @@ from planter.kernels.formulas import load
 from planter.pickup import findings
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
+from planter.pickup.report.scene import scene
 from planter.pickup.tables import GROUPS
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import provenance_section
 from planter.report.labels import label
+from planter.view.block import Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 STEPS = 720
 """Rows of cycle.csv, path.csv and pitch.csv."""
+MOVING = "The pick-up over a turn of its carrier. Thick arcs on the gears lock the arm in the dwell."
 CAPTIONS = {
     "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
     "pick has the wanted depth; the level line follows from the inclination of the tray box.",
@@ -94,6 +97,8 @@ def _sections(found: Outcome, drawn: Mapping[str, str]) -> Iterator[Section]:
         yield Section("Warnings", [Items([one.message for one in result.warnings], "warning")])
     yield Section("Mechanism", list(_mechanism(result)))
     yield Section("Requirements", list(_requirements(result)))
+    before = None if found.redesigned is None else found.redesigned.points_before
+    yield Section("Motion", [Motion(scene(found.machine, found.train, before), MOVING)])
     yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in drawn.items()])
     if result.at:
         yield Section("At single angles", [_at(result.at)])

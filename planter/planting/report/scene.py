@@ -66,15 +66,14 @@ def _side(device: Device, gears: Gearing, columns: dict[str, Array], side: int) 
     middle = Body(
         f"middle body, side {side}",
         [Outline((gears.curves[k].points.T - a1), "gear", shade=k) for k in (1, 2)],
-        float(a1[0]),
-        float(a1[1]),
+        a1.tolist(),
         _of(columns["phi52_deg"], side),
     )
     planet = gears.curves[3].points.T - b1
     c, s = np.cos(np.radians(mounted)), np.sin(np.radians(mounted))
     own = Outline(planet @ np.array([[c, s], [-s, c]]), "gear", shade=3)
     outlines = [own, *_nozzle(device)]
-    nozzle = Body(f"planet and nozzle, side {side}", outlines, float(b1[0]), float(b1[1]), _of(turned, side))
+    nozzle = Body(f"planet and nozzle, side {side}", outlines, b1.tolist(), _of(turned, side))
     bar = Outline(np.array([[0.0, 0.0], a1, b1]), "frame", closed=False)
     return Body(f"carrier arm, side {side}", (bar,), turn=180.0 * (side - 1), parts=(middle, nozzle))
 
@@ -109,7 +108,7 @@ def _halves(device: Device, columns: dict[str, Array], corner: Array) -> list[Bo
     for name, sense in (("inner", 1), ("outer", -1)):
         outline = Outline(shape * [1, sense], "body", shade=4)
         x, y = corner[0] - length, corner[1] + sense * apart
-        found.append(Body(f"{name} half, side 1", (outline,), float(x), float(y), turn=sense * columns["theta1_deg"]))
+        found.append(Body(f"{name} half, side 1", (outline,), (float(x), float(y)), sense * columns["theta1_deg"]))
     return found
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shapely import LinearRing, affinity
 
 from planter.kernels import Array
 from planter.planting import cycle
@@ -21,8 +20,9 @@ from planter.report.html import Section, page
 from planter.view.block import Motion
 from planter.view.channels import every, packed
 from planter.view.picture import picture
-from planter.view.scene import Body, Curve, Scene
+from planter.view.scene import Curve, Scene
 from tests.support.browser import page_after_scripts
+from tests.support.scenes import placed
 
 TOUCHING = 0.02
 """Pitch curves that touch come closer than this [mm]: they are polygons of 180 sides."""
@@ -47,32 +47,12 @@ def unpacked(record: Any, told: Any) -> Array:
     return np.roll(every[told["series"]], -told["ahead"]).astype(float)
 
 
-def rings(shown: Scene, moment: int) -> dict[str, LinearRing]:
-    """Pitch curves in the machine at a moment, by body and colour."""
-    found: dict[str, LinearRing] = {}
-
-    def place(body: Body, x: float, y: float, turned: float) -> None:
-        bx, by, turn = (float(channel[moment]) for channel in shown.pose(body))
-        c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
-        here, heading = (x + c * bx - s * by, y + s * bx + c * by), turned + turn
-        for outline in body.outlines:
-            if outline.look == "gear":
-                ring = affinity.rotate(LinearRing(outline.points), heading, origin=(0, 0))
-                found[f"{body.name} {outline.shade}"] = affinity.translate(ring, *here)
-        for part in body.parts:
-            place(part, *here, heading)
-
-    for body in shown.bodies:
-        place(body, 0.0, 0.0, 0.0)
-    return found
-
-
 def gaps(shown: Scene, moment: int) -> list[float]:
-    at = rings(shown, moment)
+    at = placed(shown, moment)
     found = []
     for side in (1, 2):
-        middle, planet = f"middle body, side {side}", f"planet and nozzle, side {side}"
-        found += [at["sun 0"].distance(at[f"{middle} 1"]), at[f"{middle} 2"].distance(at[f"{planet} 3"])]
+        five, six = at[f"middle body, side {side}"]
+        found += [at["sun"][0].distance(five), six.distance(at[f"planet and nozzle, side {side}"][0])]
     return found
 
 
@@ -83,7 +63,7 @@ def test_gears_touch_wherever_the_carrier_is(shown: Scene, moment: int) -> None:
 
 def test_a_gear_drawn_at_a_wrong_place_does_not_touch(shown: Scene) -> None:
     sun, carrier, *others = shown.bodies
-    moved = [replace(part, x=part.x + 0.2, y=part.y + 0.2) for part in carrier.parts]
+    moved = [replace(part, at=(part.at[0] + 0.2, part.at[1] + 0.2)) for part in carrier.parts]
     wrong = replace(shown, bodies=(sun, replace(carrier, parts=moved), *others))
     assert max(gaps(wrong, 47)) > TOUCHING
 

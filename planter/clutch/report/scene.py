@@ -1,0 +1,89 @@
+"""The Reuleaux polygon as it turns in the smallest regular polygon that lets it, and as it comes into engagement."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planter.clutch.engage.contacts import REULEAUX
+from planter.clutch.engage.dynamics import ANGLE, FREE, TRAVEL
+from planter.clutch.engage.motion import Run
+from planter.clutch.geometry import SIDES, VERTICES
+from planter.clutch.report.shape_figures import regular
+from planter.clutch.rotor import Rotor, outline
+from planter.kernels import Array, formulas
+from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene
+
+STEPS = 40
+"""Rotations from one vertex to the next."""
+MOMENTS = 240
+"""Of an engagement."""
+SLOWED = 20
+"""How many times slower an engagement is shown."""
+SECONDS = 6.0
+"""How long a turn is shown: the shape is the same at any speed."""
+
+
+def scene(rotor: Rotor, name: str) -> Scene:
+    """A turn of the body; every vertex takes the path of the first."""
+    count = STEPS * rotor.vertices
+    rotations = 2 * np.pi * np.arange(count) / count
+    found = [rotor.tightest(float(rotation)) for rotation in rotations]
+    apothem, centroid = np.array([one[0] for one in found]), 1e3 * np.array([one[1] for one in found]).T
+    rho = 1e3 * float(rotor.support(0.0)[0])
+    body = Outline(1e3 * outline(rotor, 0.0, np.zeros(2)).T, "body", shade=0)
+    sleeve = Outline(1e3 * regular(rotor.sides, rotor.smallest_apothem).T, "frame")
+    return Scene(
+        title=f"{name}: {rotor.vertices} arcs in {rotor.sides} sides",
+        place="rotation of the body",
+        unit="deg",
+        places=np.degrees(rotations),
+        seconds=SECONDS,
+        bodies=(Body("sleeve", (sleeve,)), Body("body", (body,), centroid, np.degrees(rotations))),
+        points=(
+            Point("a vertex", centroid[0] + rho * np.cos(rotations), centroid[1] + rho * np.sin(rotations), True),
+            Point("the centroid", centroid[0], centroid[1], True),
+        ),
+        curves=(Curve("room beyond its width that the body needs", "mm", 1e3 * (2 * apothem - rotor.width)),),
+        events=[Event(f"vertex {k + 1} where the first began", 360 * k / rotor.vertices)
+                for k in range(1, rotor.vertices)],
+    )  # fmt: skip
+
+
+def engagement(run: Run) -> Scene:
+    """The Reuleaux clutch as its shaft sees it while the link lets the sleeve in; the sleeve from the side below."""
+    chosen = np.linspace(0, len(run.time) - 1, MOMENTS).astype(int)
+    states, pushed, time = run.states[:, chosen], run.seen["pushed"][0, chosen], 1e3 * run.time[chosen]
+    model = formulas.load(REULEAUX)
+    places = [[*state[:FREE], state[ANGLE], push] for state, push in zip(states.T, pushed, strict=True)]
+    seen = [model.at("seen", places=one) for one in places]
+    x, y = (1e3 * np.array([one[name] for one in seen]) for name in ("c_x", "c_y"))
+    body = 1e3 * outline(Rotor(VERTICES, SIDES, run.inputs.width), 0.0, np.zeros(2)).T
+    shaft = 1e3 * regular(SIDES, run.inputs.apothem, run.inputs.fillet).T
+    low, wide = float(body[:, 1].min()) * 1.6, float(np.ptp(body[:, 0]))
+    heading = np.degrees(np.unwrap([one["heading"] for one in seen]))
+    return Scene(
+        title="Engagement of the Reuleaux clutch",
+        place="time",
+        unit="ms",
+        places=time,
+        seconds=SLOWED * float(run.time[-1] - run.time[0]),
+        bodies=(
+            Body("shaft", (Outline(shaft, "body", closed=False, shade=1),)),
+            Body("body with its teeth", (Outline(body, "body", shade=0),), (x, y), heading),
+            Body("sleeve from the side", (Outline(_block(wide / 3), "body", shade=2),), (1e3 * states[TRAVEL], low)),
+            Body("end of the sleeve's way", (Outline(_block(wide / 3), "before"),), (0.0, low)),
+        ),
+        curves=(
+            Curve("contact load", "N", run.load[chosen]),
+            Curve("speed of the output", "r/min", run.speed[chosen] * 30 / np.pi),
+            Curve("link angle", "deg", np.degrees(run.seen["link"][0, chosen])),
+            Curve("way of the sleeve", "mm", 1e3 * states[TRAVEL]),
+        ),
+        events=(Event("largest load", float(1e3 * run.time[int(np.argmax(run.load))])),),
+        labels=(Label("sleeve from the side", 0.0, low - 0.22 * wide),),
+    )
+
+
+def _block(size: float) -> Array:
+    half = size / 2
+    return np.array([[-half, -half / 2], [half, -half / 2], [half, half / 2], [-half, half / 2]])

@@ -1,0 +1,141 @@
+"""Linkages and gear trains of a synthesis as they move through the poses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.mapping import model
+from planter.mapping.report.figures import MM
+from planter.mapping.report.train_figures import centres, outlines
+from planter.view.scene import Body, Curve, Event, Outline, Point, Scene
+
+if TYPE_CHECKING:
+    from planter.mapping.synthesis import Linkage
+    from planter.mapping.training import Training
+
+SECONDS = 6.0
+"""How long a cycle is shown: poses have no speed."""
+MOMENTS = 120
+_ARROW = 0.13
+"""Length of a pose's arrow in parts of the extent of the poses."""
+
+
+def linkage(found: Linkage, poses: Array, circuit: int) -> Scene:
+    """A linkage on one of its circuits, with the poses (k, 3) [m, rad]."""
+    bar, path = found.bar, found.bar.path(circuit, MOMENTS)
+    at = np.column_stack([path.tip.T, path.phi])
+    crank, follower = (MM * model.placed(at, dyad.point).T for dyad in (bar.crank, bar.follower))
+    tip, fixed = MM * path.tip, (MM * bar.crank.centre, MM * bar.follower.centre)
+    own = MM * np.array([bar.crank.point, bar.follower.point, [0.0, 0.0]])
+    bodies = (
+        Body("frame", (Outline(np.array(fixed), "ground", closed=False),)),
+        _bar("crank", fixed[0], crank),
+        _bar("follower", fixed[1], follower),
+        Body("arm", (Outline(own, "body", shade=0),), tip, np.degrees(path.phi)),
+        _poses(poses),
+    )
+    return Scene(
+        title=f"Linkage of dyads {found.numbers[0]} and {found.numbers[1]}, {bar.type}, circuit {circuit}",
+        place="crank angle",
+        unit="deg",
+        places=np.degrees(path.theta),
+        seconds=SECONDS,
+        bodies=bodies,
+        points=(Point("tip", tip[0], tip[1], True),),
+        curves=(Curve("transmission angle", "deg", np.degrees(path.transmission)),),
+        events=_reached(poses, at, np.degrees(path.theta)),
+    )
+
+
+def train(found: Training) -> Scene | None:
+    """A gear train on its carrier, with the arm and the poses where they are known.
+
+    None for a curve along which the arm gains on the carrier: two external meshes do not drive it so.
+    """
+    curve = found.train.curve
+    if curve.sense > 0:
+        return None
+    theta = np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS, endpoint=False)
+    at, psi = found.train.polar_angles()
+    middle, relative = np.degrees(np.interp(theta, at, psi[1])), np.degrees(curve.at(theta))
+    hinges, (sun, second, third, planet) = MM * centres(found).T, (part.T for part in outlines(found))
+    centre, start = _mounted(found, hinges[2])
+    parts = (
+        Body("middle gears", (_gear(second, 1), _gear(third, 2)), hinges[1].tolist(), middle),
+        Body("planet and arm", (_gear(planet, 3), *_arm(found, start)), hinges[2].tolist(), relative - relative[0]),
+    )
+    bars = Outline(hinges, "frame", closed=False)
+    turned = start + np.degrees(theta - theta[0])
+    return Scene(
+        title="Non-circular gear train",
+        place="carrier angle",
+        unit="deg",
+        places=np.degrees(theta),
+        seconds=SECONDS,
+        bodies=(Body("sun", (_gear(sun, 0),), centre, start), Body("carrier", (bars,), centre, turned, parts),
+                *([] if found.poses is None else [_poses(found.poses)])),
+        points=_tip(found, theta),
+        curves=(Curve("arm less carrier", "deg", relative),),
+    )  # fmt: skip
+
+
+def _bar(name: str, fixed: Array, moving: Array) -> Body:
+    """A link from a fixed hinge (2,) to a moving one (2, n)."""
+    along, up = moving - fixed[:, None]
+    length = float(np.hypot(along[0], up[0]))
+    bar = Outline(np.array([[0.0, 0.0], [length, 0.0]]), "frame", closed=False)
+    return Body(name, (bar,), fixed.tolist(), np.degrees(np.unwrap(np.arctan2(up, along))))
+
+
+def _gear(points: Array, shade: int) -> Outline:
+    return Outline(points, "gear", shade=shade)
+
+
+def _poses(poses: Array) -> Body:
+    """The poses as arrows along the arm's x axis."""
+    length = _ARROW * MM * (float(np.ptp(poses[:, :2], axis=0).max()) or 1.0)
+    arrow = length * np.array([[0.0, 0.0], [1.0, 0.0], [0.8, 0.08], [1.0, 0.0], [0.8, -0.08]])
+    found = []
+    for x, y, angle in poses:
+        c, s = np.cos(angle), np.sin(angle)
+        found.append(Outline(arrow @ np.array([[c, s], [-s, c]]) + [MM * x, MM * y], "mark", closed=False))
+    return Body("poses", found)
+
+
+def _reached(poses: Array, at: Array, places: Array) -> list[Event]:
+    """Where the arm comes closest to each pose, tip and direction together."""
+    size = float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
+    found = []
+    for number, pose in enumerate(poses, 1):
+        turned = np.sin((at[:, 2] - pose[2]) / 2)
+        away = np.hypot(*(at[:, :2] - pose[:2]).T) / size + np.abs(turned)
+        found.append(Event(f"closest to pose {number}", float(places[int(np.argmin(away))])))
+    return found
+
+
+def _mounted(found: Training, moving: Array) -> tuple[list[float], float]:
+    """Where the sun's centre is [mm], and how the carrier's first centre line is turned at its first angle [deg]."""
+    if found.dyad is None:
+        return [0.0, 0.0], 0.0
+    direction = float(np.degrees(found.train.curve.carrier[0] - np.arctan2(moving[1], moving[0])))
+    return (MM * found.dyad.centre).tolist(), direction
+
+
+def _arm(found: Training, start: float) -> list[Outline]:
+    """From the moving hinge to the tip, in the planet's frame."""
+    if found.dyad is None:
+        return []
+    places = MM * found.train.motion(found.dyad)["places"][:, 0]
+    c, s = np.cos(np.radians(start)), np.sin(np.radians(start))
+    own = (places[:2] - places[2:]) @ np.array([[c, -s], [s, c]])
+    return [Outline(np.array([[0.0, 0.0], own]), "frame", closed=False)]
+
+
+def _tip(found: Training, theta: Array) -> list[Point]:
+    if found.dyad is None:
+        return []
+    x, y = MM * model.arm(theta, found.train.curve.at(theta) + theta, found.dyad.vector)[:2]
+    return [Point("tip", x, y, traced=True)]

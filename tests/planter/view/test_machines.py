@@ -1,0 +1,79 @@
+"""Every machine as it is drawn obeys its geometry: gears touch, bars keep their ends, bodies stay inside."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shapely import Point, Polygon
+
+from planter.clutch.report import scene as clutch
+from planter.clutch.rotor import Rotor
+from planter.mapping import curve_file, synthesis, training
+from planter.mapping import file as poses
+from planter.mapping.report import scene as mapping
+from planter.pickup import file as pickup_file
+from planter.pickup import model as pickup_model
+from planter.pickup.report import scene as pickup
+from planter.view.scene import Scene
+from tests.support.scenes import placed
+
+
+@pytest.fixture(scope="module")
+def picking() -> Scene:
+    machine = pickup_file.load("yu2023")
+    return pickup.scene(machine, pickup_model.build(machine))
+
+
+@pytest.mark.parametrize("moment", [0, 60, 140, 300])
+def test_the_gears_of_a_pick_up_touch_where_teeth_drive_it(picking: Scene, moment: int) -> None:
+    at = placed(picking, moment)
+    assert at["sun"][0].distance(at["intermediate gear"][0]) < 0.01
+
+
+def test_locking_arcs_lie_on_each_other_in_the_dwell(picking: Scene) -> None:
+    begins, ends = (event.place for event in picking.events if "dwell" in event.name)
+    at = placed(picking, round((begins + ends) / 2))
+    radii = [np.hypot(*np.array(at[gear][1].coords).T) for gear in ("sun", "intermediate gear")]
+    assert np.ptp(np.concatenate(radii)) < 1e-6
+
+
+def test_the_needle_of_a_pick_up_ends_at_its_tip(picking: Scene) -> None:
+    tip = picking.points[0]
+    for moment in (0, 100, 250):
+        bar = placed(picking, moment)["arm and needle"][0]
+        assert Point(bar.coords[-1]).distance(Point(tip.x[moment], tip.y[moment])) < 1e-9
+
+
+def test_a_body_stays_inside_the_polygon_that_lets_it_turn() -> None:
+    shown = clutch.scene(Rotor(5, 6, 0.05), "own")
+    for moment in range(0, shown.moments, 23):
+        at = placed(shown, moment)
+        assert Polygon(at["sleeve"][0]).buffer(1e-6).contains(Polygon(at["body"][0]))
+    tight = replace(shown, bodies=(shown.bodies[0], replace(shown.bodies[1], at=(0.0, 0.0))))
+    at = placed(tight, 23)
+    assert not Polygon(at["sleeve"][0]).buffer(1e-6).contains(Polygon(at["body"][0]))
+
+
+def test_the_bars_of_a_linkage_meet_in_its_hinges() -> None:
+    found = synthesis.synthesise(poses.load_poses("sun2019-corrected"))
+    shown = mapping.linkage(found.linkages[0], found.poses, 1)
+    for moment in range(0, shown.moments, 17):
+        at = placed(shown, moment)
+        arm = [Point(corner) for corner in at["arm"][0].coords]
+        assert Point(at["crank"][0].coords[-1]).distance(arm[0]) < 1e-6
+        assert Point(at["follower"][0].coords[-1]).distance(arm[1]) < 1e-6
+
+
+def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
+    given = poses.load_poses("sun2019-corrected")
+    shown = mapping.train(training.train_of(curve_file.load_curve("sun2019-curve"), 0.07, file=given))
+    assert shown is not None
+    for moment in range(0, shown.moments, 13):
+        at = placed(shown, moment)
+        second, third = at["middle gears"]
+        assert at["sun"][0].distance(second) < 0.25
+        assert third.distance(at["planet and arm"][0]) < 0.25
+        tip = Point(shown.points[0].x[moment], shown.points[0].y[moment])
+        assert Point(at["planet and arm"][1].coords[-1]).distance(tip) < 1e-3
