@@ -9,6 +9,7 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
+from planter.planting import quantities
 from planter.planting.functions import Prologue
 from planter.planting.model import Device
 from planter.planting.results import Statistics, Warned
@@ -34,13 +35,8 @@ class Cycle:
 
     def columns(self) -> Columns:
         """Everything as one table: the angle, side 1, side 2 with `_2` in the names, totals."""
-        second = {_second(key): values for key, values in self.sides[1].items()}
+        second = {quantities.second(key): values for key, values in self.sides[1].items()}
         return {"phi_deg": np.degrees(self.phi), **self.sides[0], **second, **self.totals}
-
-
-def _second(key: str) -> str:
-    suffix = units.suffix(key)
-    return f"{key.removesuffix(suffix)}_2{suffix}"
 
 
 def cycle(device: Device, at: Prologue, phi: Array) -> Cycle:
@@ -52,8 +48,7 @@ def cycle(device: Device, at: Prologue, phi: Array) -> Cycle:
 
 
 def _shown(entries: Sequence[Mapping[str, str]], rows: Array) -> Columns:
-    keys = [entry.get("shown") or units.key(entry["name"], entry["unit"]) for entry in entries]
-    return {key: row / units.factor(key) for key, row in zip(keys, rows, strict=True)}
+    return {key: row / units.factor(key) for key, row in zip(quantities.keys(entries), rows, strict=True)}
 
 
 def angles(samples: int) -> Array:

@@ -144,14 +144,15 @@ class Device:
         return Prologue(np.asarray(x, dtype=float), found["h"][:, 0], found["dh"])
 
     @cached_property
-    def _cycle(self) -> Kernel:
+    def cycle_kernel(self) -> Kernel:
+        """Quantities of side 1, of side 2 and of both at carrier angles, from (phi, x, c, h) in SI."""
         names, outputs = ["phi", "x", "c", "h"], ["side1", "side2", "totals"]
         f = ca.Function("cycle", self.functions.inputs, list(self.functions.both), names, outputs)
         return Kernel(f, lanes=["phi"])
 
     def cycle(self, at: Prologue, phi: Array) -> dict[str, Array]:
         """`side1`, `side2` and `totals` at carrier angles phi (n,) [rad]: a row (n,) for each quantity [SI]."""
-        return self._cycle(phi=phi, x=at.x, c=self.constants, h=at.h)
+        return self.cycle_kernel(phi=phi, x=at.x, c=self.constants, h=at.h)
 
     def side(self, x: Array, phi: Array) -> dict[str, Array]:
         """Quantities (n,) of side 1 by their names [SI], of a design x (p,) at carrier angles phi (n,) [rad]."""

@@ -36,7 +36,10 @@ def c(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Support force over a turn, objective and gradient in C99 that needs nothing else."""
+    """All motions and forces, the objective and its gradient in C99 that needs nothing else.
+
+    planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.planting.export import c99 as texts

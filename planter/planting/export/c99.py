@@ -18,6 +18,7 @@ from planter.kernels import Array, loops
 from planter.kernels.loops import functions
 from planter.planting.model import Device
 from planter.planting.objective import weights
+from planter.planting.quantities import Quantity, quantities
 from planter.version import __version__
 
 WIDTH = 116
@@ -64,6 +65,7 @@ def _values(device: Device, own: str) -> dict[str, Any]:
     count = angles * len(offsets)
     both: list[ca.Function] = [device.hoisting_kernel.function, device.prologue_kernel.function]
     work = {key: max(int(getattr(f, f"sz_{key}")()) for f in both) + 1 for key in ("arg", "res", "iw", "w")}
+    found = quantities(device.sidecar)
     spread = "variance" if objective.kind == "paper" else "standard deviation"
     return {
         **description(device), "name": own, "NAME": own.upper(),
@@ -78,7 +80,9 @@ def _values(device: Device, own: str) -> dict[str, Any]:
         "own": _numbers(device.design), "lower": _numbers(device.lower), "upper": _numbers(device.upper),
         "data": _numbers(device.constants), "offsets": _numbers(offsets),
         "weight_range": repr(objective.weight_range), "weight_variance": repr(objective.weight_variance),
-        "newton": int(objective.kind == "newton"), "names": ", ".join(f'"{n}"' for n in device.names),
+        "newton": int(objective.kind == "newton"), "names": _quoted(device.names),
+        "side": device.cycle_kernel.function.size1_out(0), "totals": device.cycle_kernel.function.size1_out(2),
+        "quantities": _listing("Quantities q:", _numbered(found)), "quantity": _quoted(q.name for q in found),
     }  # fmt: skip
 
 
@@ -111,8 +115,9 @@ def casadi_text(file: str, both: Iterable[ca.Function]) -> str:
 
 
 def _kernels(device: Device, own: str) -> str:
-    """Force and slopes as lane kernels of this file alone."""
-    works = [kernel.work for kernel in (device.force.value_kernel, device.force.slopes_kernel)]
+    """Force, slopes and all quantities as lane kernels of this file alone."""
+    force = device.force
+    works = [kernel.work for kernel in (force.value_kernel, force.slopes_kernel, device.cycle_kernel)]
     graphs = [loops.Graph.of(work.function, work.varying) for work in works]
     printed = [f"static {loops.function(graph, summed=False)}" for graph in graphs]
     return "\n".join([functions.source(own), *printed])
@@ -122,6 +127,10 @@ def _renamed(own: str, turn: str) -> str:
     """The turn's functions under the machine's name."""
     found = re.findall(r"^(?:int|long) (turn_\w+)\(", turn, flags=re.MULTILINE)
     return "".join(f"#define {function} {own}_{function}\n" for function in found)
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)
 
 
 def _numbers(values: Array | Sequence[float]) -> str:
@@ -141,6 +150,11 @@ def _named(names: Sequence[str] | None, entries: Sequence[Mapping[str, str]], ve
     for index, entry in enumerate(entries):
         shown = names[index] if names else entry["shown"]
         yield f"{vector}[{index}] {shown}: {entry['name']} [{entry['unit']}] {entry['meaning']} ({entry['source']})"
+
+
+def _numbered(found: Sequence[Quantity]) -> Iterable[str]:
+    for index, q in enumerate(found):
+        yield f"q[{index}] {q.name} [{q.unit}] {q.meaning}{f'; side {q.side}' if q.side else ''} ({q.source})"
 
 
 def _equations(sidecar: Mapping[str, Any]) -> str:

@@ -1,7 +1,7 @@
 /* $headline: see $name.h.
  *
- * First what a design fixes, in CasADi's C; then the force of a side and its slopes as loops over angles, each line an
- * operation of the derived equations; then the turn, which joins them.
+ * First what a design fixes, in CasADi's C; then the force of a side, its slopes and all quantities as loops over angles,
+ * each line an operation of the derived equations; then the turn, which joins them.
  */
 #include "$name.h"
 
@@ -25,6 +25,7 @@ const double ${name}_design[${NAME}_PARAMETERS] = {$own};
 const double ${name}_lower[${NAME}_PARAMETERS] = {$lower};
 const double ${name}_upper[${NAME}_PARAMETERS] = {$upper};
 const double ${name}_machine[${NAME}_MACHINE] = {$data};
+const char *const ${name}_quantity[${NAME}_QUANTITIES] = {$quantity};
 
 void ${name}_prepare(${name}_memory *m)
 {
@@ -73,4 +74,15 @@ int ${name}_gradient(${name}_memory *m, const double *x, const double *machine, 
   const int failed = turn_gradient(&t, x, &f, gradient);
   *result = copied(&f);
   return failed;
+}
+
+int ${name}_quantities(${name}_memory *m, const double *x, const double *machine, long angles, const double *phi,
+                       double *q)
+{
+  const turn t = turn_of(m, machine);
+  if (designed(&t, x, 0)) return 1;
+  cycle(angles, phi, x, machine, m->h, q, q + ${NAME}_SIDE * angles, q + 2 * ${NAME}_SIDE * angles);
+  for (long i = 0; i < ${NAME}_QUANTITIES * angles; ++i)
+    if (!is_finite(q[i])) return 1;
+  return 0;
 }

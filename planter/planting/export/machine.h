@@ -1,6 +1,7 @@
 /* $headline
  *
- * Support force over a turn of the carrier, objective and gradient. SI units and radians throughout.
+ * Support force over a turn of the carrier, objective and gradient; all motions and forces at any carrier angle.
+ * SI units and radians throughout.
  * Written by planter $version; do not edit. Needs a C99 compiler and nothing else:
  *
  *     cc -std=c99 -O3 -march=native -ffast-math -c $name.c && cc ${name}_main.c $name.o -lm -o $name && ./$name
@@ -10,6 +11,8 @@
 $design
  *
 $machine
+ *
+$quantities
  *
 $equations
  */
@@ -21,6 +24,7 @@ extern "C" {
 #endif
 
 enum { ${NAME}_PARAMETERS = $parameters, ${NAME}_MACHINE = $constants, ${NAME}_SAMPLES = $samples, ${NAME}_ANGLES = $angles };
+enum { ${NAME}_SIDE = $side, ${NAME}_TOTALS = $totals, ${NAME}_QUANTITIES = 2 * ${NAME}_SIDE + ${NAME}_TOTALS };
 
 /* A turn: objective $objective; range [N], variance [N2] and mean [N] of the support force. */
 typedef struct {
@@ -40,6 +44,7 @@ extern const double ${name}_design[${NAME}_PARAMETERS];  /* the machine file's o
 extern const double ${name}_lower[${NAME}_PARAMETERS];   /* its bounds */
 extern const double ${name}_upper[${NAME}_PARAMETERS];
 extern const double ${name}_machine[${NAME}_MACHINE];    /* its data */
+extern const char *const ${name}_quantity[${NAME}_QUANTITIES];  /* names of q */
 
 void ${name}_prepare(${name}_memory *m);
 
@@ -48,6 +53,11 @@ int ${name}_value(${name}_memory *m, const double *x, const double *machine, ${n
 
 /* The same, and the gradient of the objective: that of the samples where the extremes stand. */
 int ${name}_gradient(${name}_memory *m, const double *x, const double *machine, ${name}_found *found, double *gradient);
+
+/* All quantities q (${NAME}_QUANTITIES, angles), row after row, of a design x at carrier angles phi [rad]; nonzero where
+ * one is not finite. Side 1 comes first, then side 2, half a turn behind, then what both do together. */
+int ${name}_quantities(${name}_memory *m, const double *x, const double *machine, long angles, const double *phi,
+                double *q);
 
 #ifdef __cplusplus
 }

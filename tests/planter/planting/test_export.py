@@ -9,11 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from planter.cli.app import application
-from planter.files import examples
+from planter.files import examples, units
+from planter.planting.cycle import cycle
 from planter.planting.export import c99
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from planter.planting.quantities import quantities
 from planter.planting.simulation import objective_gradient
 from tests.support import swapped
 from tests.support.lanes import STRICT, path_of
@@ -27,16 +29,36 @@ def answer(*arguments: str) -> dict:  # type: ignore[type-arg]
     return json.loads(result.stdout)
 
 
-def program(files: list[Path], compiler: str, *flags: str) -> dict[str, float]:
-    """What the exported program prints, its parts compiled each with every warning an error."""
+def built(files: list[Path], compiler: str, *flags: str) -> Path:
+    """The exported program, its parts compiled each with every warning an error."""
     sources, target = [f for f in files if f.suffix == ".c"], files[0].with_suffix(f".{compiler}")
     objects = [source.with_suffix(".o") for source in sources]
     for source, compiled in zip(sources, objects, strict=True):
         command = [path_of(compiler), *STRICT, *flags, "-c", str(source), "-o", str(compiled)]
         subprocess.run(command, check=True, capture_output=True, text=True)
     subprocess.run([path_of(compiler), *map(str, objects), "-lm", "-o", str(target)], check=True)
-    said = subprocess.run([str(target)], check=True, capture_output=True, text=True).stdout
-    return {name: float(value) for name, value in map(str.split, said.splitlines())}
+    return target
+
+
+def said(command: Path, *arguments: str) -> list[str]:
+    return subprocess.run([command, *arguments], check=True, capture_output=True, text=True).stdout.splitlines()
+
+
+def numbers(program: Path) -> dict[str, float]:
+    """What an exported program prints by itself."""
+    return {name: float(value) for name, value in map(str.split, said(program))}
+
+
+def furthest(device: Device, lines: list[str]) -> float:
+    """How far a printed turn is from the device's, of each quantity's largest number."""
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    turn = cycle(device, device.prologue(device.design), rows[:, 0])
+    found = quantities(device.sidecar)
+    assert lines[0].split(",") == ["phi", *(q.name for q in found)]
+    columns = turn.columns()
+    assert list(columns) == ["phi_deg", *(q.shown for q in found)]
+    expected = np.array([columns[q.shown] * units.factor(q.shown) for q in found])
+    return float((np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max())
 
 
 NATIVE = ("-O3", "-march=native", "-ffast-math")
@@ -54,7 +76,8 @@ def test_the_program_finds_what_simulate_finds(
     name: str, model: Model, compiler: str, flags: tuple[str, ...], tmp_path: Path
 ) -> None:
     files = [Path(p) for p in answer("export", "c", name, "--model", model, "--out", str(tmp_path))["files"]]
-    found = program(files, compiler, *flags)
+    program = built(files, compiler, *flags)
+    found = numbers(program)
     expected = answer("simulate", name, "--model", model)
     assert found["objective"] == pytest.approx(expected["objective"], rel=1e-12)
     for key in OBJECTIVE:
@@ -65,6 +88,9 @@ def test_the_program_finds_what_simulate_finds(
     width = dict(zip(device.names, (device.upper - device.lower) / device.scale, strict=True))
     largest = max(abs(gradient[n] * width[n]) for n in gradient)
     assert all(abs(shown[n] - gradient[n]) * width[n] <= 1e-10 * largest for n in gradient)
+    lines = said(program, "turn")
+    assert len(lines) == 1 + device.machine.objective.samples
+    assert furthest(device, lines) <= 1e-12
 
 
 def written(device: Device, folder: Path) -> list[Path]:
@@ -80,7 +106,7 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
     files = written(device, tmp_path)
     assert [f.name for f in files] == ["my_2nd_machine.h", "my_2nd_machine.c", "my_2nd_machine_main.c"]
     value, gradient = objective_gradient(device, 37)
-    found = program(files, "gcc", "-O1")
+    found = numbers(built(files, "gcc", "-O1"))
     assert found["objective"] == pytest.approx(value, rel=1e-12)
     own = np.array([found[f"gradient.{name}"] for name in device.names])
     width = device.upper - device.lower
@@ -90,12 +116,20 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
 def test_another_design_is_another_number(tmp_path: Path) -> None:
     """The program's number is computed: with a number of the machine changed in its text it is another one."""
     files = written(Device(load("wang2017")), tmp_path)
-    before = program(files, "gcc", "-O0")["objective"]
+    before = numbers(built(files, "gcc", "-O0"))["objective"]
     text = files[1].read_text()
     head, mark, data = text.partition("const double wang2017_machine[WANG2017_MACHINE] = {")
     first, comma, rest = data.partition(", ")
     files[1].write_text(head + mark + repr(1.1 * float(first)) + comma + rest)
-    assert program(files, "gcc", "-O0")["objective"] != pytest.approx(before, rel=1e-3)
+    assert numbers(built(files, "gcc", "-O0"))["objective"] != pytest.approx(before, rel=1e-3)
+
+
+def test_sides_that_are_exchanged_are_seen(tmp_path: Path) -> None:
+    device = Device(load("wang2017"))
+    files = written(device, tmp_path)
+    second = "q + WANG2017_SIDE * angles"
+    files[1].write_text(files[1].read_text().replace(f"q, {second}", f"{second}, q"))
+    assert furthest(device, said(built(files, "gcc", "-O0"), "turn")) > 1e-3
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -106,6 +140,8 @@ def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
     assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
     for entry in device.sidecar["vectors"]["machine"]:
         assert f"{entry['name']} [{entry['unit']}] {entry['meaning']}" in header
+    for number, q in enumerate(quantities(device.sidecar)):
+        assert f"q[{number}] {q.name} [{q.unit}] {q.meaning}" in header
     for equation in device.sidecar["equations"]:
         assert equation in header
     assert ("wang2017 (18)" in header) == (model == "printed")
