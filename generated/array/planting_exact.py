@@ -47,17 +47,17 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c42 = -c41
     c49 = y_A - y_C2
     c50 = -c49
-    c74 = xp.sin(mu1)
-    c80 = xp.cos(mu1)
-    c94 = xp.tan(mu2)
-    c104 = rho_CA**2
+    c78 = xp.sin(mu1)
+    c84 = xp.cos(mu1)
+    c98 = xp.tan(mu2)
+    c108 = rho_CA**2
     return (
-        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c33, c36, c41, c42, c49, c50, c74, c80, c94, c104,
+        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c33, c36, c41, c42, c49, c50, c78, c84, c98, c108,
     )
 
 
 def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted, stage1, stage2, flank):
-    """side: 37 entries in the order of the CasADi function."""
+    """side: 39 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -114,10 +114,10 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c42 = hoisted[11]
     c49 = hoisted[12]
     c50 = hoisted[13]
-    c74 = hoisted[14]
-    c80 = hoisted[15]
-    c94 = hoisted[16]
-    c104 = hoisted[17]
+    c78 = hoisted[14]
+    c84 = hoisted[15]
+    c98 = hoisted[16]
+    c108 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -277,130 +277,134 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     # derived: outer half: force along y of planet
     F_Aoy = c54
     c60 = c44 * c55
-    c61 = c52 * c55
-    c62 = c23 * c31
-    c63 = c26 * c62
-    c64 = I_C1x * c26
-    c65 = (
-        I_C1y * theta1_ddot + I_C1z * c63 - I_C2x * c63 + I_C2y * theta1_ddot + I_C2z * c63 + S * (-x_A + x_F) -
-        c62 * c64
+    c61 = -theta1_ddot * c40 - c60
+    c62 = c52 * c55
+    c63 = -theta1_ddot * c48 - c62
+    # derived: outer half: force along z of planet
+    F_Aoz = S - m_C1 * c61 - m_C2 * c63
+    c64 = c23 * c31
+    c65 = c26 * c64
+    c66 = I_C1x * c26
+    c67 = (
+        I_C1y * theta1_ddot + I_C1z * c65 - I_C2x * c65 + I_C2y * theta1_ddot + I_C2z * c65 + S * (-x_A + x_F) -
+        c64 * c66
     )
     # derived: outer half: moment along y of planet about A outer
-    M_K = (
-        m_C1 * c40 * (-theta1_ddot * c40 - c60) + m_C2 * c48 * (-theta1_ddot * c48 - c61) - c43 * c57 - c51 * c58
-        - c65
-    )
-    c66 = Omega_dot * c23
-    c67 = Omega * theta1_dot
-    c68 = c26 * c67
-    c69 = I_C1x * c66 + I_C1y * c68 - I_C1z * c68 + c64 * c67
-    c70 = I_C2x * c66 + I_C2x * c68 + I_C2y * c68 - I_C2z * c68
-    c71 = Omega_dot * c26
-    c72 = c23 * c67
-    c73 = (
-        c26 * (I_C1x * c72 - I_C1y * c72 + I_C1z * c71 - I_C1z * c72) + c26 * (I_C2x * c72 - I_C2y * c72 + I_C2z *
-        c71 - I_C2z * c72) - c40 * c46 + c42 * c57 - c48 * c53 + c50 * c58
+    M_K = m_C1 * c40 * c61 + m_C2 * c48 * c63 - c43 * c57 - c51 * c58 - c67
+    c68 = Omega_dot * c23
+    c69 = Omega * theta1_dot
+    c70 = c26 * c69
+    c71 = I_C1x * c68 + I_C1y * c70 - I_C1z * c70 + c66 * c69
+    c72 = I_C2x * c68 + I_C2x * c70 + I_C2y * c70 - I_C2z * c70
+    c73 = Omega_dot * c26
+    c74 = c23 * c69
+    c75 = (
+        c26 * (I_C1x * c74 - I_C1y * c74 + I_C1z * c73 - I_C1z * c74) + c26 * (I_C2x * c74 - I_C2y * c74 + I_C2z *
+        c73 - I_C2z * c74) - c40 * c46 + c42 * c57 - c48 * c53 + c50 * c58
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c23 * c69 + c23 * c70 + c73
-    c76 = -Omega * R_b + R_b * omega + theta1_dot * c29
-    c75 = -c28
-    c77 = 1 / xp.sqrt(c55 * c75**2 + c76**2)
-    c78 = theta1_dot * c75
-    c79 = c77 * c78
-    c81 = -c74 * c79 + c76 * c77 * c80
-    c82 = -c74 * c76 * c77 - c79 * c80
+    M_Aoz = c23 * c71 + c23 * c72 + c75
+    c76 = m_C1 * (-theta1_ddot * c39 + c60)
+    c77 = m_C2 * (-theta1_ddot * c47 + c62)
+    c80 = -Omega * R_b + R_b * omega + theta1_dot * c29
+    c79 = -c28
+    c81 = 1 / xp.sqrt(c55 * c79**2 + c80**2)
+    c82 = theta1_dot * c79
+    c83 = c81 * c82
+    c85 = -c78 * c83 + c80 * c81 * c84
+    c86 = -c78 * c80 * c81 - c83 * c84
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c40 * (-theta1_ddot * c39 + c60) + m_C2 * c48 * (-theta1_ddot * c47 + c61) - c44 * c57 -
-        c52 * c58 + c65) / (-c81 * (-x_A + x_E) + c82 * (-z_A + z_E))
+        (-M_K + c40 * c76 - c44 * c57 + c48 * c77 - c52 * c58 + c67) / (-c85 * (-x_A + x_E) + c86 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c82
+    F_Ex = F_E * c86
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c81
+    F_Ez = F_E * c85
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c76 - F_Ez * c78
+    F_E_loss = -F_Ex * c80 - F_Ez * c82
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c59
+    # derived: inner half: force along z of planet
+    F_Az = -F_Ez - S - c76 - c77
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) + c23 * c69 + c23 * c70 + c73
-    c83 = x_A * c32 + y_A * c30
-    c84 = F_Aox * c30 - F_Aoy * c32
-    c85 = F_Ax * c30 - F_Ay * c32
-    c86 = F_Aox * c32 + F_Aoy * c30
-    c87 = -x_A * c30 + y_A * c32
-    c88 = F_Ax * c32 + F_Ay * c30
-    c89 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
-    c90 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
+    M_Az = F_Ex * (-y_A + y_E) + c23 * c71 + c23 * c72 + c75
+    c87 = x_A * c32 + y_A * c30
+    c88 = F_Aox * c30 - F_Aoy * c32
+    c89 = F_Ax * c30 - F_Ay * c32
+    c90 = F_Aox * c32 + F_Aoy * c30
+    c91 = -x_A * c30 + y_A * c32
+    c92 = F_Ax * c32 + F_Ay * c30
+    c93 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
+    c94 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c83 * c84 - c83 * c85 - c86 * c87 - c87 *
-        c88 + c89 * (-y_B1 + y_CB) - c90 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c87 * c88 - c87 * c89 - c90 * c91 - c91 *
+        c92 + c93 * (-y_B1 + y_CB) - c94 * (-x_B1 + x_CB)
     )
-    c91 = 1 / r7
-    c92 = alpha_n + xi2
-    c93 = xp.sin(c92)
-    c95 = xp.cos(c92)
-    c96 = c93 - c94 * c95
-    c97 = M_Q >= 0
-    c98 = alpha_n - xi2
-    c99 = xp.sin(c98)
-    c100 = xp.cos(c98)
-    c101 = -c100 * c94 + c99
+    c95 = 1 / r7
+    c96 = alpha_n + xi2
+    c97 = xp.sin(c96)
+    c99 = xp.cos(c96)
+    c100 = c97 - c98 * c99
+    c101 = M_Q >= 0
+    c102 = alpha_n - xi2
+    c103 = xp.sin(c102)
+    c104 = xp.cos(c102)
+    c105 = c103 - c104 * c98
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c97, c91 / c96, c91 / c101)
-    c102 = F_NQ * xp.where(c97, c96, c101)
-    c103 = F_NQ * xp.where(c97, c93 * c94 + c95, -c100 - c94 * c99)
+    F_NQ = M_Q * xp.where(c101, c95 / c100, c95 / c105)
+    c106 = F_NQ * xp.where(c101, c100, c105)
+    c107 = F_NQ * xp.where(c101, c97 * c98 + c99, -c103 * c98 - c104)
     # derived: tooth force of planet on middle body
-    F_Qx = -c102 * c20 - c103 * c18
+    F_Qx = -c106 * c20 - c107 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c102 * c18 + c103 * c20
-    c105 = y_A1 - y_CA
-    c109 = -x_A1 + x_CA
-    c106 = omega + phi52_dot
-    c107 = omega * x_A1
-    c108 = -c106
-    c110 = m2 * (-ax_A1 - phi52_ddot * c105 - c106 * c107 - c108 * (c106 * c109 + c107))
-    c111 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c108 - phi52_ddot * c109 - c106 * (-omega * y_CA + phi52_dot * y_A1 -
+    F_Qy = -c106 * c18 + c107 * c20
+    c109 = y_A1 - y_CA
+    c113 = -x_A1 + x_CA
+    c110 = omega + phi52_dot
+    c111 = omega * x_A1
+    c112 = -c110
+    c114 = m2 * (-ax_A1 - phi52_ddot * c109 - c110 * c111 - c112 * (c110 * c113 + c111))
+    c115 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c112 - phi52_ddot * c113 - c110 * (-omega * y_CA + phi52_dot * y_A1 -
         phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c104 * c33**2 + c104 *
-        c36**2)) - c105 * c110 - c109 * c111
+        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c108 * c33**2 + c108 *
+        c36**2)) - c109 * c114 - c113 * c115
     )
-    c112 = 1 / r5
-    c113 = alpha_n + xi1
-    c114 = xp.sin(c113)
-    c115 = xp.cos(c113)
-    c116 = c114 - c115 * c94
-    c117 = M_P >= 0
-    c118 = alpha_n - xi1
-    c119 = xp.sin(c118)
-    c120 = xp.cos(c118)
-    c121 = c119 - c120 * c94
+    c116 = 1 / r5
+    c117 = alpha_n + xi1
+    c118 = xp.sin(c117)
+    c119 = xp.cos(c117)
+    c120 = c118 - c119 * c98
+    c121 = M_P >= 0
+    c122 = alpha_n - xi1
+    c123 = xp.sin(c122)
+    c124 = xp.cos(c122)
+    c125 = c123 - c124 * c98
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c117, c112 / c116, c112 / c121)
-    c122 = F_NP * xp.where(c117, c116, c121)
-    c123 = F_NP * xp.where(c117, c114 * c94 + c115, -c119 * c94 - c120)
+    F_NP = M_P * xp.where(c121, c116 / c120, c116 / c125)
+    c126 = F_NP * xp.where(c121, c120, c125)
+    c127 = F_NP * xp.where(c121, c118 * c98 + c119, -c123 * c98 - c124)
     # derived: tooth force of middle body on sun
-    F_Px = -c122 * c15 - c123 * c13
+    F_Px = -c126 * c15 - c127 * c13
     # derived: tooth force of middle body on sun
-    F_Py = -c122 * c13 + c123 * c15
+    F_Py = -c126 * c13 + c127 * c15
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c110
+    F_A1x = F_Px - F_Qx - c114
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c111
+    F_A1y = F_Py - F_Qy - c115
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c86 + c88 - c89
+    F_B1x = F_Qx + c90 + c92 - c93
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c84 - c85 - c90
+    F_B1y = F_Qy - c88 - c89 - c94
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
-        x_tip_machine, F_Aox, F_Aoy, x_E, y_E,
+        x_tip_machine, F_Aox, F_Aoy, F_Az, F_Aoz, x_E, y_E,
     )
 
 
@@ -464,10 +468,10 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c42 = hoisted[11]
     c49 = hoisted[12]
     c50 = hoisted[13]
-    c74 = hoisted[14]
-    c80 = hoisted[15]
-    c94 = hoisted[16]
-    c104 = hoisted[17]
+    c78 = hoisted[14]
+    c84 = hoisted[15]
+    c98 = hoisted[16]
+    c108 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -617,95 +621,95 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     # derived: outer half: force along y of planet
     F_Aoy = c54
     c60 = c44 * c55
-    c61 = c52 * c55
-    c62 = c23 * c31
-    c63 = c26 * c62
-    c64 = I_C1x * c26
-    c65 = (
-        I_C1y * theta1_ddot + I_C1z * c63 - I_C2x * c63 + I_C2y * theta1_ddot + I_C2z * c63 + S * (-x_A + x_F) -
-        c62 * c64
+    c61 = -theta1_ddot * c40 - c60
+    c62 = c52 * c55
+    c63 = -theta1_ddot * c48 - c62
+    c64 = c23 * c31
+    c65 = c26 * c64
+    c66 = I_C1x * c26
+    c67 = (
+        I_C1y * theta1_ddot + I_C1z * c65 - I_C2x * c65 + I_C2y * theta1_ddot + I_C2z * c65 + S * (-x_A + x_F) -
+        c64 * c66
     )
     # derived: outer half: moment along y of planet about A outer
-    M_K = (
-        m_C1 * c40 * (-theta1_ddot * c40 - c60) + m_C2 * c48 * (-theta1_ddot * c48 - c61) - c43 * c57 - c51 * c58
-        - c65
-    )
-    c66 = Omega_dot * c23
-    c67 = Omega * theta1_dot
-    c68 = c26 * c67
-    c69 = I_C1x * c66 + I_C1y * c68 - I_C1z * c68 + c64 * c67
-    c70 = I_C2x * c66 + I_C2x * c68 + I_C2y * c68 - I_C2z * c68
-    c71 = Omega_dot * c26
-    c72 = c23 * c67
-    c73 = (
-        c26 * (I_C1x * c72 - I_C1y * c72 + I_C1z * c71 - I_C1z * c72) + c26 * (I_C2x * c72 - I_C2y * c72 + I_C2z *
-        c71 - I_C2z * c72) - c40 * c46 + c42 * c57 - c48 * c53 + c50 * c58
+    M_K = m_C1 * c40 * c61 + m_C2 * c48 * c63 - c43 * c57 - c51 * c58 - c67
+    c68 = Omega_dot * c23
+    c69 = Omega * theta1_dot
+    c70 = c26 * c69
+    c71 = I_C1x * c68 + I_C1y * c70 - I_C1z * c70 + c66 * c69
+    c72 = I_C2x * c68 + I_C2x * c70 + I_C2y * c70 - I_C2z * c70
+    c73 = Omega_dot * c26
+    c74 = c23 * c69
+    c75 = (
+        c26 * (I_C1x * c74 - I_C1y * c74 + I_C1z * c73 - I_C1z * c74) + c26 * (I_C2x * c74 - I_C2y * c74 + I_C2z *
+        c73 - I_C2z * c74) - c40 * c46 + c42 * c57 - c48 * c53 + c50 * c58
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c23 * c69 + c23 * c70 + c73
-    c76 = -Omega * R_b + R_b * omega + theta1_dot * c29
-    c75 = -c28
-    c77 = 1 / xp.sqrt(c55 * c75**2 + c76**2)
-    c78 = theta1_dot * c75
-    c79 = c77 * c78
-    c81 = -c74 * c79 + c76 * c77 * c80
-    c82 = -c74 * c76 * c77 - c79 * c80
+    M_Aoz = c23 * c71 + c23 * c72 + c75
+    c76 = m_C1 * (-theta1_ddot * c39 + c60)
+    c77 = m_C2 * (-theta1_ddot * c47 + c62)
+    c80 = -Omega * R_b + R_b * omega + theta1_dot * c29
+    c79 = -c28
+    c81 = 1 / xp.sqrt(c55 * c79**2 + c80**2)
+    c82 = theta1_dot * c79
+    c83 = c81 * c82
+    c85 = -c78 * c83 + c80 * c81 * c84
+    c86 = -c78 * c80 * c81 - c83 * c84
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + m_C1 * c40 * (-theta1_ddot * c39 + c60) + m_C2 * c48 * (-theta1_ddot * c47 + c61) - c44 * c57 -
-        c52 * c58 + c65) / (-c81 * (-x_A + x_E) + c82 * (-z_A + z_E))
+        (-M_K + c40 * c76 - c44 * c57 + c48 * c77 - c52 * c58 + c67) / (-c85 * (-x_A + x_E) + c86 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c82
+    F_Ex = F_E * c86
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c59
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) + c23 * c69 + c23 * c70 + c73
-    c83 = x_A * c32 + y_A * c30
-    c84 = F_Aox * c30 - F_Aoy * c32
-    c85 = F_Ax * c30 - F_Ay * c32
-    c86 = F_Aox * c32 + F_Aoy * c30
-    c87 = -x_A * c30 + y_A * c32
-    c88 = F_Ax * c32 + F_Ay * c30
-    c89 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
-    c90 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
+    M_Az = F_Ex * (-y_A + y_E) + c23 * c71 + c23 * c72 + c75
+    c87 = x_A * c32 + y_A * c30
+    c88 = F_Aox * c30 - F_Aoy * c32
+    c89 = F_Ax * c30 - F_Ay * c32
+    c90 = F_Aox * c32 + F_Aoy * c30
+    c91 = -x_A * c30 + y_A * c32
+    c92 = F_Ax * c32 + F_Ay * c30
+    c93 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
+    c94 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c83 * c84 - c83 * c85 - c86 * c87 - c87 *
-        c88 + c89 * (-y_B1 + y_CB) - c90 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c87 * c88 - c87 * c89 - c90 * c91 - c91 *
+        c92 + c93 * (-y_B1 + y_CB) - c94 * (-x_B1 + x_CB)
     )
-    c91 = 1 / r7
-    c92 = alpha_n + xi2
-    c93 = xp.sin(c92)
-    c95 = xp.cos(c92)
-    c96 = c93 - c94 * c95
-    c97 = M_Q >= 0
-    c98 = alpha_n - xi2
-    c99 = xp.sin(c98)
-    c100 = xp.cos(c98)
-    c101 = -c100 * c94 + c99
+    c95 = 1 / r7
+    c96 = alpha_n + xi2
+    c97 = xp.sin(c96)
+    c99 = xp.cos(c96)
+    c100 = c97 - c98 * c99
+    c101 = M_Q >= 0
+    c102 = alpha_n - xi2
+    c103 = xp.sin(c102)
+    c104 = xp.cos(c102)
+    c105 = c103 - c104 * c98
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c97, c91 / c96, c91 / c101)
-    c102 = F_NQ * xp.where(c97, c96, c101)
-    c103 = F_NQ * xp.where(c97, c93 * c94 + c95, -c100 - c94 * c99)
+    F_NQ = M_Q * xp.where(c101, c95 / c100, c95 / c105)
+    c106 = F_NQ * xp.where(c101, c100, c105)
+    c107 = F_NQ * xp.where(c101, c97 * c98 + c99, -c103 * c98 - c104)
     # derived: tooth force of planet on middle body
-    F_Qx = -c102 * c20 - c103 * c18
+    F_Qx = -c106 * c20 - c107 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c102 * c18 + c103 * c20
-    c105 = y_A1 - y_CA
-    c109 = -x_A1 + x_CA
-    c106 = omega + phi52_dot
-    c107 = omega * x_A1
-    c108 = -c106
-    c110 = m2 * (-ax_A1 - phi52_ddot * c105 - c106 * c107 - c108 * (c106 * c109 + c107))
-    c111 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c108 - phi52_ddot * c109 - c106 * (-omega * y_CA + phi52_dot * y_A1 -
+    F_Qy = -c106 * c18 + c107 * c20
+    c109 = y_A1 - y_CA
+    c113 = -x_A1 + x_CA
+    c110 = omega + phi52_dot
+    c111 = omega * x_A1
+    c112 = -c110
+    c114 = m2 * (-ax_A1 - phi52_ddot * c109 - c110 * c111 - c112 * (c110 * c113 + c111))
+    c115 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c112 - phi52_ddot * c113 - c110 * (-omega * y_CA + phi52_dot * y_A1 -
         phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c104 * c33**2 + c104 *
-        c36**2)) - c105 * c110 - c109 * c111
+        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c108 * c33**2 + c108 *
+        c36**2)) - c109 * c114 - c113 * c115
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -763,8 +767,8 @@ def frame(xp, side1, side2, machine):
     y_A1 = side1[27]  # [m] A1, y
     x_B1 = side1[28]  # [m] B1, x
     y_B1 = side1[29]  # [m] B1, y
-    x_E = side1[35]  # [m] roller centre, x'
-    y_E = side1[36]  # [m] roller centre, y'
+    x_E = side1[37]  # [m] roller centre, x'
+    y_E = side1[38]  # [m] roller centre, y'
     alpha_2 = side2[2]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg; side 2
     F_Ex_2 = side2[9]  # [N] force of the cam on the roller, planet frame, x; side 2
     M_P_2 = side2[11]  # [N m] moment about A1 of the sun's action on gear 5; side 2
@@ -778,8 +782,8 @@ def frame(xp, side1, side2, machine):
     y_A1_2 = side2[27]  # [m] A1, y; side 2
     x_B1_2 = side2[28]  # [m] B1, x; side 2
     y_B1_2 = side2[29]  # [m] B1, y; side 2
-    x_E_2 = side2[35]  # [m] roller centre, x'; side 2
-    y_E_2 = side2[36]  # [m] roller centre, y'; side 2
+    x_E_2 = side2[37]  # [m] roller centre, x'; side 2
+    y_E_2 = side2[38]  # [m] roller centre, y'; side 2
     g = machine[1]  # [m/s2] gravity
     m1 = machine[6]  # [kg] mass of the sun
     m4 = machine[9]  # [kg] mass of the carrier

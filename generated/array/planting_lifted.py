@@ -49,17 +49,17 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c50 = y_A - y_C2
     c55 = -c43
     c58 = -c50
-    c76 = xp.cos(mu1)
-    c97 = xp.tan(mu2)
-    c111 = rho_CA**2
-    c112 = J_56 - m2 * (c111 * c34**2 + c111 * c37**2)
+    c80 = xp.cos(mu1)
+    c101 = xp.tan(mu2)
+    c115 = rho_CA**2
+    c116 = J_56 - m2 * (c115 * c34**2 + c115 * c37**2)
     return (
-        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c76, c97, c112,
+        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c80, c101, c116,
     )
 
 
 def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, lifted, hoisted, stage1, stage2, flank):
-    """side: 40 entries in the order of the CasADi function."""
+    """side: 42 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -121,9 +121,9 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c50 = hoisted[11]
     c55 = hoisted[12]
     c58 = hoisted[13]
-    c76 = hoisted[14]
-    c97 = hoisted[15]
-    c112 = hoisted[16]
+    c80 = hoisted[14]
+    c101 = hoisted[15]
+    c116 = hoisted[16]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -282,148 +282,150 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     # derived: outer half: force along y of planet
     F_Aoy = -c60
     c61 = c42 * c45
-    c62 = c42 * c52
-    c63 = c23 * c32
-    c64 = c26 * c63
-    c65 = I_C1x * c26
-    c66 = (
-        I_C1y * theta1_ddot + I_C1z * c64 - I_C2x * c64 + I_C2y * theta1_ddot + I_C2z * c64 + S * (-x_A + x_F) -
-        c63 * c65
+    c62 = -theta1_ddot * c41 - c61
+    c63 = c42 * c52
+    c64 = -theta1_ddot * c49 - c63
+    # derived: outer half: force along z of planet
+    F_Aoz = S - m_C1 * c62 - m_C2 * c64
+    c65 = c23 * c32
+    c66 = c26 * c65
+    c67 = I_C1x * c26
+    c68 = (
+        I_C1y * theta1_ddot + I_C1z * c66 - I_C2x * c66 + I_C2y * theta1_ddot + I_C2z * c66 + S * (-x_A + x_F) -
+        c65 * c67
     )
     # derived: outer half: moment along y of planet about A outer
-    M_K = (
-        m_C1 * c41 * (-theta1_ddot * c41 - c61) + m_C2 * c49 * (-theta1_ddot * c49 - c62) - c44 * c47 - c51 * c53
-        - c66
-    )
-    c67 = Omega_dot * c23
-    c68 = Omega * theta1_dot
-    c69 = c26 * c68
-    c70 = I_C1x * c67 + I_C1y * c69 - I_C1z * c69 + c65 * c68
-    c71 = I_C2x * c67 + I_C2x * c69 + I_C2y * c69 - I_C2z * c69
-    c72 = Omega_dot * c26
-    c73 = c23 * c68
-    c74 = (
-        c26 * (I_C1x * c73 - I_C1y * c73 + I_C1z * c72 - I_C1z * c73) + c26 * (I_C2x * c73 - I_C2y * c73 + I_C2z *
-        c72 - I_C2z * c73) - c41 * c57 + c47 * c55 - c49 * c59 + c53 * c58
+    M_K = m_C1 * c41 * c62 + m_C2 * c49 * c64 - c44 * c47 - c51 * c53 - c68
+    c69 = Omega_dot * c23
+    c70 = Omega * theta1_dot
+    c71 = c26 * c70
+    c72 = I_C1x * c69 + I_C1y * c71 - I_C1z * c71 + c67 * c70
+    c73 = I_C2x * c69 + I_C2x * c71 + I_C2y * c71 - I_C2z * c71
+    c74 = Omega_dot * c26
+    c75 = c23 * c70
+    c76 = (
+        c26 * (I_C1x * c75 - I_C1y * c75 + I_C1z * c74 - I_C1z * c75) + c26 * (I_C2x * c75 - I_C2y * c75 + I_C2z *
+        c74 - I_C2z * c75) - c41 * c57 + c47 * c55 - c49 * c59 + c53 * c58
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c23 * c70 + c23 * c71 + c74
-    c75 = -x_A + x_E
-    c77 = -Omega * R_b + R_b * omega + theta1_dot * c30
-    c78 = -c28
-    c79 = c42 * c78**2 + c77**2
-    c80 = 1 / xp.sqrt(c79)
-    c81 = Omega * c29 - omega * c29
-    c82 = xp.sin(mu1) / xp.sqrt(along_hinge**2 * c81**2 + c79)
-    c83 = theta1_dot * c78
-    c84 = c76 * c77 * c80 - c82 * c83
-    c85 = -c76 * c80 * c83 - c77 * c82
+    M_Aoz = c23 * c72 + c23 * c73 + c76
+    c77 = m_C1 * (-theta1_ddot * c40 + c61)
+    c78 = m_C2 * (-theta1_ddot * c48 + c63)
+    c79 = -x_A + x_E
+    c81 = -Omega * R_b + R_b * omega + theta1_dot * c30
+    c82 = -c28
+    c83 = c42 * c82**2 + c81**2
+    c84 = 1 / xp.sqrt(c83)
+    c85 = Omega * c29 - omega * c29
+    c86 = xp.sin(mu1) / xp.sqrt(along_hinge**2 * c85**2 + c83)
+    c87 = theta1_dot * c82
+    c88 = c80 * c81 * c84 - c86 * c87
+    c89 = -c80 * c84 * c87 - c81 * c86
     # derived: inner half: moment along y of planet about A
-    F_E = (
-        (-M_K + m_C1 * c41 * (-theta1_ddot * c40 + c61) + m_C2 * c49 * (-theta1_ddot * c48 + c62) - c45 * c47 -
-        c52 * c53 + c66) / (-c75 * c84 + c85 * (-z_A + z_E))
-    )
+    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c88 + c89 * (-z_A + z_E))
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c85
-    c86 = along_hinge * c81
+    F_Ex = F_E * c89
+    c90 = along_hinge * c85
     # derived: contact force of carrier on inner half at E inner half
-    F_Ey = -F_E * c82 * c86
+    F_Ey = -F_E * c86 * c90
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c84
+    F_Ez = F_E * c88
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c77 - F_Ey * c86 - F_Ez * c83
+    F_E_loss = -F_Ex * c81 - F_Ey * c90 - F_Ez * c87
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c54
     # derived: inner half: force along y of planet
     F_Ay = -F_Ey - c60
+    # derived: inner half: force along z of planet
+    F_Az = -F_Ez - S - c77 - c78
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) - F_Ey * c75 + c23 * c70 + c23 * c71 + c74
-    c87 = x_A * c33 + y_A * c31
-    c88 = F_Aox * c31 - F_Aoy * c33
-    c89 = F_Ax * c31 - F_Ay * c33
-    c90 = F_Aox * c33 + F_Aoy * c31
-    c91 = -x_A * c31 + y_A * c33
-    c92 = F_Ax * c33 + F_Ay * c31
-    c93 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
-    c94 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
+    M_Az = F_Ex * (-y_A + y_E) - F_Ey * c79 + c23 * c72 + c23 * c73 + c76
+    c91 = x_A * c33 + y_A * c31
+    c92 = F_Aox * c31 - F_Aoy * c33
+    c93 = F_Ax * c31 - F_Ay * c33
+    c94 = F_Aox * c33 + F_Aoy * c31
+    c95 = -x_A * c31 + y_A * c33
+    c96 = F_Ax * c33 + F_Ay * c31
+    c97 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
+    c98 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c87 * c88 - c87 * c89 - c90 * c91 - c91 *
-        c92 + c93 * (-y_B1 + y_CB) - c94 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c91 * c92 - c91 * c93 - c94 * c95 - c95 *
+        c96 + c97 * (-y_B1 + y_CB) - c98 * (-x_B1 + x_CB)
     )
-    c95 = s_Q * (phi52_dot - phi72_dot)
-    c96 = xp.sign(c95)
-    c98 = c97 * (against * (c96 - 1) + 1)
-    c99 = alpha_n + xi2
-    c100 = xp.sin(c99)
-    c101 = xp.cos(c99)
-    c102 = c100 - c101 * c98
-    c103 = M_Q >= 0
-    c104 = c97 * (against * (-c96 - 1) + 1)
-    c105 = alpha_n - xi2
-    c106 = xp.sin(c105)
-    c107 = xp.cos(c105)
-    c108 = -c104 * c107 + c106
+    c99 = s_Q * (phi52_dot - phi72_dot)
+    c100 = xp.sign(c99)
+    c102 = c101 * (against * (c100 - 1) + 1)
+    c103 = alpha_n + xi2
+    c104 = xp.sin(c103)
+    c105 = xp.cos(c103)
+    c106 = -c102 * c105 + c104
+    c107 = M_Q >= 0
+    c108 = c101 * (against * (-c100 - 1) + 1)
+    c109 = alpha_n - xi2
+    c110 = xp.sin(c109)
+    c111 = xp.cos(c109)
+    c112 = -c108 * c111 + c110
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c103, 1 / (r7 * c102 + s_Q * c98), 1 / (r7 * c108 - s_Q * c104))
-    c109 = F_NQ * xp.where(c103, c102, c108)
-    c110 = F_NQ * xp.where(c103, c100 * c98 + c101, -c104 * c106 - c107)
+    F_NQ = M_Q * xp.where(c107, 1 / (r7 * c106 + s_Q * c102), 1 / (r7 * c112 - s_Q * c108))
+    c113 = F_NQ * xp.where(c107, c106, c112)
+    c114 = F_NQ * xp.where(c107, c102 * c104 + c105, -c108 * c110 - c111)
     # derived: tooth force of planet on middle body
-    F_Qx = -c109 * c20 - c110 * c18
+    F_Qx = -c113 * c20 - c114 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c109 * c18 + c110 * c20
+    F_Qy = -c113 * c18 + c114 * c20
     # derived: power lost to friction between the teeth of middle body and planet
-    F_Q_loss = F_NQ * xp.where(c103, c95 * c98, -c104 * c95)
-    c113 = y_A1 - y_CA
-    c117 = -x_A1 + x_CA
-    c114 = omega + phi52_dot
-    c115 = omega * x_A1
-    c116 = -c114
-    c118 = m2 * (-ax_A1 - phi52_ddot * c113 - speed_rate * c113 - c114 * c115 - c116 * (c114 * c117 + c115))
-    c119 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c116 - phi52_ddot * c117 - speed_rate * c117 - c114 * (-omega * y_CA +
+    F_Q_loss = F_NQ * xp.where(c107, c102 * c99, -c108 * c99)
+    c117 = y_A1 - y_CA
+    c121 = -x_A1 + x_CA
+    c118 = omega + phi52_dot
+    c119 = omega * x_A1
+    c120 = -c118
+    c122 = m2 * (-ax_A1 - phi52_ddot * c117 - speed_rate * c117 - c118 * c119 - c120 * (c118 * c121 + c119))
+    c123 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c120 - phi52_ddot * c121 - speed_rate * c121 - c118 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c112 + speed_rate * c112 - c113 * c118 -
-        c117 * c119
+        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c116 + speed_rate * c116 - c117 * c122 -
+        c121 * c123
     )
-    c120 = s_P * c116
-    c121 = xp.sign(c120)
-    c122 = c97 * (against * (c121 - 1) + 1)
-    c123 = alpha_n + xi1
-    c124 = xp.sin(c123)
-    c125 = xp.cos(c123)
-    c126 = -c122 * c125 + c124
-    c127 = M_P >= 0
-    c128 = c97 * (against * (-c121 - 1) + 1)
-    c129 = alpha_n - xi1
-    c130 = xp.sin(c129)
-    c131 = xp.cos(c129)
-    c132 = -c128 * c131 + c130
+    c124 = s_P * c120
+    c125 = xp.sign(c124)
+    c126 = c101 * (against * (c125 - 1) + 1)
+    c127 = alpha_n + xi1
+    c128 = xp.sin(c127)
+    c129 = xp.cos(c127)
+    c130 = -c126 * c129 + c128
+    c131 = M_P >= 0
+    c132 = c101 * (against * (-c125 - 1) + 1)
+    c133 = alpha_n - xi1
+    c134 = xp.sin(c133)
+    c135 = xp.cos(c133)
+    c136 = -c132 * c135 + c134
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c127, 1 / (r5 * c126 + s_P * c122), 1 / (r5 * c132 - s_P * c128))
-    c133 = F_NP * xp.where(c127, c126, c132)
-    c134 = F_NP * xp.where(c127, c122 * c124 + c125, -c128 * c130 - c131)
+    F_NP = M_P * xp.where(c131, 1 / (r5 * c130 + s_P * c126), 1 / (r5 * c136 - s_P * c132))
+    c137 = F_NP * xp.where(c131, c130, c136)
+    c138 = F_NP * xp.where(c131, c126 * c128 + c129, -c132 * c134 - c135)
     # derived: tooth force of middle body on sun
-    F_Px = -c13 * c134 - c133 * c15
+    F_Px = -c13 * c138 - c137 * c15
     # derived: tooth force of middle body on sun
-    F_Py = -c13 * c133 + c134 * c15
+    F_Py = -c13 * c137 + c138 * c15
     # derived: power lost to friction between the teeth of sun and middle body
-    F_P_loss = F_NP * xp.where(c127, c120 * c122, -c120 * c128)
+    F_P_loss = F_NP * xp.where(c131, c124 * c126, -c124 * c132)
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c118
+    F_A1x = F_Px - F_Qx - c122
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c119
+    F_A1y = F_Py - F_Qy - c123
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c90 + c92 - c93
+    F_B1x = F_Qx + c94 + c96 - c97
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c88 - c89 - c94
+    F_B1y = F_Qy - c92 - c93 - c98
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
-        x_tip_machine, F_Aox, F_Aoy, F_P_loss, F_Q_loss, x_E, y_E, F_Ey,
+        x_tip_machine, F_Aox, F_Aoy, F_Az, F_Aoz, F_P_loss, F_Q_loss, x_E, y_E, F_Ey,
     )
 
 
@@ -491,9 +493,9 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c50 = hoisted[11]
     c55 = hoisted[12]
     c58 = hoisted[13]
-    c76 = hoisted[14]
-    c97 = hoisted[15]
-    c112 = hoisted[16]
+    c80 = hoisted[14]
+    c101 = hoisted[15]
+    c116 = hoisted[16]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -642,106 +644,104 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     # derived: outer half: force along y of planet
     F_Aoy = -c60
     c61 = c42 * c45
-    c62 = c42 * c52
-    c63 = c23 * c32
-    c64 = c26 * c63
-    c65 = I_C1x * c26
-    c66 = (
-        I_C1y * theta1_ddot + I_C1z * c64 - I_C2x * c64 + I_C2y * theta1_ddot + I_C2z * c64 + S * (-x_A + x_F) -
-        c63 * c65
+    c62 = -theta1_ddot * c41 - c61
+    c63 = c42 * c52
+    c64 = -theta1_ddot * c49 - c63
+    c65 = c23 * c32
+    c66 = c26 * c65
+    c67 = I_C1x * c26
+    c68 = (
+        I_C1y * theta1_ddot + I_C1z * c66 - I_C2x * c66 + I_C2y * theta1_ddot + I_C2z * c66 + S * (-x_A + x_F) -
+        c65 * c67
     )
     # derived: outer half: moment along y of planet about A outer
-    M_K = (
-        m_C1 * c41 * (-theta1_ddot * c41 - c61) + m_C2 * c49 * (-theta1_ddot * c49 - c62) - c44 * c47 - c51 * c53
-        - c66
-    )
-    c67 = Omega_dot * c23
-    c68 = Omega * theta1_dot
-    c69 = c26 * c68
-    c70 = I_C1x * c67 + I_C1y * c69 - I_C1z * c69 + c65 * c68
-    c71 = I_C2x * c67 + I_C2x * c69 + I_C2y * c69 - I_C2z * c69
-    c72 = Omega_dot * c26
-    c73 = c23 * c68
-    c74 = (
-        c26 * (I_C1x * c73 - I_C1y * c73 + I_C1z * c72 - I_C1z * c73) + c26 * (I_C2x * c73 - I_C2y * c73 + I_C2z *
-        c72 - I_C2z * c73) - c41 * c57 + c47 * c55 - c49 * c59 + c53 * c58
+    M_K = m_C1 * c41 * c62 + m_C2 * c49 * c64 - c44 * c47 - c51 * c53 - c68
+    c69 = Omega_dot * c23
+    c70 = Omega * theta1_dot
+    c71 = c26 * c70
+    c72 = I_C1x * c69 + I_C1y * c71 - I_C1z * c71 + c67 * c70
+    c73 = I_C2x * c69 + I_C2x * c71 + I_C2y * c71 - I_C2z * c71
+    c74 = Omega_dot * c26
+    c75 = c23 * c70
+    c76 = (
+        c26 * (I_C1x * c75 - I_C1y * c75 + I_C1z * c74 - I_C1z * c75) + c26 * (I_C2x * c75 - I_C2y * c75 + I_C2z *
+        c74 - I_C2z * c75) - c41 * c57 + c47 * c55 - c49 * c59 + c53 * c58
     )
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c23 * c70 + c23 * c71 + c74
-    c75 = -x_A + x_E
-    c77 = -Omega * R_b + R_b * omega + theta1_dot * c30
-    c78 = -c28
-    c79 = c42 * c78**2 + c77**2
-    c80 = 1 / xp.sqrt(c79)
-    c81 = Omega * c29 - omega * c29
-    c82 = xp.sin(mu1) / xp.sqrt(along_hinge**2 * c81**2 + c79)
-    c83 = theta1_dot * c78
-    c84 = c76 * c77 * c80 - c82 * c83
-    c85 = -c76 * c80 * c83 - c77 * c82
+    M_Aoz = c23 * c72 + c23 * c73 + c76
+    c77 = m_C1 * (-theta1_ddot * c40 + c61)
+    c78 = m_C2 * (-theta1_ddot * c48 + c63)
+    c79 = -x_A + x_E
+    c81 = -Omega * R_b + R_b * omega + theta1_dot * c30
+    c82 = -c28
+    c83 = c42 * c82**2 + c81**2
+    c84 = 1 / xp.sqrt(c83)
+    c85 = Omega * c29 - omega * c29
+    c86 = xp.sin(mu1) / xp.sqrt(along_hinge**2 * c85**2 + c83)
+    c87 = theta1_dot * c82
+    c88 = c80 * c81 * c84 - c86 * c87
+    c89 = -c80 * c84 * c87 - c81 * c86
     # derived: inner half: moment along y of planet about A
-    F_E = (
-        (-M_K + m_C1 * c41 * (-theta1_ddot * c40 + c61) + m_C2 * c49 * (-theta1_ddot * c48 + c62) - c45 * c47 -
-        c52 * c53 + c66) / (-c75 * c84 + c85 * (-z_A + z_E))
-    )
+    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c88 + c89 * (-z_A + z_E))
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c85
-    c86 = along_hinge * c81
+    F_Ex = F_E * c89
+    c90 = along_hinge * c85
     # derived: contact force of carrier on inner half at E inner half
-    F_Ey = -F_E * c82 * c86
+    F_Ey = -F_E * c86 * c90
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c54
     # derived: inner half: force along y of planet
     F_Ay = -F_Ey - c60
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) - F_Ey * c75 + c23 * c70 + c23 * c71 + c74
-    c87 = x_A * c33 + y_A * c31
-    c88 = F_Aox * c31 - F_Aoy * c33
-    c89 = F_Ax * c31 - F_Ay * c33
-    c90 = F_Aox * c33 + F_Aoy * c31
-    c91 = -x_A * c31 + y_A * c33
-    c92 = F_Ax * c33 + F_Ay * c31
-    c93 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
-    c94 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
+    M_Az = F_Ex * (-y_A + y_E) - F_Ey * c79 + c23 * c72 + c23 * c73 + c76
+    c91 = x_A * c33 + y_A * c31
+    c92 = F_Aox * c31 - F_Aoy * c33
+    c93 = F_Ax * c31 - F_Ay * c33
+    c94 = F_Aox * c33 + F_Aoy * c31
+    c95 = -x_A * c31 + y_A * c33
+    c96 = F_Ax * c33 + F_Ay * c31
+    c97 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
+    c98 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c87 * c88 - c87 * c89 - c90 * c91 - c91 *
-        c92 + c93 * (-y_B1 + y_CB) - c94 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c91 * c92 - c91 * c93 - c94 * c95 - c95 *
+        c96 + c97 * (-y_B1 + y_CB) - c98 * (-x_B1 + x_CB)
     )
-    c95 = s_Q * (phi52_dot - phi72_dot)
-    c96 = xp.sign(c95)
-    c98 = c97 * (against * (c96 - 1) + 1)
-    c99 = alpha_n + xi2
-    c100 = xp.sin(c99)
-    c101 = xp.cos(c99)
-    c102 = c100 - c101 * c98
-    c103 = M_Q >= 0
-    c104 = c97 * (against * (-c96 - 1) + 1)
-    c105 = alpha_n - xi2
-    c106 = xp.sin(c105)
-    c107 = xp.cos(c105)
-    c108 = -c104 * c107 + c106
+    c99 = s_Q * (phi52_dot - phi72_dot)
+    c100 = xp.sign(c99)
+    c102 = c101 * (against * (c100 - 1) + 1)
+    c103 = alpha_n + xi2
+    c104 = xp.sin(c103)
+    c105 = xp.cos(c103)
+    c106 = -c102 * c105 + c104
+    c107 = M_Q >= 0
+    c108 = c101 * (against * (-c100 - 1) + 1)
+    c109 = alpha_n - xi2
+    c110 = xp.sin(c109)
+    c111 = xp.cos(c109)
+    c112 = -c108 * c111 + c110
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c103, 1 / (r7 * c102 + s_Q * c98), 1 / (r7 * c108 - s_Q * c104))
-    c109 = F_NQ * xp.where(c103, c102, c108)
-    c110 = F_NQ * xp.where(c103, c100 * c98 + c101, -c104 * c106 - c107)
+    F_NQ = M_Q * xp.where(c107, 1 / (r7 * c106 + s_Q * c102), 1 / (r7 * c112 - s_Q * c108))
+    c113 = F_NQ * xp.where(c107, c106, c112)
+    c114 = F_NQ * xp.where(c107, c102 * c104 + c105, -c108 * c110 - c111)
     # derived: tooth force of planet on middle body
-    F_Qx = -c109 * c20 - c110 * c18
+    F_Qx = -c113 * c20 - c114 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c109 * c18 + c110 * c20
-    c113 = y_A1 - y_CA
-    c117 = -x_A1 + x_CA
-    c114 = omega + phi52_dot
-    c115 = omega * x_A1
-    c116 = -c114
-    c118 = m2 * (-ax_A1 - phi52_ddot * c113 - speed_rate * c113 - c114 * c115 - c116 * (c114 * c117 + c115))
-    c119 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c116 - phi52_ddot * c117 - speed_rate * c117 - c114 * (-omega * y_CA +
+    F_Qy = -c113 * c18 + c114 * c20
+    c117 = y_A1 - y_CA
+    c121 = -x_A1 + x_CA
+    c118 = omega + phi52_dot
+    c119 = omega * x_A1
+    c120 = -c118
+    c122 = m2 * (-ax_A1 - phi52_ddot * c117 - speed_rate * c117 - c118 * c119 - c120 * (c118 * c121 + c119))
+    c123 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c120 - phi52_ddot * c121 - speed_rate * c121 - c118 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c112 + speed_rate * c112 - c113 * c118 -
-        c117 * c119
+        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c116 + speed_rate * c116 - c117 * c122 -
+        c121 * c123
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -799,9 +799,9 @@ def frame(xp, side1, side2, machine):
     y_A1 = side1[27]  # [m] A1, y
     x_B1 = side1[28]  # [m] B1, x
     y_B1 = side1[29]  # [m] B1, y
-    x_E = side1[37]  # [m] roller centre, x'
-    y_E = side1[38]  # [m] roller centre, y'
-    F_Ey = side1[39]  # [N] contact force of carrier on inner half at E inner half, y
+    x_E = side1[39]  # [m] roller centre, x'
+    y_E = side1[40]  # [m] roller centre, y'
+    F_Ey = side1[41]  # [N] contact force of carrier on inner half at E inner half, y
     alpha_2 = side2[2]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg; side 2
     F_Ex_2 = side2[9]  # [N] force of the cam on the roller, planet frame, x; side 2
     M_P_2 = side2[11]  # [N m] moment about A1 of the sun's action on gear 5; side 2
@@ -815,9 +815,9 @@ def frame(xp, side1, side2, machine):
     y_A1_2 = side2[27]  # [m] A1, y; side 2
     x_B1_2 = side2[28]  # [m] B1, x; side 2
     y_B1_2 = side2[29]  # [m] B1, y; side 2
-    x_E_2 = side2[37]  # [m] roller centre, x'; side 2
-    y_E_2 = side2[38]  # [m] roller centre, y'; side 2
-    F_Ey_2 = side2[39]  # [N] contact force of carrier on inner half at E inner half, y; side 2
+    x_E_2 = side2[39]  # [m] roller centre, x'; side 2
+    y_E_2 = side2[40]  # [m] roller centre, y'; side 2
+    F_Ey_2 = side2[41]  # [N] contact force of carrier on inner half at E inner half, y; side 2
     g = machine[1]  # [m/s2] gravity
     m1 = machine[6]  # [kg] mass of the sun
     m4 = machine[9]  # [kg] mass of the carrier

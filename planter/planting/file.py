@@ -16,6 +16,7 @@ from planter.planting.sections import (
     Centroid,
     ContactAngles,
     GearPair,
+    Gears,
     GeneticAlgorithm,
     Inertia,
     Mass,
@@ -44,6 +45,7 @@ class Machine(Document):
     spring: Spring
     stage1: GearPair
     stage2: GearPair
+    gears: Gears | None = None
     design: Annotated[dict[str, Real], Field(min_length=1)]
     bounds: dict[str, Pair]
     objective: Objective
@@ -88,6 +90,14 @@ class Machine(Document):
         speed = self.operation.forward_speed_m_s
         if self.requirements is not None and speed == 0:
             yield refused("operation.forward_speed_m_s", speed, "[requirements] need a machine that travels")
+
+    @check
+    def _gears_have_one_module(self) -> Problems:
+        if self.gears is None or self.requirements is None:
+            return
+        module = self.requirements.module_mm
+        if module is not None and module != self.gears.module_mm:
+            yield refused("gears.module_mm", self.gears.module_mm, f"it must be requirements.module_mm = {module:g}")
 
     @check
     def _inertia_fits_mass_and_centroid(self) -> Problems:

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.optimise.descent import STATIONARY
 from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
 from planter.planting import search
+from planter.planting.designer import summary as designer
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
-from planter.planting.results import FrontPoint, OptimisationFound, Scores
+from planter.planting.results import FrontPoint, OptimisationFound, OptimumFound, Scores
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 from planter.progress import Listener
@@ -86,7 +88,7 @@ def with_front(found: Optimisation, progress: Listener | None = None) -> Optimis
 
 def _scored(device: Device, found: Optimum) -> Optimisation:
     """An optimum beside the design it started from, and both in both models."""
-    sampling = found.sampling
+    sampling, shown = found.sampling, found.shown(device.scale)
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
@@ -94,15 +96,32 @@ def _scored(device: Device, found: Optimum) -> Optimisation:
     result = OptimisationFound(
         machine=device.machine.name,
         model=device.model,
-        **vars(found.shown(device.scale)),
+        **vars(shown),
         samples=sampling,
         seed=found.seed,
         start_design=device.named(device.design),
         start_range_N=start.range,
         start_variance_N2=start.variance,
         cross={model: _scores(problem(other, sampling), found.design) for model, other in devices.items()},
+        statement=statement(start.range, shown, device.size),
+        designer=designer.of(device, found.design),
+        start_designer=designer.of(device, device.design),
     )
     return Optimisation(found, devices, result)
+
+
+def statement(start_range_N: float, found: OptimumFound, parameters: int) -> str:
+    """What an optimisation came to, in one sentence: the range before and after, how sure, and what holds it."""
+    share = 100 * (found.range_N / start_range_N - 1)
+    proof = found.certificate
+    sure = proof.kkt_residual < STATIONARY and (proof.agreeing_starts > 1 or not proof.starts)
+    told = [f"the box binds in {len(proof.active_bounds)} of {parameters}"]
+    if proof.active_requirements is not None:
+        told.append(f"requirements that bind: {len(proof.active_requirements)}")
+    if not sure:
+        told.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
+    word = "certified" if sure else "not certified"
+    return f"range {start_range_N:#.4g} to {found.range_N:#.4g} N, {share:+.1f} %, {word}; {'; '.join(told)}"
 
 
 def sampling_of(device: Device, text: str | None) -> Sampling:

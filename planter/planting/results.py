@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planter.planting.designer.results import DesignersSummary
 from planter.records import Record
 
 Design = dict[str, float]
@@ -139,6 +140,7 @@ class SimulationFound(Record):
     refined: TrueExtremes
     work: Work
     at: list[At]
+    designer: DesignersSummary
     requirements: list[Requirement] | None = None
     lifted: list[Lifted] | None = None
 
@@ -363,6 +365,9 @@ class OptimisationFound(Record):
     start_range_N: float
     start_variance_N2: float
     cross: dict[str, Scores]
+    statement: str
+    designer: DesignersSummary
+    start_designer: DesignersSummary
     front: list[FrontPoint] | None = None
     proof: GlobalBound | None = None
 
@@ -401,6 +406,7 @@ class ComparedPair(Record):
     agreeing_starts: int
     lacks: list[str]
     settled: bool
+    designer: DesignersSummary
     seconds: float
 
 

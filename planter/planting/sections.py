@@ -152,6 +152,20 @@ class GearPair(Section):
     family: Annotated[str, Field(min_length=1)]
 
 
+class Gears(Section):
+    """Teeth and material of all gears, for contact ratio and stress; stress takes all four of the numbers."""
+
+    module_mm: Annotated[Positive, Field(ge=0.1, le=50)]
+    face_width_mm: Annotated[Positive | None, Field(le=1000)] = None
+    youngs_modulus_GPa: Annotated[Positive | None, Field(ge=0.1, le=1000)] = None
+    poisson_ratio: Annotated[NotNegative | None, Field(lt=0.5)] = None
+
+    @property
+    def give_stress(self) -> bool:
+        """Whether all that stress takes is there."""
+        return None not in (self.face_width_mm, self.youngs_modulus_GPa, self.poisson_ratio)
+
+
 class Objective(Section):
     """What is made small: weight_range * range + weight_variance * spread of the support force.
 

@@ -15,6 +15,7 @@ from planter.optimise.samples import Samples
 from planter.optimise.spread import Weighed
 from planter.planting import cycle as planting
 from planter.planting import lifted, plausible, response
+from planter.planting.designer import summary as designer
 from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.requirements import record as requirements
@@ -85,6 +86,7 @@ def simulate(
         ),
         work=work(device),
         at=at(device, at_deg),
+        designer=designer.of(device, device.design),
         requirements=requirements.of(device),
         lifted=None if lift_mm is None else lifted.effects(device, lift_mm),
     )

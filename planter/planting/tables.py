@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from planter import legible
 from planter.files import units
+from planter.planting.designer import shown
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
+    from planter.planting.designer.results import DesignersSummary
     from planter.planting.results import (
         At,
         CalibrationFound,
@@ -22,6 +25,9 @@ if TYPE_CHECKING:
         Validation,
         Warned,
     )
+
+WIDTH = 80
+"""Columns of a terminal that everything fits in."""
 
 
 def design(console: Console, values: Mapping[str, float], title: str = "Design") -> None:
@@ -49,8 +55,18 @@ def simulation(console: Console, result: SimulationFound) -> None:
         _at(console, result.at)
     if result.lifted:
         _lifted(console, result.lifted)
+    _designer(console, result.designer)
     requirements(console, result.requirements)
     warnings(console, result.warnings)
+
+
+def _designer(console: Console, found: DesignersSummary) -> None:
+    """Torques, peaks of forces, gears, shocks."""
+    for one in shown.tables(found):
+        console.table(one.title, one.head, one.rows)
+    for sentence in shown.sentences(found):
+        print(textwrap.fill(sentence, WIDTH))
+    print()
 
 
 def _lifted(console: Console, found: Sequence[Lifted]) -> None:
@@ -109,6 +125,7 @@ def sensitivity(console: Console, result: SensitivityFound) -> None:
 def optimisation(console: Console, result: OptimisationFound) -> None:
     """Optimum, certificate, both designs in both models."""
     print(f"{result.machine}, {result.model} model, method {result.method}\n")
+    print(textwrap.fill(f"{result.statement[0].upper()}{result.statement[1:]}.", WIDTH) + "\n")
     bounds = {b.name: b.side for b in result.certificate.active_bounds}
     free = {name for direction in result.insensitive if len(direction) == 1 for part in direction for name in part}
     rows = []
@@ -122,6 +139,8 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
         ("variance", result.start_variance_N2, result.variance_N2, "N2"),
     ]
     console.table("Support force", ("", "start", "optimum", "unit"), values)
+    peaks = shown.beside(result.start_designer, result.designer)
+    console.table(peaks.title, peaks.head, peaks.rows)
     requirements(console, result.requirements)
     scores = ((model, score.start, score.optimum) for model, score in result.cross.items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)

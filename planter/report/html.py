@@ -129,17 +129,19 @@ def escape(text: str) -> str:
 
 
 def cell_text(value: Cell) -> str:
-    """A value as escaped text, numbers with at most ten digits.
+    """A value as escaped text, numbers with at most six digits.
 
     >>> cell_text(62.33105858627), cell_text(0.1 + 0.2), cell_text("a < b"), cell_text(True)
-    ('62.33105859', '0.3', 'a &lt; b', 'yes')
+    ('62.3311', '0.3', 'a &lt; b', 'yes')
     """
     if value is None:
         return "\N{EN DASH}"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return f"{value:.10g}".replace("-", "\N{MINUS SIGN}")
+    if isinstance(value, int):
+        return f"{value}".replace("-", "\N{MINUS SIGN}")
+    if isinstance(value, float):
+        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
     return escape(value)
 
 

@@ -238,8 +238,8 @@ REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_
             F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
             x_tip_machine)  # fmt: skip
 """What every model reports of one side."""
-F_Aox, F_Aoy = _force("F_Ao", "force of the planet on the outer half, planet frame", "xy")
-REPORTED_EXACT = (*REPORTED, F_Aox, F_Aoy)
+F_Aox, F_Aoy, F_Aoz = _force("F_Ao", "force of the planet on the outer half, planet frame", "xyz")
+REPORTED_EXACT = (*REPORTED, F_Aox, F_Aoy, F_Az, F_Aoz)
 TOTALS = (F_Ox, F_Oy, F_O1x, F_O1y, F_support, F_support_x, M_L, M_1)
 INPUTS = (MOUNTING, PARAMETERS1, HOISTED1, PARAMETERS2, HOISTED2, MACHINE)
 

@@ -19,6 +19,7 @@ from planter.optimise.feasible import least_of
 from planter.optimise.problem import Problem
 from planter.optimise.starts import AGREEING, points
 from planter.planting.compare import box
+from planter.planting.designer import summary as designer
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.objective import problem as task_of
@@ -118,6 +119,7 @@ def _found(problem: Problem, required: Required, u: Array) -> dict[str, Any]:
         "objective": evaluation.objective, "range_N": evaluation.look.range, "variance_N2": evaluation.look.variance,
         "design": device.named(x) | own_design(device, x),
         "binding": binding, "requirements": [one.table() for one in required.record(x)],
+        "designer": designer.of(device, x).table(),
     }  # fmt: skip
 
 

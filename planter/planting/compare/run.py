@@ -28,7 +28,7 @@ from planter.version import __version__
 
 WORKER = "planter.planting.compare.worker"
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-LAYOUT = 2
+LAYOUT = 3
 """Of the files of finished devices: those of another are not gone on from."""
 Task = tuple[str, str] | None
 """A pair of families; None for the machine's own box."""

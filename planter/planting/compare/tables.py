@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator
 
+from planter.planting.designer.shown import COMPARED, peaks
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
 
@@ -24,6 +25,8 @@ def comparison(console: Console, result: ComparisonFound) -> None:
     if others:
         console.table("Not settled, the best points that were reached", HEADER,
                       [("?", name(one), *_numbers(one)) for one in others])  # fmt: skip
+    borne = [(str(one.rank or "?"), name(one), *peaks(one.designer)) for one in devices]
+    console.table("What each has to bear, largest over a turn", ("", "sun, gear 6", *COMPARED), borne)
     for one in devices:
         _say(f"{name(one)}: {'; '.join(told(one))}")
     _say("")

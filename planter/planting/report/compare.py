@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from planter.kernels import generated
 from planter.planting.compare.tables import name, statement, told
+from planter.planting.designer.shown import COMPARED, peaks
 from planter.planting.report.page import meanings
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.report import files, style
 from planter.report.folder import renews
-from planter.report.html import FigureSvg, Items, Section, Table, Text, page
+from planter.report.html import Cell, FigureSvg, Items, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 COLUMNS = (
     "rank", "stage1", "stage2", "feasible", "settled", "objective", "range_N", "variance_N2", "kkt_residual", "seconds",
 )  # fmt: skip
+BORNE = ("motor_torque_max_Nm", "tooth_force_max_N", "bearing_force_max_N", "cam_force_max_N")
+"""Columns of what a device has to bear."""
 
 
 @renews
@@ -47,8 +50,10 @@ def text(machine: Machine, result: ComparisonFound, drawn: str, provenance: Mapp
         for group, caption in zip(kept, ("settled", "not settled: the best points that were reached"), strict=True)
         if group
     ]
+    bear: list[tuple[Cell, ...]] = [(name(one), *peaks(one.designer)) for one in devices]
     parts = [
         Section("Pairs of gear families", [Text(statement(result), "" if not kept[1] else "warning"), *tables]),
+        Section("What each has to bear, largest over a turn", [Table(("sun, gear 6", *COMPARED), bear)]),
         Section("Figure", [FigureSvg(drawn, "Objective of every pair, by rank.")]),
         Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])]),
         Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds")))),
@@ -66,10 +71,10 @@ def _row(entry: ComparedPair) -> tuple[Any, ...]:
 def table(machine: Machine, result: ComparisonFound) -> str:
     """The ranked devices as CSV, with what binds or is broken."""
     told = f"# machine: {machine.name}, {result.starts} starts, seed {result.seed}"
-    lines = [told, ",".join((*COLUMNS, "binding"))]
+    lines = [told, ",".join((*COLUMNS, *BORNE, "binding"))]
     for entry in result.devices:
         values = (getattr(entry, key) for key in COLUMNS)
-        cells = ["" if value is None else str(value) for value in values]
+        cells = ["" if value is None else str(value) for value in (*values, *peaks(entry.designer))]
         lines.append(",".join([*cells, " ".join(entry.binding)]))
     return "\n".join(lines) + "\n"
 

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planter.files import units
+from planter.planting.designer import shown
+from planter.planting.designer.results import DesignersSummary
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
@@ -33,7 +35,7 @@ CAPTIONS = {
 
 _ELSEWHERE = (
     "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
-    "proof", "target", "reached", "miss_percent",
+    "proof", "target", "reached", "miss_percent", "designer", "start_designer", "statement",
 )  # fmt: skip
 _CROSS = ("design", "machine file", "optimum")
 
@@ -73,6 +75,8 @@ def sections(
     motion: Block | None = None,
 ) -> Iterator[Section]:
     """The sections of `device_page`, for a page that has more to say."""
+    if "start_design" in summary:
+        yield Section("In one sentence", [Text(f"{summary['statement'][0].upper()}{summary['statement'][1:]}.")])
     if "fitted" in summary:
         yield Section("Target", list(target(summary)))
         yield Section("Fitted inputs", [fitted(summary["fitted"])])
@@ -81,6 +85,8 @@ def sections(
     if summary.get("warnings"):
         yield Section("Warnings", [warnings(summary["warnings"])])
     yield Section("Results", list(results(summary)))
+    if "designer" in summary:
+        yield Section("Designer's summary", list(designers(summary)))
     if "certificate" in summary:
         yield Section("Certificate", list(certificate(summary["certificate"])))
     if "proof" in summary:
@@ -168,7 +174,8 @@ def warnings(found: Sequence[Summary]) -> Block:
 
 def results(summary: Summary) -> Iterator[Block]:
     """Every single number of a summary, then its groups: the keys say the units."""
-    single = {labels.label(key): value for key, value in summary.items() if not isinstance(value, dict | list)}
+    single = {labels.label(key): value for key, value in summary.items()
+              if not isinstance(value, dict | list) and key not in _ELSEWHERE}  # fmt: skip
     if single:
         yield Keys(single)
     for key, value in summary.items():
@@ -178,6 +185,17 @@ def results(summary: Summary) -> Iterator[Block]:
     if "cross" in summary:
         rows = [(f"{model} model", both["start"], both["optimum"]) for model, both in summary["cross"].items()]
         yield Table(_CROSS, rows, "Objective of both designs in both models")
+
+
+def designers(summary: Summary) -> Iterator[Block]:
+    """Torques, peaks of forces, gears and shocks; beside the machine file's own where that is another design."""
+    found = DesignersSummary.read(summary["designer"])
+    if "start_designer" in summary:
+        both = shown.beside(DesignersSummary.read(summary["start_designer"]), found)
+        yield Table(both.head, both.rows, both.title)
+    yield from (Table(one.head, one.rows, one.title) for one in shown.tables(found))
+    yield from (Text(sentence) for sentence in shown.sentences(found))
+    yield Text("Angles are those of the carrier, counted for side 1; side 2 follows half a turn later.", "note")
 
 
 def certificate(found: Summary) -> Iterator[Block]:

@@ -122,5 +122,7 @@ if TYPE_CHECKING:
 
     class Requirements(Limited):
         """The section: settings, limits and margins, all of them optional, at least one limit."""
+
+        module_mm: float | None
 else:
     Requirements = create_model("Requirements", __base__=Limited, __module__=__name__, **_fields())

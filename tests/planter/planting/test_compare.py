@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,6 +24,7 @@ from planter.planting import file
 from planter.planting.compare import box, pair, run, tables
 from planter.planting.compare.proposal import left, proposal
 from planter.planting.compare.run import compare
+from planter.planting.designer import summary
 from planter.planting.model import Device
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
@@ -152,8 +154,14 @@ def _entry(objective: float, **more: object) -> dict:
              "objective": objective, "range_N": 1.23456789, "variance_N2": 1234567.8, "kkt_residual": 1e-9,
              "binding": ["seedling_clearance", "curvature_radius", "nozzle_distance", "contact_ratio"],
              "violations": [], "lacks": [], "design": {}, "requirements": [], "objectives": [objective],
-             "agreeing_starts": 2, "seconds": 1.0}  # fmt: skip
+             "agreeing_starts": 2, "designer": _designer(), "seconds": 1.0}  # fmt: skip
     return given | more
+
+
+@cache
+def _designer() -> dict:
+    device = Device(file.load("wang2017"))
+    return summary.of(device, device.design).table()
 
 
 def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFixture[str]) -> None:

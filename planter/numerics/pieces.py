@@ -1,0 +1,104 @@
+"""Several functions over a turn that are smooth between breaks: true extremes, integrals, and jumps at the breaks.
+
+Each piece between two breaks has Gauss-Legendre nodes; beside a break values are one-sided. A hill between two
+neighbouring nodes is missed, as in `extremes`; everything else is right to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.numerics import quadrature, roots
+from planter.numerics.arrays import Integers
+from planter.numerics.extremes import Extreme
+
+Rates = Callable[[Array], tuple[Array, Array, Array]]
+"""Values, first and second derivatives (k, n) each of k functions at n angles [rad]."""
+TURN = 2 * np.pi
+NODES, PIECE = 12, np.pi / 8
+"""Nodes in a piece, and the greatest length of a piece [rad]."""
+ASIDE = 1e-9
+"""How far beside a break one-sided values are taken; breaks closer than ten times this are one [rad]."""
+
+
+class Pieces:
+    """Functions of period 2 pi, and the angles `breaks` (m,) in order, in [0, 2 pi), where they are not smooth."""
+
+    def __init__(self, rates: Rates, breaks: Array) -> None:
+        self.rates = rates
+        apart = np.diff(breaks, append=breaks[:1] + TURN) > 10 * ASIDE
+        self.breaks = np.asarray(breaks, dtype=float)[np.roll(apart, 1)]
+        starts = self.breaks if len(self.breaks) else np.zeros(1)
+        self._edges = np.append(starts, starts[0] + TURN)
+        counts = np.ceil(np.diff(self._edges) / PIECE).astype(int)
+        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(starts, self._edges[1:], counts, strict=True)]
+        nodes, weights = quadrature.panels(np.append(np.concatenate(inner), self._edges[-1]), NODES)
+        self.nodes, self.weights = nodes.ravel(), weights.ravel() / TURN
+        own = np.repeat(np.arange(len(counts)), counts * NODES)
+        sides = np.concatenate([starts, self._edges[1:]])
+        aside = np.repeat([ASIDE, -ASIDE], len(starts))
+        self.values, self.slopes, _ = rates(np.concatenate([self.nodes, sides + aside]))
+        self.values[:, len(self.nodes) :] -= aside * self.slopes[:, len(self.nodes) :]
+        places, panel = np.append(self.nodes, sides), np.append(own, np.tile(np.arange(len(counts)), 2))
+        self._order = np.lexsort([places, panel])
+        self._places, self._joined = places[self._order], np.diff(panel[self._order]) == 0
+
+    @cached_property
+    def mean(self) -> Array:
+        """Of each function over the turn, (k,)."""
+        found: Array = self.values[:, : len(self.nodes)] @ self.weights
+        return found
+
+    @cached_property
+    def rms(self) -> Array:
+        """Root of the mean square of each function over the turn, (k,)."""
+        found: Array = np.sqrt(self.values[:, : len(self.nodes)] ** 2 @ self.weights)
+        return found
+
+    def extremes(self, rows: Integers) -> list[tuple[Extreme, Extreme]]:
+        """Least and largest value over the turn of some of the functions; one-sided where they jump.
+
+        Raises ComputationError as `roots.newton` does.
+        """
+        owners, places, values = self._stationary(rows)
+        known = self.values[:, self._order]
+        return [
+            (_best(places[owners == k], values[owners == k], self._places, known[row], -1),
+             _best(places[owners == k], values[owners == k], self._places, known[row], 1))
+            for k, row in enumerate(rows)
+        ]  # fmt: skip
+
+    def _stationary(self, rows: Integers) -> tuple[Integers, Array, Array]:
+        """Where slopes change sign between neighbours of a piece: whose, where, and the values there."""
+        slopes = self.slopes[rows][:, self._order]
+        owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & self._joined)
+        if not len(owners):
+            return owners, np.empty(0), np.empty(0)
+        each = np.arange(len(owners))
+
+        def rates(at: Array) -> tuple[Array, Array]:
+            _, first, second = self.rates(at)
+            return first[rows[owners], each], second[rows[owners], each]
+
+        ends = slopes[owners, cells], slopes[owners, cells + 1]
+        places = roots.newton(rates, self._places[cells], self._places[cells + 1], ends)
+        return owners, places, self.rates(places)[0][rows[owners], each]
+
+    @cached_property
+    def sides(self) -> tuple[Array, Array]:
+        """Values (k, m) at each break as they come from before it and from after it."""
+        if not len(self.breaks):
+            return np.empty((len(self.values), 0)), np.empty((len(self.values), 0))
+        after, before = np.split(self.values[:, len(self.nodes) :], 2, axis=1)
+        return np.roll(before, 1, axis=1), after
+
+
+def _best(inside: Array, found: Array, places: Array, values: Array, sign: int) -> Extreme:
+    """The largest (+1) or least (-1) of values at stationary places and at known ones."""
+    at, every = np.append(places, inside), np.append(values, found)
+    best = int(np.argmax(sign * every))
+    return Extreme(float(at[best]), float(every[best]))

@@ -1,0 +1,117 @@
+"""The designer's summary as tables, for the terminal and for pages: title, heads, rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from planter.planting.designer.results import DesignersSummary, GearFound, PeakForce, Shock, StageFound
+
+Cells = Sequence[str | float | None]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A table."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: Sequence[Cells]
+
+
+def tables(found: DesignersSummary) -> Iterator[Shown]:
+    """Torque, forces, gears and shocks of a design."""
+    motor = found.motor
+    yield Shown("Torque of the motor on the carrier", ("", "N m", "phi / deg"), [
+        ("largest", motor.max_Nm, motor.max_phi_deg), ("least", motor.min_Nm, motor.min_phi_deg),
+        ("mean", motor.mean_Nm, None), ("root mean square", motor.rms_Nm, None),
+        ("on the sun, to hold it", found.holding_torque_max_Nm, found.holding_torque_max_phi_deg),
+    ])  # fmt: skip
+    yield Shown(
+        "Peaks of forces, true extremes over a turn",
+        ("", "largest / N", "phi / deg", "least / N", "phi / deg"),
+        [(words(one), one.max_N, one.max_phi_deg, one.min_N, one.min_phi_deg) for one in found.forces],
+    )
+    yield Shown("Gears, lengths in mm",
+                ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
+                [_gear(gear) for stage in found.stages for gear in stage.gears])  # fmt: skip
+    yield Shown("Stages", ("", "stage 1", "stage 2"), _stages(found.stages))
+    worst = [(one.event, one.phi_deg, one.quantity, one.before, one.after, one.unit) for one in _worst(found.shocks)]
+    if worst:
+        title = "Shocks of side 1: the largest jump of each kind"
+        yield Shown(title, ("event", "phi / deg", "of", "from", "to", "unit"), worst)
+
+
+def _worst(shocks: Sequence[Shock]) -> Iterator[Shock]:
+    """Of each event of side 1 and each unit, the shock that is largest; side 2 has the same half a turn later."""
+    found: dict[tuple[str, str], Shock] = {}
+    for one in shocks:
+        last = found.get((one.event, one.unit))
+        if one.side == 1 and (last is None or abs(one.after - one.before) > abs(last.after - last.before)):
+            found[one.event, one.unit] = one
+    yield from found.values()
+
+
+def sentences(found: DesignersSummary) -> Iterator[str]:
+    """What no table holds: the motor's power, the cam's angle, whether anything jumps, and what is missing."""
+    cam = f"{found.cam_pressure_angle_max_deg:.4g} deg at {found.cam_pressure_angle_max_phi_deg:.4g} deg"
+    yield f"Peak power of the motor {found.motor.peak_power_W:.4g} W; largest pressure angle of the cam {cam}."
+    if not found.shocks:
+        yield "Nothing jumps over the turn: accelerations, forces and torques are continuous."
+    for note in found.notes:
+        yield f"{note[0].upper()}{note[1:]}."
+
+
+def beside(start: DesignersSummary, optimum: DesignersSummary) -> Shown:
+    """Peaks of two designs beside each other."""
+    rows: list[Cells] = [
+        ("motor torque, largest", start.motor.max_Nm, optimum.motor.max_Nm, "N m"),
+        ("motor torque, root mean square", start.motor.rms_Nm, optimum.motor.rms_Nm, "N m"),
+    ]
+    rows += [(words(a), a.max_N, b.max_N, "N") for a, b in zip(start.forces, optimum.forces, strict=True)]
+    for a, b in zip(start.stages, optimum.stages, strict=True):
+        rows.append((f"centre distance {a.stage}", a.centre_distance_mm, b.centre_distance_mm, "mm"))
+    return Shown("Peaks before and after", ("largest over a turn", "start", "optimum", "unit"), rows)
+
+
+COMPARED = {"motor / N m": (), "teeth / N": ("F_NP", "F_NQ"), "bearings / N": ("bearing_A1", "bearing_B1"),
+            "cam / N": ("F_E",)}  # fmt: skip
+"""Peaks by which devices are compared, by their heads: the largest of some forces, or the torque."""
+
+
+def peaks(found: DesignersSummary) -> list[float]:
+    """What `COMPARED` lists."""
+    by_name = {one.name: one.max_N for one in found.forces}
+    return [max(by_name[name] for name in names) if names else found.motor.max_Nm for names in COMPARED.values()]
+
+
+def words(force: PeakForce) -> str:
+    """A force's name as a person reads it.
+
+    >>> words(PeakForce("bearing_A1", "force of the carrier on the middle shaft", 1, 0, 0, 0))
+    'bearing A1'
+    """
+    return {"F_NP": "teeth at P, normal", "F_NQ": "teeth at Q, normal", "F_E": "cam on roller"}.get(
+        force.name, force.name.replace("_", " ")
+    )
+
+
+def _gear(gear: GearFound) -> Cells:
+    hollow = " (hollow)" if gear.curvature_min_per_mm < 0 else ""
+    return (f"{gear.gear}{hollow}", gear.curvature_radius_min_mm, gear.pitch_radius_min_mm, gear.pitch_radius_max_mm,
+            gear.teeth_min)  # fmt: skip
+
+
+def _stages(stages: Sequence[StageFound]) -> list[Cells]:
+    found: list[Cells] = [
+        ("centre distance / mm", *(one.centre_distance_mm for one in stages)),
+        ("pressure angle, least / deg", *(one.pressure_angle_min_deg for one in stages)),
+        ("pressure angle, largest / deg", *(one.pressure_angle_max_deg for one in stages)),
+        ("contact ratio, least", *(one.contact_ratio_min for one in stages)),
+    ]
+    stresses = [one.stress for one in stages if one.stress is not None]
+    if stresses:
+        found.append(("contact stress / MPa", *(one.contact_MPa for one in stresses)))
+        for k, which in enumerate(("inner", "outer")):
+            found.append((f"bending stress, {which} gear / MPa", *(one.bending_MPa[k] for one in stresses)))
+    return found

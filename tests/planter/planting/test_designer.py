@@ -1,0 +1,189 @@
+"""The designer's summary: laws of work, dense turns, circular gears by hand, and what a jump of the cam does."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.kernels.formulas import load as formulas
+from planter.planting import cycle, optimisation, simulation
+from planter.planting.designer import shown, stages, summary
+from planter.planting.designer.results import DesignersSummary
+from planter.planting.designer.turn import DesignTurn
+from planter.planting.file import Machine, load
+from planter.planting.model import Device
+from planter.planting.report.page import device_page
+from tests.support import machines
+
+TEETH = {"module_mm": 1.5, "face_width_mm": 12.0, "youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3}
+PHI = np.linspace(0, 2 * np.pi, 7201)
+
+
+def found(name: str, model: str = "exact") -> tuple[Device, DesignersSummary]:
+    device = machines.device(name, "printed" if model == "printed" else "exact")
+    return device, summary.of(device, device.design)
+
+
+def with_teeth(machine: Machine, **changes: float) -> Machine:
+    return Machine.read({**machine.table(), "gears": {**TEETH, **changes}}, machine.source)
+
+
+@pytest.mark.parametrize("name", ["wang2017", "compact", "random 1", "random 3"])
+def test_no_dense_turn_goes_beyond_the_peaks_and_some_angle_of_it_comes_near(name: str) -> None:
+    device, own = found(name)
+    turn = cycle.cycle(device, device.prologue(device.design), PHI)
+    one, totals = turn.sides[0], turn.totals
+    sizes = {
+        "F_NP": one["F_NP_N"], "F_NQ": one["F_NQ_N"], "F_E": one["F_E_N"],
+        "tooth_Q": np.hypot(one["F_Qx_N"], one["F_Qy_N"]), "bearing_A1": np.hypot(one["F_A1x_N"], one["F_A1y_N"]),
+        "hinge_inner": np.sqrt(one["F_Ax_N"] ** 2 + one["F_Ay_N"] ** 2 + one["F_Az_N"] ** 2),
+        "mount_O": np.hypot(totals["F_Ox_N"], totals["F_Oy_N"]),
+        "frame": np.hypot(totals["support_N"], totals["support_x_N"]),
+    }  # fmt: skip
+    peaks = {force.name: force for force in own.forces}
+    for key, size in sizes.items():
+        scale = float(np.ptp(size))
+        assert size.max() <= peaks[key].max_N + 1e-9 * scale
+        assert size.min() >= peaks[key].min_N - 1e-9 * scale
+        assert size.max() == pytest.approx(peaks[key].max_N, abs=2e-5 * scale)
+        assert size.min() == pytest.approx(peaks[key].min_N, abs=2e-3 * scale)
+        at = math.radians(peaks[key].max_phi_deg)
+        assert abs(np.interp(at, PHI, size) - peaks[key].max_N) < 1e-3 * scale
+    torque = totals["M_L_Nm"]
+    assert own.motor.rms_Nm == pytest.approx(np.sqrt(np.trapezoid(torque**2, PHI) / (2 * np.pi)), rel=1e-5)
+    assert torque.max() == pytest.approx(own.motor.max_Nm, abs=2e-5 * np.ptp(torque))
+
+
+@pytest.mark.parametrize("name", ["wang2017", "random 2"])
+def test_the_motor_s_mean_torque_does_the_work_of_friction(name: str) -> None:
+    device, own = found(name)
+    assert 2 * math.pi * own.motor.mean_Nm == pytest.approx(simulation.work(device).friction_J, rel=1e-8)
+
+
+def test_the_printed_model_has_a_summary_without_what_it_does_not_report() -> None:
+    _, own = found("wang2017", "printed")
+    assert not [force for force in own.forces if force.name.startswith("hinge")]
+    assert min(force.min_N for force in own.forces if force.name == "F_NP") < -50
+
+
+def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
+    """Stage 2 of almost equal circles: sizes, and stress by the textbook's formulas at the largest normal force."""
+    base = with_teeth(machines.machine("wang2017"))
+    wide = {**base.bounds, "k6": (1e-9, 0.1), "m61": (0.9, 1.5)}
+    table = {**base.table(), "bounds": wide, "design": {**base.design, "k6": 1e-8, "m61": 1.0}}
+    device = Device(Machine.read(table, "own"))
+    own = summary.of(device, device.design)
+    (stage,) = own.stages[1:]
+    radius = base.design["A6_mm"]
+    for gear in stage.gears:
+        assert gear.curvature_radius_min_mm == pytest.approx(radius, rel=1e-6)
+        assert gear.teeth_min == pytest.approx(2 * radius / TEETH["module_mm"], rel=1e-6)
+    assert stage.pressure_angle_max_deg == pytest.approx(20, abs=1e-5)
+    normal = next(force.max_N for force in own.forces if force.name == "F_NQ")
+    assert stage.stress is not None
+    curvature = 2 / (radius * 1e-3 * math.sin(math.radians(20)))
+    expected = 189.8e3 * math.sqrt(normal / (TEETH["face_width_mm"] * 1e-3) * curvature) * 1e-6
+    assert stage.stress.contact_MPa == pytest.approx(expected, rel=3e-4)
+    assert stage.stress.contact_phi_deg == pytest.approx(
+        next(force.max_phi_deg for force in own.forces if force.name == "F_NQ"), abs=1e-4
+    )
+
+
+def test_stress_along_the_turn_is_that_of_the_formulas_at_each_contact() -> None:
+    device = Device(with_teeth(machines.machine("wang2017")))
+    own = summary.of(device, device.design).stages[0]
+    side = device.side(device.design, PHI[:-1:4])
+    stage, parameters = device.stages[0], device.of_stage(0, device.design)
+    hoisted = stage.prologue(parameters=parameters)["hoisted"]
+    contact = {k: v[0] for k, v in stage.contact(t=side["t1"], parameters=parameters, hoisted=hoisted).items()}
+    bend = (contact["r"] ** 2 + 2 * contact["dr"] ** 2 - contact["r"] * contact["ddr"]) / np.hypot(
+        contact["r"], contact["dr"]
+    ) ** 3
+    load = np.vstack([side["F_NP"], np.full_like(bend, 12e-3), np.full_like(bend, math.radians(20))])
+    stress = formulas("gear_strength")("bending_stress", kappa1=bend, module=1.5e-3, load=load)["sigma"]
+    assert own.stress is not None
+    assert stress.max() * 1e-6 == pytest.approx(own.stress.bending_MPa[0], rel=1e-4)
+
+
+def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
+    """The harmonic law starts with pi^2/2 of rise over span squared (Norton), seen at the planet's own rate."""
+    base = machines.machine("wang2017")
+    assert summary.of(Device(base), Device(base).design).shocks == []
+    device = Device(machines.with_flank(base, "harmonic"))
+    shocks = summary.of(device, device.design).shocks
+    events = {(one.event, one.side) for one in shocks}
+    assert events == {(f"cam, {w} of the {f}", s) for w in ("start", "end") for f in ("rise", "fall") for s in (1, 2)}
+    start = next(one for one in shocks if one.event == "cam, start of the rise" and one.quantity == "theta1_ddot")
+    low, high = map(math.radians, base.cam.rise_delta_deg)
+    phi = math.radians(start.phi_deg)
+    turned = device.side(device.design, np.array([phi - 1e-5, phi + 1e-5]))["phi72"]
+    rate = float(np.diff(turned)[0]) / 2e-5 * base.si("speed_rpm")
+    law = math.radians(base.cam.opening_deg) * math.pi**2 / 2 * (rate / (high - low)) ** 2
+    assert (start.before, start.after) == pytest.approx((0.0, law), rel=1e-6)
+    assert not [one for one in shocks if one.quantity == "x_tip_ddot"]
+    kept = next(table for table in shown.tables(summary.of(device, device.design)) if "Shocks" in table.title)
+    assert 0 < len(kept.rows) <= 16
+
+
+def test_what_is_missing_is_told() -> None:
+    base = machines.machine("wang2017")
+    assert "module" in found("wang2017")[1].notes[0]
+    only = Machine.read({**base.table(), "gears": {"module_mm": 2.0}}, "own")
+    told = summary.of(Device(only), Device(only).design)
+    assert told.stages[0].contact_ratio_min is not None
+    assert "face_width_mm" in told.notes[0]
+    coarse = Device(with_teeth(base, module_mm=5.0))
+    few = summary.of(coarse, coarse.design)
+    assert few.stages[0].stress is not None
+    assert few.stages[0].stress.bending_MPa == [None, None]
+    assert "the form factor begins at 12" in few.notes[0]
+    flat = Device(with_teeth(machines.machine("compact")))
+    assert "20 deg" in summary.of(flat, flat.design).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("gears", "told"),
+    [({"module_mm": 0.01}, "at least 0.1"), ({"poisson_ratio": 0.5}, "less than 0.5"), ({"modul_mm": 2}, "module_mm")],
+)
+def test_gears_out_of_range_are_refused(gears: dict[str, float], told: str) -> None:
+    with pytest.raises(InputError, match=rf"gears\..*{told}"):
+        with_teeth(machines.machine("wang2017"), **gears)
+
+
+def test_two_modules_are_refused() -> None:
+    wide = load("wang2017-wide")
+    assert stages.module(DesignTurn(Device(wide), Device(wide).design)) == pytest.approx(2e-3)
+    with pytest.raises(InputError, match=r"requirements.module_mm = 2"):
+        with_teeth(wide)
+    with_teeth(wide, module_mm=2.0)
+
+
+def test_every_sentence_of_an_optimisation_is_computed() -> None:
+    device = machines.device("wang2017")
+    start = simulation.simulate(device).result
+    proof = {"kkt_residual": 1e-9, "active_bounds": [], "starts": 4, "agreeing_starts": 3, "spread": 0.0}
+    result = _optimum({"range_N": 0.9 * start.support_force.range_N, "certificate": proof})
+    sentence = optimisation.statement(start.support_force.range_N, result, 10)
+    assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; the box binds in 0 of 10"
+    alone = _optimum({"range_N": 3.2, "certificate": {**proof, "agreeing_starts": 1}})
+    assert "+2.6 %, not certified" in optimisation.statement(3.12, alone, 10)
+
+
+def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
+    counts = {"objective": 1, "gradient": 1, "hessian": 1}
+    own = {"method": "ipopt", "objective": 1.0, "design": {}, "range_N": 1.0, "variance_N2": 1.0,
+           "start_objective": 2.0, "evaluations": counts, "seconds": 1.0, "certificate": {},
+           "effective_parameters": 8, "insensitive": []}  # fmt: skip
+    return optimisation.OptimumFound.read({**own, **changes})
+
+
+def test_it_stands_in_the_result_and_on_the_page() -> None:
+    device = machines.device("wang2017")
+    result = simulation.simulate(device).result
+    own = result.table()["designer"]
+    assert own["motor"] == pytest.approx(dataclasses.asdict(found("wang2017")[1])["motor"], rel=1e-12)
+    page = device_page(device.machine, device.sidecar, result.table(), {})
+    assert "Peaks of forces, true extremes over a turn" in page
+    assert f"{own['motor']['max_Nm']:.6g}" in page
