@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -79,4 +80,5 @@ def _compared(folder: Path, found: list[str], count: int) -> int:
 
 
 if __name__ == "__main__":
+    gc.disable()  # what so short a process makes, it keeps
     sys.exit(main())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeVar
 
 import sympy as sp
@@ -40,7 +41,7 @@ class Let:
     def defines(self) -> tuple[Quantity, ...]:
         return (self.symbol,)
 
-    @property
+    @cached_property
     def needs(self) -> frozenset[sp.Symbol]:
         return frozenset(self.expr.free_symbols)
 
@@ -59,7 +60,7 @@ class Call:
     def defines(self) -> tuple[Quantity, ...]:
         return tuple(o for o in self.outputs if o is not None)
 
-    @property
+    @cached_property
     def needs(self) -> frozenset[sp.Symbol]:
         return frozenset(self.argument.free_symbols)
 
@@ -77,7 +78,7 @@ class SineSeries:
     def defines(self) -> tuple[Quantity, ...]:
         return (self.symbol,)
 
-    @property
+    @cached_property
     def needs(self) -> frozenset[sp.Symbol]:
         return frozenset({self.argument})
 
@@ -104,7 +105,7 @@ class LinearSolve:
         """Rows of the matrix one after the other, then the right-hand side."""
         return (*(entry for row in self.matrix for entry in row), *self.right)
 
-    @property
+    @cached_property
     def needs(self) -> frozenset[sp.Symbol]:
         return frozenset().union(*(entry.free_symbols for entry in self.entries))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import sympy as sp
 from sympy import Basic
@@ -78,9 +79,15 @@ class Printer:
         return self.dialect.call(function, *(self.text(a, TEST) for a in arguments)), ATOM
 
 
+@cache
+def _terms(expr: Basic) -> list[Basic]:
+    """The terms of a sum in the order in which every target writes them."""
+    return expr.as_ordered_terms()
+
+
 def _add(p: Printer, expr: Basic) -> Text:
     text = ""
-    for term in sp.Add.make_args(expr) if len(expr.args) < 2 else expr.as_ordered_terms():
+    for term in sp.Add.make_args(expr) if len(expr.args) < 2 else _terms(expr):
         negative = term.could_extract_minus_sign()
         part = p.text(-term if negative else term, PRODUCT)
         text += (" - " if negative else " + ") + part if text else ("-" if negative else "") + part

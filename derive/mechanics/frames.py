@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import cache, reduce
 
 import sympy as sp
 from sympy import Expr, Matrix, S
@@ -14,6 +14,8 @@ Axis = tuple[int, int, int]
 X: Axis = (1, 0, 0)
 Y: Axis = (0, 1, 0)
 Z: Axis = (0, 0, 1)
+LONG = 50
+"""Operations of a component that multiplying out only makes longer; what it shortens has fewer than ten."""
 
 
 class FrameError(ValueError):
@@ -37,9 +39,10 @@ class Frame:
         return self.name
 
 
-def rotation(axis: Axis, angle: Expr) -> Matrix:
+@cache
+def rotation(axis: Axis, angle: Expr) -> sp.ImmutableMatrix:
     """Rodrigues' matrix for a turn by ``angle`` about the unit vector ``axis``."""
-    cross = Matrix(3, 3, lambda i, j: -sum(sp.LeviCivita(i, j, k) * axis[k] for k in range(3)))
+    cross = sp.ImmutableMatrix(3, 3, lambda i, j: -sum(sp.LeviCivita(i, j, k) * axis[k] for k in range(3)))
     return sp.eye(3) + sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross * cross
 
 
@@ -110,9 +113,16 @@ def unit(frame: Frame, axis: Axis) -> Vec:
 
 
 def shorter(vector: Vec) -> Vec:
-    """The same vector, each component multiplied out where that leaves fewer operations."""
-    x, y, z = (min(c, sp.expand(c), key=sp.count_ops) for c in vector.components)
+    """The same vector, each component multiplied out where that leaves fewer operations; long ones are left alone."""
+    x, y, z = map(_shorter, vector.components)
     return Vec(vector.frame, (x, y, z))
+
+
+def _shorter(component: Expr) -> Expr:
+    if (size := sp.count_ops(component)) > LONG:
+        return component
+    expanded = sp.expand(component)
+    return expanded if sp.count_ops(expanded) < size else component
 
 
 @dataclass(frozen=True)
@@ -138,6 +148,7 @@ class Motion:
     rates: dict[sp.Symbol, Expr] = field(default_factory=dict)
     accelerations: dict[Point, Vec] = field(default_factory=dict)
     places: dict[Point, tuple[Point, Vec]] = field(default_factory=dict)
+    _bends: dict[tuple[Vec, Frame], Vec] = field(default_factory=dict, repr=False)
 
     def rate(self, expr: Expr) -> Expr:
         """Time derivative of a scalar by the chain rule."""
@@ -167,8 +178,14 @@ class Motion:
         base, offset = self.places.get(point, (point.base, point.offset))
         if base is None or offset is None:
             return zero(frame)
-        relative = self.derivative(shorter(self.derivative(offset.resolved(frame))))
-        return self.acceleration(base, frame) + shorter(relative)
+        return self.acceleration(base, frame) + self._bend(offset, frame)
+
+    def _bend(self, offset: Vec, frame: Frame) -> Vec:
+        """Second derivative of an offset in components of ``frame``."""
+        if (offset, frame) not in self._bends:
+            velocity = shorter(self.derivative(offset.resolved(frame)))
+            self._bends[offset, frame] = shorter(self.derivative(velocity))
+        return self._bends[offset, frame]
 
     def drift(self, base: Point, point: Point, frame: Frame) -> Vec:
         """Rate of the vector from ``base`` to ``point`` as seen from ``frame``, by names where there are any.

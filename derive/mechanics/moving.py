@@ -19,7 +19,7 @@ from ..model import ClosedForm, Let, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from ..slopes import along, slope
 from .bodies import Action, Body, Part
-from .frames import Motion, Vec
+from .frames import Motion, Vec, zero
 from .laws import sliding, velocity
 from .loops import Coordinate
 from .statement import MechanismError, Statement, let, quantity
@@ -145,20 +145,27 @@ class Free:
         for body, part in self._parts():
             ways = self._ways(velocity(self.motion, part.centroid, self.stated.world))
             turns = self._ways(self.motion.spin(body.frame))
-            for i in range(count):
-                push, twist = ways[i], part.momentum(turns[i])
-                for j in range(i + 1):
-                    total[i][j] += part.mass * push.dot(ways[j]) + twist.dot(turns[j])
+            rest = zero(self.stated.world), zero(body.frame)
+            moved = sorted(ways.keys() | turns.keys())
+            for i in moved:
+                push, twist = ways.get(i, rest[0]), part.momentum(turns.get(i, rest[1]))
+                for j in moved[: moved.index(i) + 1]:
+                    total[i][j] += part.mass * push.dot(ways.get(j, rest[0])) + twist.dot(turns.get(j, rest[1]))
         added = [
             [-slope(push, a) if a in push.free_symbols else S.Zero for a in self.accelerations]
             for push in self._on_rates(self._given_loads())
         ]
         return [[total[max(i, j)][min(i, j)] + added[i][j] for j in range(count)] for i in range(count)]
 
-    def _ways(self, speed: Vec) -> list[Vec]:
-        """Slopes of a velocity in the rates of the coordinates."""
+    def _ways(self, speed: Vec) -> dict[int, Vec]:
+        """Slopes of a velocity in the rates of those coordinates that it depends on, by their places."""
         x, y, z = map(self._plain, speed.components)
-        return [Vec(speed.frame, (slope(x, c.rate), slope(y, c.rate), slope(z, c.rate))) for c in self.coordinates]
+        felt = x.free_symbols | y.free_symbols | z.free_symbols
+        return {
+            i: Vec(speed.frame, (slope(x, c.rate), slope(y, c.rate), slope(z, c.rate)))
+            for i, c in enumerate(self.coordinates)
+            if c.rate in felt
+        }
 
     def _forces(self) -> list[Expr]:
         """Virtual power on each coordinate's rate of given actions, weights, and what inertia does at rest."""
@@ -173,7 +180,7 @@ class Free:
         total = [S.Zero] * len(self.coordinates)
         for load, speed in loads:
             push = Vec(load.frame, tuple(map(self._plain, load.components)))
-            for j, way in enumerate(self._ways(speed)):
+            for j, way in self._ways(speed).items():
                 total[j] += push.dot(way)
         return total
 

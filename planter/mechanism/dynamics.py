@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.integrate
 import scipy.linalg
+from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array, Kernel
@@ -195,6 +196,11 @@ class Dynamics:
         With ``least`` actions of joints that hold something twice are those of least squares. Raises ComputationError
         where the integrator gives up.
         """
+        with threadpool_limits(1, "blas"):
+            return self._run(times, tolerance, state, least)
+
+    def _run(self, times: Array, tolerance: float, state: Array | None, least: bool) -> Run:
+        """The motion, its many small linear systems by one thread each: more would wait for one another."""
         times = np.asarray(times, dtype=float)
         at = self.projected(times[0], self.start() if state is None else state)
         share = max(RANK, PASSAGE * weakest(self.equations(times[0], at).slopes))
