@@ -22,6 +22,7 @@ from .bodies import Action, Body, Part
 from .frames import Motion, Vec, zero
 from .laws import sliding, velocity
 from .loops import Coordinate
+from .places import places
 from .statement import MechanismError, Statement, let, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
@@ -84,7 +85,8 @@ class Free:
         }
         full = {name: [step for step in steps if step.expr != 0] for name, steps in found.items()}
         forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
-        return (self._start(), *forms, *self._outputs(reported))
+        drawn = places(self.stated, self.inputs, self.stated.named)
+        return (self._start(), *forms, *self._outputs(reported), drawn)
 
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start

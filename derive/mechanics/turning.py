@@ -10,7 +10,8 @@ from ..equations import Equation
 from ..model import ClosedForm, Lane, Let, LinearSolve, Step, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from . import laws
-from .statement import MechanismError, Statement
+from .places import places
+from .statement import MechanismError, Statement, let
 
 LAW = "law_"
 """Beginning of the names of what vanishes."""
@@ -34,7 +35,13 @@ def along(
     told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *found, *stated.reports), frozenset(told)))
     lane = Lane(angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
-    return lane, stated.loops.functions(angle, data, stated.named)
+    drawn = places(stated, (angle, data, *stated.loops.inputs), _found(stated))
+    return lane, (*stated.loops.functions(angle, data, stated.named), drawn)
+
+
+def _found(stated: Statement) -> tuple[Step, ...]:
+    """What places follow from: the named steps, and the coordinates of loops as they were found."""
+    return (*(let(c.value, c.given) for c in stated.loops.coordinates), *stated.named)
 
 
 def motion(stated: Statement) -> tuple[Step, ...]:

@@ -66,17 +66,23 @@ class Model:
         Raises ComputationError where loops do not close, or where forces are not determined.
         """
         angles = np.asarray(angles, dtype=float)
-        inputs: dict[str, object] = {self.angle: angles, "data": self.data}
-        if self.loops is not None:
-            inputs["loops"] = self.loops.at(angles)
         try:
-            found = self.formulas("lane", **inputs)
+            found = self.formulas("lane", **self._inputs(angles))
         except NotFiniteError as error:
             entry, angle = self.outputs[error.row], np.degrees(angles[error.lane])
             told = f"{entry['name']} ({entry['meaning']}) is not finite at {angle:.6g} deg"
             raise ComputationError(f"{self.file.name}: {told}") from None
         self._check(angles, found)
         return found
+
+    def places(self, angles: Array) -> dict[str, Array]:
+        """Where the points of all bodies are (n,) [m] at angles (n,) [rad], by name, for a drawing."""
+        return self.formulas("places", **self._inputs(angles))
+
+    def _inputs(self, angles: Array) -> dict[str, object]:
+        """What the functions along the angle take."""
+        loops = {} if self.loops is None else {"loops": self.loops.at(angles)}
+        return {self.angle: angles, "data": self.data, **loops}
 
     def _check(self, angles: Array, found: dict[str, Array]) -> None:
         for entry in self.outputs:

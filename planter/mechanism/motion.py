@@ -17,11 +17,15 @@ from planter.mechanism.small import eigenvalues, equilibrium
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion: times (n,) [s], columns (n,) in shown units by key, with their meanings, what is read from them."""
+    """A motion: times (n,) [s], columns (n,) in shown units by key, with their meanings, what is read from them.
+
+    `places` (n,) [m] are those of the bodies' points.
+    """
 
     times: Array
     columns: dict[str, Array]
     meanings: dict[str, str]
+    places: dict[str, Array]
     result: Result
 
 
@@ -49,7 +53,9 @@ def move(
         undetermined_actions=list(run.undetermined),
         **(_rest(dynamics) if rest else {}),
     )
-    return Motion(run.times, columns, {keys[entry["name"]]: entry["meaning"] for entry in told}, result)
+    meanings = {keys[entry["name"]]: entry["meaning"] for entry in told}
+    places = dynamics.formulas("places", time=run.times, data=dynamics.data, state=run.states)
+    return Motion(run.times, columns, meanings, places, result)
 
 
 def _course(key: str, values: Array) -> Course:

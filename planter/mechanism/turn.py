@@ -16,12 +16,17 @@ from planter.mechanism.results import Turn as Result
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn: samples of all results in shown units (n,) by key, with their meanings, and what is read from them."""
+    """A turn: samples of all results in shown units (n,) by key, with their meanings, and what is read from them.
+
+    `places` (n,) [m] are those of the bodies' points; a turn takes `seconds`.
+    """
 
     angle: str
     angles_deg: Array
     columns: dict[str, Array]
     meanings: dict[str, str]
+    places: dict[str, Array]
+    seconds: float
     result: Result
 
 
@@ -46,7 +51,9 @@ def turn(model: Model, samples: int | None = None) -> Turn:
         laws=_laws(model, found),
         warnings=lifting.warnings(model, angles, found),
     )
-    return Turn(model.angle, degrees, columns, {keys[entry["name"]]: entry["meaning"] for entry in told}, result)
+    meanings = {keys[entry["name"]]: entry["meaning"] for entry in told}
+    seconds = 2 * np.pi / abs(model.speed) if model.speed else np.inf
+    return Turn(model.angle, degrees, columns, meanings, model.places(angles), seconds, result)
 
 
 def _quantity(key: str, values: Array, degrees: Array) -> Quantity:

@@ -55,6 +55,7 @@ def packed(scene: Scene) -> Record:
         "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
         "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in every(scene.bodies)],
         "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],
+        "chains": [{"points": list(chain.points), "closed": chain.closed} for chain in scene.chains],
         "forces": [[series.add(v) for v in (f.at.x, f.at.y, f.x, f.y)] for f in scene.forces],
         "largest_N": max((float(np.hypot(f.x, f.y).max()) for f in scene.forces), default=0.0),
         "curves": [

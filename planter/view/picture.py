@@ -54,6 +54,7 @@ def picture(scene: Scene) -> str:
         "<g data-machine>",
         *_traces(scene),
         *(line for body in scene.bodies for line in _body(scene, body, {b.name: i for i, b in _numbered(scene)})),
+        *_chains(scene),
         *_forces(scene),
         *_points(scene),
         *_labels(scene),
@@ -150,7 +151,7 @@ def _path(point: Point) -> Array:
 def _traces(scene: Scene) -> Iterator[str]:
     for k, point in enumerate(scene.points):
         hidden = "" if point.traced else ' visibility="hidden"'
-        yield f'<path class="trace" data-trace="{k}"{hidden} d="{line(_path(point), True)}"/>'
+        yield f'<path class="trace" data-trace="{k}"{hidden} d="{line(_path(point), scene.again)}"/>'
 
 
 def _points(scene: Scene) -> Iterator[str]:
@@ -167,6 +168,13 @@ def _forces(scene: Scene) -> Iterator[str]:
         shown = arrow(x, y, scale * float(force.x[0]), scale * float(force.y[0]))
         yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{shown}">'
         yield f"<title>{escape(force.name)}</title></path>"
+
+
+def _chains(scene: Scene) -> Iterator[str]:
+    for k, chain in enumerate(scene.chains):
+        corners = np.array([_path(scene.points[index])[0] for index in chain.points])
+        yield f'<path class="body link s{chain.shade}" data-chain="{k}" d="{line(corners, chain.closed)}">'
+        yield f"<title>{escape(chain.name)}</title></path>"
 
 
 def _labels(scene: Scene) -> Iterator[str]:

@@ -49,6 +49,16 @@ class Point:
 
 
 @dataclass(frozen=True)
+class Chain:
+    """A line through points, each by its number in the scene: a body of which no more is known than its joints."""
+
+    name: str
+    points: Sequence[int]
+    closed: bool = False
+    shade: int = 0
+
+
+@dataclass(frozen=True)
 class Label:
     """A text at a place of the machine, which stands at its start, middle or end."""
 
@@ -90,6 +100,7 @@ class Event:
 class Scene:
     """A mechanism over a cycle. `places` (n,) say where in the cycle a moment is, `seconds` how long the cycle takes.
 
+    The cycle begins `again` where it ends, unless it is a motion that does not.
     `travel` (n,) is how far the machine has moved over the ground, along x; `ground` stands still there.
     """
 
@@ -98,13 +109,15 @@ class Scene:
     unit: str
     places: Array
     seconds: float
-    bodies: Sequence[Body]
+    bodies: Sequence[Body] = ()
     points: Sequence[Point] = ()
+    chains: Sequence[Chain] = ()
     forces: Sequence[Force] = ()
     curves: Sequence[Curve] = ()
     events: Sequence[Event] = ()
     ground: Sequence[Outline] = ()
     travel: Array | None = None
+    again: bool = True
     labels: Sequence[Label] = ()
 
     @property

@@ -1,7 +1,8 @@
 // The drawing of a mechanism in motion. `picture` is an SVG that stands still; what moves in it carries data-body,
 // data-point, data-arrow; `record` says where it is at every moment. One file for reports, notebooks and the studio.
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
+const SHORTEST = 2; // seconds that a cycle is shown for at first
 
 /** Series of float32, one after another in base64, each of `moments` numbers. */
 function series(record) {
@@ -37,6 +38,7 @@ class Motion {
     this.travel = at(record.travel);
     this.bodies = record.bodies.map((pose) => pose.map(at));
     this.points = record.points.map((place) => place.map(at));
+    this.chains = record.chains;
     this.forces = record.forces.map((force) => force.map(at));
     this.curves = record.curves.map((curve) => ({ ...curve, at: at(curve.values) }));
   }
@@ -61,6 +63,7 @@ class Mechanism {
     this.bodies = all("body");
     this.points = all("point");
     this.arrows = all("arrow");
+    this.chains = all("chain");
     this.traces = all("trace");
     this.near = this.traces.map((trace) => trace.getAttribute("d"));
     this.machine = svg.querySelector("[data-machine]");
@@ -78,10 +81,15 @@ class Mechanism {
   }
 
   show(moment) {
-    const { bodies, points, forces, travel } = this.motion;
+    const { bodies, chains, points, forces, travel } = this.motion;
     this.bodies.forEach((body, k) => {
       const [x, y, turn] = bodies[k].map((channel) => channel(moment));
       body.setAttribute("transform", `translate(${x.toFixed(3)} ${y.toFixed(3)}) rotate(${turn.toFixed(3)})`);
+    });
+    this.chains.forEach((chain, k) => {
+      const { points: corners, closed } = chains[k];
+      const steps = corners.map((index) => points[index].map((channel) => channel(moment).toFixed(3)).join(" "));
+      chain.setAttribute("d", `M${steps.join(" ")}${closed ? "Z" : ""}`);
     });
     this.points.forEach((point, k) => {
       point.setAttribute("cx", points[k][0](moment));
@@ -155,7 +163,6 @@ export class Drawing {
     this.element = element;
     this.moment = 0;
     this.playing = false;
-    this.speed = 1;
     this.controls = make("div", { class: "controls" });
     element.append(this.controls);
     this.load(record);
@@ -178,7 +185,7 @@ export class Drawing {
     if (this.curve) this.curve.show(moment);
     this.scrub.value = moment;
     const { record } = this.motion;
-    const place = `${record.place} ${this.motion.place(moment).toFixed(0)} ${record.unit}`;
+    const place = `${record.place} ${digits(this.motion.place(moment))} ${record.unit}`;
     this.scrub.setAttribute("aria-valuetext", place);
     this.told.textContent = this.curve ? `${place}, ${this.curve.told(moment)}` : place;
   }
@@ -219,7 +226,8 @@ export class Drawing {
     this.controls.replaceChildren();
     this.button = make("button", { type: "button", onclick: () => this.play() }, "Play");
     this.scrub = make("input", { type: "range", min: 0, max: motion.moments - 1, "aria-label": motion.record.place, oninput: () => this.show(Number(this.scrub.value)) });
-    const speeds = SPEEDS.map((speed) => make("option", { value: speed, selected: speed === 1 }, `${speed} \u00d7`));
+    this.speed = SPEEDS.findLast((speed) => speed <= 1 && motion.record.seconds / speed >= SHORTEST) ?? SPEEDS[0];
+    const speeds = SPEEDS.map((speed) => make("option", { value: speed, selected: speed === this.speed }, `${speed} \u00d7`));
     this.pace = make("select", { "aria-label": "speed", onchange: () => (this.speed = Number(this.pace.value)) }, ...speeds);
     this.told = make("output", { class: "told" });
     const row = make("div", { class: "row" }, this.button, this.scrub, this.pace);

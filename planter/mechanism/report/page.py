@@ -14,11 +14,15 @@ from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.html import Block, FigureSvg, Items, Section, Text, page
 from planter.report.inputs import inputs, provenance_section
+from planter.view.block import Motion as Moving
+from planter.view.scene import Scene
+
+SEEN = "Bodies by the points where forces act on them and by their centroids, which is all that the statement says."
 
 
 def write(
     out: Path, title: str, machine: MechanismFile, table: Mapping[str, Any], told: Iterable[Section],
-    columns: Mapping[str, Array], course: Course, progress: Listener | None,
+    columns: Mapping[str, Array], course: Course, progress: Listener | None, moving: Scene,
     more: Mapping[str, str] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Writes summary.json, values.csv, figures and report.html, whole or not at all, and `more` texts by their names.
@@ -29,11 +33,12 @@ def write(
     drawn = bundle.drawn(dict(curves(columns, course)), progress)
     provenance = files.provenance(machine)
     every = {course.label.replace(" / ", "_"): course.values, **columns}
+    motion = Section("Motion", [Moving(moving, SEEN)])
     figures = Section("Figures", [FigureSvg(figure.svg, "") for figure in drawn.values()])
     texts = {
         "summary.json": files.summary_text({**table, "input": machine.table(), "provenance": provenance}),
         "values.csv": files.cycle_csv("values.csv", files.comments(machine, "mechanism"), every),
-        "report.html": page(title, [*told, figures, *_end(machine, provenance)], machine.description),
+        "report.html": page(title, [*told, motion, figures, *_end(machine, provenance)], machine.description),
         **more,
     }
     bundle.write(out, texts, drawn)

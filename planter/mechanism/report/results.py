@@ -11,6 +11,7 @@ from planter.mechanism.motion import Motion
 from planter.mechanism.optimisation import Found
 from planter.mechanism.report import optimum_file, page
 from planter.mechanism.report.figures import Course
+from planter.mechanism.report.scene import scene
 from planter.mechanism.results import Optimum
 from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
@@ -22,14 +23,16 @@ def write_turn(out: Path, found: Turn, machine: MechanismFile, progress: Listene
     """A turn: every quantity, works, laws. Raises InputError for a folder that it cannot write."""
     course = Course(found.angles_deg, f"{found.angle} / deg", turn=True)
     title = f"A turn of {machine.name}"
-    page.write(out, title, machine, found.result.table(), _turn(found), found.columns, course, progress)
+    seen = scene(title, course, found.seconds, found.columns, found.places)
+    page.write(out, title, machine, found.result.table(), _turn(found), found.columns, course, progress, seen)
 
 
 def write_motion(out: Path, found: Motion, machine: MechanismFile, progress: Listener | None = None) -> None:
     """A free motion: every quantity, energy, the state of rest. Raises InputError as `write_turn`."""
     course = Course(found.times, "time / s", turn=False)
     title = f"Motion of {machine.name}"
-    page.write(out, title, machine, found.result.table(), _motion(found), found.columns, course, progress)
+    seen = scene(title, course, found.result.until_s, found.columns, found.places)
+    page.write(out, title, machine, found.result.table(), _motion(found), found.columns, course, progress, seen)
 
 
 def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> None:
@@ -39,7 +42,8 @@ def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> 
     title = f"Optimum of {found.machine.name}"
     told = [*_optimum(found.result), *_turn(best)]
     more = {"optimum.toml": optimum_file.text(found)}
-    page.write(out, title, found.machine, found.result.table(), told, best.columns, course, progress, more)
+    seen = scene(title, course, best.seconds, best.columns, best.places)
+    page.write(out, title, found.machine, found.result.table(), told, best.columns, course, progress, seen, more)
 
 
 def _optimum(found: Optimum) -> Iterator[Section]:

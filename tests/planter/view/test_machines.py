@@ -8,16 +8,25 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon
 
+from derive.__main__ import main as derive
 from planter.clutch.report import scene as clutch
 from planter.clutch.rotor import Rotor
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
 from planter.mapping.report import scene as mapping
+from planter.mechanism.file import load
+from planter.mechanism.model import Model
+from planter.mechanism.report.figures import Course
+from planter.mechanism.report.scene import scene as own_scene
+from planter.mechanism.turn import turn
 from planter.pickup import file as pickup_file
 from planter.pickup import model as pickup_model
 from planter.pickup.report import scene as pickup
 from planter.view.scene import Scene
+from tests.support.house import ROOT
 from tests.support.scenes import placed
+
+EXAMPLES = ROOT / "docs" / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +86,27 @@ def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
         assert third.distance(at["planet and arm"][0]) < 0.25
         tip = Point(shown.points[0].x[moment], shown.points[0].y[moment])
         assert Point(at["planet and arm"][1].coords[-1]).distance(tip) < 1e-3
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    folder = tmp_path_factory.mktemp("own")
+    assert derive([str(EXAMPLES / "transplanting_arm.py"), "--out", str(folder)]) == 0
+    found = turn(Model(load(folder / "transplanting_arm.toml")))
+    course = Course(found.angles_deg, "phi / deg", turn=True)
+    return own_scene("arm", course, found.seconds, found.columns, found.places)
+
+
+def test_the_bodies_of_a_mechanism_of_ones_own_keep_their_shape(arm: Scene) -> None:
+    """Distances between the points of a body are the same at every moment; the path of its loop closes."""
+    for chain in arm.chains:
+        at = np.array([[arm.points[k].x, arm.points[k].y] for k in chain.points])
+        lengths = np.hypot(*np.swapaxes(at[1:] - at[:-1], 0, 1))
+        assert np.ptp(lengths, axis=1) == pytest.approx(0, abs=1e-9), chain.name
+    assert {chain.name for chain in arm.chains} >= {"crank", "coupler"}
+
+
+def test_a_point_that_leaves_its_body_is_noticed(arm: Scene) -> None:
+    chain = arm.chains[0]
+    first, second = (arm.points[k] for k in chain.points[:2])
+    assert np.ptp(np.hypot(second.x + 0.01 * second.y - first.x, second.y - first.y)) > 1e-9
