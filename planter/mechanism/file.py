@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, PrivateAttr
 
@@ -72,18 +72,27 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Mech
 
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
-    path = _path(str(source))
-    found = MechanismFile.read(parse_toml(read_text(path), str(path)), str(path), changes)
-    found._folder = _functions(path, found)
+    place = path(str(source))
+    found = MechanismFile.read(parse_toml(read_text(place), str(place)), str(place), changes)
+    found._folder = _functions(place, found)
     _check(found)
     return found
 
 
-def _path(source: str) -> Path:
+def made(table: Mapping[str, Any], source: str, folder: Path) -> MechanismFile:
+    """The file of a table, whose functions are in a folder. Raises InputError as `load`."""
+    found = MechanismFile.read(table, source)
+    found._folder = folder
+    _check(found)
+    return found
+
+
+def path(source: str) -> Path:
+    """The file that is meant by its path, or by its name here or in ``generated/``. Raises InputError for none."""
     near = [Path(source)] if source.endswith(".toml") else [Path(f"{source}.toml"), Path(GENERATED, f"{source}.toml")]
-    for path in near:
-        if path.is_file():
-            return path
+    for place in near:
+        if place.is_file():
+            return place
     places = " or ".join(map(str, near))
     raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one beside the generated code")
 

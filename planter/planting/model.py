@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -90,6 +91,14 @@ class Device:
     def size(self) -> int:
         """Number of design parameters, p."""
         return len(self.names)
+
+    @property
+    def entries(self) -> list[Mapping[str, str]]:
+        """Name, unit, meaning and source of each design parameter."""
+        found: list[Mapping[str, str]] = list(self._vectors["mounting"])
+        for number, own in enumerate(self.stages, 1):
+            found += [*own.sidecar["parameters"][:-1], self._vectors[f"parameters{number}"]["known"]["-1"]]
+        return found
 
     def x(self, **values: float) -> Array:
         """The machine's own design (p,) in SI with some values changed, by name and in the unit [that it ends in].

@@ -24,17 +24,9 @@ class Shares:
 
     def __init__(self, functions: Functions) -> None:
         self.functions = functions
-        frame = functions.frame_total(FORCE)
-        one, two = ca.SX.sym("one", frame.size1_in(0)), ca.SX.sym("two", frame.size1_in(1))
-        nothing, c = ca.SX.zeros(one.numel()), functions.c
-        mixed = ca.jacobian(ca.gradient(frame(one, two, c), one), two)
-        if mixed.nnz() == 0 and _symmetric(frame):
-            self.offsets: tuple[float, ...] = (0.0, -np.pi)
-            side = functions.side(functions.phi)
-            self.share = frame(side, nothing, c) - frame(nothing, nothing, c) / 2
-        else:
-            self.offsets = (0.0,)
-            self.share = functions.total(FORCE)
+        share = share_of(functions, FORCE)
+        self.offsets: tuple[float, ...] = (0.0,) if share is None else (0.0, -np.pi)
+        self.share = functions.total(FORCE) if share is None else share
 
     @cached_property
     def tangent(self) -> ca.Sparsity:
@@ -76,6 +68,17 @@ class Shares:
     @cached_property
     def weight(self) -> ca.SX:
         return ca.SX.sym("weight")
+
+
+def share_of(functions: Functions, total: str) -> ca.SX | None:
+    """A side's share of a total at its carrier angle; None where that is no sum of equal shares of two sides."""
+    frame = functions.frame_total(total)
+    one, two = ca.SX.sym("one", frame.size1_in(0)), ca.SX.sym("two", frame.size1_in(1))
+    nothing, c = ca.SX.zeros(one.numel()), functions.c
+    mixed = ca.jacobian(ca.gradient(frame(one, two, c), one), two)
+    if mixed.nnz() or not _symmetric(frame):
+        return None
+    return frame(functions.side(functions.phi), nothing, c) - frame(nothing, nothing, c) / 2
 
 
 def _symmetric(frame: ca.Function) -> bool:

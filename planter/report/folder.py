@@ -46,7 +46,7 @@ def replace(path: Path, content: bytes) -> None:
 
     Raises InputError, naming the path, if it cannot be written.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
+    part = _part(path)
     try:
         try:
             part.write_bytes(content)
@@ -55,6 +55,29 @@ def replace(path: Path, content: bytes) -> None:
             part.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         raise _cannot_write(path, error) from None
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Within, a file too large for the memory is written under another name; in the end it is there, at once.
+
+    An error leaves what was there. Raises InputError, naming the path, if it cannot be written.
+    """
+    part = _part(path)
+    try:
+        try:
+            yield part
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from None
+    with path.open("rb") as file:
+        _entered(path, hashlib.file_digest(file, "sha256").hexdigest())
+
+
+def _part(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
 
 
 def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
@@ -77,11 +100,11 @@ class Manifest:
         """Whether a file lies in the folder or below it."""
         return path.is_relative_to(self._folder)
 
-    def renew(self, path: Path, content: bytes) -> None:
-        """Enter a file that has just been written."""
+    def renew(self, path: Path, content: str) -> None:
+        """Enter a file that has just been written, by the hash of its content."""
         name = path.relative_to(self._folder).as_posix()
         self.old.pop(name, None)
-        self.new[name] = _hash(content)
+        self.new[name] = content
         self._save()
 
     def keep(self, path: Path) -> None:
@@ -143,6 +166,10 @@ def renews(write: Callable[P, T]) -> Callable[P, T]:
 
 def written(path: Path, content: bytes) -> None:
     """Enter a file that has just been written, where a folder is being renewed and it lies there."""
+    _entered(path, _hash(content))
+
+
+def _entered(path: Path, content: str) -> None:
     manifest = _OPEN.get()
     if manifest is not None and manifest.holds(path):
         manifest.renew(path, content)

@@ -96,7 +96,7 @@ def description(device: Device) -> dict[str, str]:
     """What this is, as lines of a comment: `headline`, `version`, and each number of `design` and `machine`."""
     return {
         "headline": _plain(_headline(device)), "version": __version__,
-        "design": _listing("Design x:", _named(device.names, _design_entries(device), "x")),
+        "design": _listing("Design x:", _named(device.names, device.entries, "x")),
         "machine": _listing("Machine:", _named(None, device.sidecar["vectors"]["machine"], "machine")),
     }  # fmt: skip
 
@@ -135,15 +135,6 @@ def _quoted(names: Iterable[str]) -> str:
 
 def _numbers(values: Array | Sequence[float]) -> str:
     return ", ".join(repr(float(value)) for value in values)
-
-
-def _design_entries(device: Device) -> list[Mapping[str, str]]:
-    """Name, unit, meaning and source of each design parameter."""
-    vectors = device.sidecar["vectors"]
-    entries: list[Mapping[str, str]] = list(vectors["mounting"])
-    for number, stage in enumerate(device.stages, 1):
-        entries += [*stage.sidecar["parameters"][:-1], vectors[f"parameters{number}"]["known"]["-1"]]
-    return entries
 
 
 def _named(names: Sequence[str] | None, entries: Sequence[Mapping[str, str]], vector: str) -> Iterable[str]:

@@ -1,0 +1,76 @@
+"""What of planting devices can be swept: `ROOM`, as `planter.sweeps.room` has it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planter.files import examples
+
+if TYPE_CHECKING:
+    from planter.planting.file import Machine
+    from planter.planting.swept.subject import Planting
+
+KIND = "planting"
+OWN = {"stage1", "stage2", "nozzle"}
+"""Tables that no other kind of file has."""
+
+
+class Room:
+    """Planting devices."""
+
+    choices: Mapping[str, Sequence[str]] = {"model": ("exact", "printed")}
+    usual = ("objective", "support_range_N", "support_max_N", "M_L_max_Nm", "M_L_rms_Nm")
+
+    def takes(self, source: str) -> bool:
+        """A built-in name, or a file with the tables of such a machine."""
+        if source in examples.names(KIND, ".toml"):
+            return True
+        try:
+            return set(tomllib.loads(Path(source).read_text(encoding="utf-8"))) >= OWN
+        except (OSError, ValueError):
+            return False
+
+    def load(self, source: str) -> Machine:
+        """The machine in a file, or the built-in one of that name."""
+        from planter.planting import file
+
+        return file.load(source)
+
+    def inputs(self, machine: Machine) -> dict[str, str]:
+        """Design parameters, numbers of the file that the model takes, deviations of the centre distances."""
+        from planter.planting.model import Device
+        from planter.planting.swept import mounting
+
+        device = Device(machine)
+        named = {f"design.{name}": entry["meaning"] for name, entry in zip(device.names, device.entries, strict=True)}
+        data = {entry["shown"]: entry["meaning"] for entry in device.sidecar["vectors"]["machine"]}
+        return named | data | dict(zip(mounting.DEVIATIONS, mounting.MEANINGS, strict=True))
+
+    def outputs(self, machine: Machine) -> dict[str, str]:
+        """The objective, and measures of every quantity over a turn."""
+        from planter.planting.model import Device
+        from planter.planting.swept import subject
+
+        return {name: measure.meaning for name, measure in subject.measures(Device(machine)).items()}
+
+    def frozen(self, machine: Machine) -> dict[str, Any]:
+        """Its table."""
+        return {"table": machine.table(), "source": machine.source}
+
+    def subject(
+        self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Mapping[str, tuple[float, float]],
+        outputs: Sequence[str],
+    ) -> Planting:  # fmt: skip
+        """A device in one of its models, its inputs between two ends."""
+        from planter.planting.file import Machine
+        from planter.planting.swept.subject import Planting
+
+        model = choices.get("model", "exact")
+        machine = Machine.read(frozen["table"], frozen["source"])
+        return Planting(machine, "printed" if model == "printed" else "exact", inputs, outputs)
+
+
+ROOM = Room()

@@ -1,0 +1,102 @@
+"""What an input of a sweep takes: numbers from a range, or one of a list."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+from planter.files.complaints import refused
+from planter.files.fields import Problems, Real, Section, Whole, check
+from planter.kernels import Array
+
+MOST_STEPS = 1_000_000
+
+
+def _choice(value: Any) -> Any:
+    """Numbers or texts, not both."""
+    if not isinstance(value, list | tuple):
+        return value
+    texts = [isinstance(item, str) for item in value]
+    if any(texts) != all(texts):
+        raise refused("", value, "it must be a list of numbers, or a list of texts")
+    if len(set(value)) < len(value):
+        raise refused("", value, "it must hold no value twice")
+    return tuple(value)
+
+
+class Axis(Section):
+    """An input: `values` one after another, or a range `from` ... `to`, on a grid in so many `steps`."""
+
+    values: Annotated[tuple[Real | str, ...] | None, BeforeValidator(_choice), Field(min_length=1)] = None
+    low: Annotated[Real | None, Field(alias="from")] = None
+    high: Annotated[Real | None, Field(alias="to")] = None
+    steps: Annotated[Whole, Field(ge=2, le=MOST_STEPS)] | None = None
+
+    @check
+    def _list_or_range(self) -> Problems:
+        ends = (self.low, self.high)
+        if (self.values is None) == (ends == (None, None)) or (self.values is not None and self.steps is not None):
+            yield refused("", self.given, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
+        elif self.values is None and (self.low is None or self.high is None or not self.low < self.high):
+            yield refused("", self.given, "it must have from less than to")
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """As the file has it."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+    @property
+    def texts(self) -> tuple[str, ...] | None:
+        """The texts that it takes, if it takes texts."""
+        named = tuple(value for value in self.values or () if isinstance(value, str))
+        return named or None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and largest number."""
+        numbers = self._numbers
+        return float(numbers.min()), float(numbers.max())
+
+    @property
+    def _numbers(self) -> Array:
+        """The values; of texts their places in the list, of a range its ends or its steps."""
+        if self.texts is not None:
+            return np.arange(float(len(self.texts)))
+        if self.values is not None:
+            return np.array(self.values, dtype=float)
+        assert self.low is not None
+        assert self.high is not None
+        return np.linspace(self.low, self.high, self.steps or 2)
+
+    @property
+    def count(self) -> int:
+        """Values on a grid."""
+        return len(self._numbers)
+
+    def on_grid(self, places: Any) -> Array:
+        """Numbers at places (n,) of the grid."""
+        found: Array = self._numbers[places]
+        return found
+
+    def at(self, shares: Array) -> Array:
+        """Numbers at shares (n,) in [0, 1) of the range, or of the list."""
+        if self.values is None:
+            low, high = self.ends
+            return low + shares * (high - low)
+        return self.on_grid((shares * self.count).astype(np.int64))
+
+
+def axis(given: Any) -> Any:
+    """What stands in a file as a table: a bare list is one of values.
+
+    >>> axis([1, 2])
+    {'values': [1, 2]}
+    """
+    if isinstance(given, Axis | Mapping):
+        return given
+    if isinstance(given, list | tuple):
+        return {"values": list(given)}
+    raise refused("", given, "it must be a list of values, or { from = ..., to = ..., steps = ... }")

@@ -1,0 +1,73 @@
+"""Command of sweeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planter.errors import InputError
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption
+
+app = typer.Typer()
+
+HELP = """Evaluate a machine over ranges of its inputs: a table of rows, envelopes and maps.
+
+PLAN is a TOML file:
+
+\b
+    machine = "wang2017"            # a file or a built-in name, or a list of them
+    scheme = "grid"                 # grid, sobol or latin
+    outputs = ["support_range_N", "M_L_max_Nm"]
+    [inputs]
+    model = ["exact", "printed"]
+    speed_rpm = { from = 35, to = 45, steps = 11 }
+    "mass.planet_kg" = [1.1, 1.2, 1.3]
+
+With the schemes sobol and latin, `points` and `seed` stand beside them and ranges have no steps. `[[map]]` tables
+with x, y, output choose the maps that are drawn. --list MACHINE tells all inputs and outputs.
+
+Rows come in chunks of 10000. With --out they are kept as they come, and the same command goes on where it was
+ended; the bytes are the same for any number of workers. From 20000 rows on, processes share the work.
+
+\b
+    planter sweep docs/examples/sweep_speed.toml --out run
+    planter sweep plan.toml --cluster tcp://host:8786
+"""
+
+
+@app.command(help=HELP)
+def sweep(
+    plan: Annotated[Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)] = None,
+    listed: Annotated[
+        str | None,
+        typer.Option("--list", metavar="MACHINE", help="tell what of a machine can be varied", show_default=False),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="processes [default: one a core]", show_default=False)
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="a Dask scheduler whose workers do it (planter[cluster])",
+                     show_default=False),
+    ] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:  # fmt: skip
+    console = Console(as_json)
+    with console.outcome():
+        from planter.sweeps import command, tables
+        from planter.sweeps.plan import load
+        from planter.sweeps.run import Means
+
+        if (plan is None) == (listed is None):
+            raise InputError("one of PLAN and --list MACHINE must be given")
+        if listed is not None:
+            told = command.varied(listed)
+            console.result(told, lambda: tables.varied(told))
+            return
+        assert plan is not None
+        found = command.sweep(load(plan), out, Means(workers, cluster), console.progress)
+        console.result(found, lambda: tables.sweep(console, found))

@@ -1,0 +1,1 @@
+"""The folder of a sweep: its rows, its figures and its page."""

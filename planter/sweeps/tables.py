@@ -1,0 +1,34 @@
+"""A sweep as tables that a person likes to read, no wider than 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+
+from planter.sweeps.results import SweepFound, Varied
+from planter.terminal.console import Console
+
+WIDTH = 80
+
+
+def sweep(console: Console, result: SweepFound) -> None:
+    """Rows and hash, then what every output reaches."""
+    how = f"{result.workers} workers" if result.workers else "no workers"
+    again = f", {result.resumed} chunks were there before" if result.resumed else ""
+    print(f"{result.name}: {result.rows} rows in {result.seconds:.3g} s, {how}{again}")
+    print(f"hash {result.hash}\n")
+    rows = [(name, one.min, one.mean, one.max, one.missing) for name, one in result.envelope.items()]
+    console.table("Envelope", ("output", "min", "mean", "max", "missing"), rows)
+
+
+def varied(result: Varied) -> None:
+    """What can be varied, then what can be asked for."""
+    print(f"{result.machine} can be swept over these inputs:\n")
+    _list({name: f"one of {', '.join(texts)}" for name, texts in result.choices.items()} | result.inputs)
+    print("\nfor these outputs:\n")
+    _list(result.outputs)
+
+
+def _list(meanings: Mapping[str, str]) -> None:
+    for name, meaning in meanings.items():
+        print(textwrap.fill(f"{name}: {meaning}", WIDTH, initial_indent="  ", subsequent_indent="      "))

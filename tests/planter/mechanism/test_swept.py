@@ -1,0 +1,47 @@
+"""Sweeps of mechanisms of one's own: every row is the turn of the mechanism with these values."""
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.mechanism.model import Model
+from planter.mechanism.swept import ROOM
+from planter.mechanism.turn import turn
+from planter.sweeps.plan import Plan
+from planter.sweeps.sweep import Sweep
+from tests.support import own
+
+
+def plan(**more: object) -> Plan:
+    folder = own.generated("slider_crank")
+    table = {"machine": str(folder / "slider_crank.toml"), "outputs": ["M_in_max_Nm", "F_Ox_range_N", "M_in_rms_Nm"],
+             "inputs": {"r_mm": [50, 60], "omega_rpm": [200, 400]}}  # fmt: skip
+    return Plan.read(table | more, "plan.toml")
+
+
+def test_rows_are_the_turns_of_the_mechanism() -> None:
+    asked = Sweep(plan())
+    found = asked.recipe.job().chunk(0, 4, 1)
+    for row, (r, speed) in zip(found, [(50, 200), (50, 400), (60, 200), (60, 400)], strict=True):
+        told = turn(Model(own.file("slider_crank", r_mm=r, omega_rpm=speed))).result.quantities
+        force = told["F_Ox_N"]
+        wanted = [told["M_in_Nm"].max, force.max - force.min, told["M_in_Nm"].rms]
+        np.testing.assert_allclose(row, wanted, rtol=1e-12)
+    assert len(np.unique(found[:, 0])) == 4
+
+
+def test_a_row_whose_loop_does_not_close_has_nothing() -> None:
+    asked = Sweep(plan(inputs={"r_mm": [60, 5000]}))
+    found = asked.recipe.job().chunk(0, 2, 1)
+    assert np.isfinite(found[0]).all()
+    assert np.isnan(found[1]).all()
+
+
+def test_outputs_must_be_named() -> None:
+    with pytest.raises(InputError, match="it must name at least one"):
+        Sweep(plan(outputs=[]))
+
+
+def test_what_is_no_mechanism_is_not_taken() -> None:
+    assert not ROOM.takes("wang2017")
+    assert not ROOM.takes("nowhere.toml")

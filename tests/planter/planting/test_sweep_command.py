@@ -1,0 +1,95 @@
+"""`planter sweep` as it is called: its files, its words, and what kills at any moment leave of it."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+
+from tests.support.cli import answer, refusal, run
+from tests.support.schemas import committed
+
+ROOT = Path(__file__).parents[3]
+EXAMPLE = ROOT / "docs" / "examples" / "sweep_speed.toml"
+SMALL = """\
+machine = "wang2017"
+outputs = ["support_range_N"]
+[inputs]
+speed_rpm = [35, 40, 45]
+"""
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> tuple[dict, Path]:
+    """The documented example: what it prints, and its folder."""
+    out = tmp_path_factory.mktemp("sweep") / "run"
+    return answer("sweep", str(EXAMPLE), "--out", str(out)), out
+
+
+def test_the_example_runs_and_keeps_its_schema(done: tuple[dict, Path]) -> None:
+    found, out = done
+    jsonschema.validate(found, committed("sweep"))
+    assert found["rows"] == 2 * 21 * 9 * 2
+    assert found["columns"][:4] == ["model", "operation.speed_rpm", "mass.planet_kg", "design.m31"]
+    assert (found["workers"], found["resumed"]) == (0, 0)
+    summary = json.loads((out / "summary.json").read_text())
+    assert (summary["hash"], summary["plan"]["scheme"]) == (found["hash"], "grid")
+
+
+def test_both_tables_hold_the_same_rows(done: tuple[dict, Path]) -> None:
+    found, out = done
+    parquet = pyarrow.parquet.read_table(out / "rows.parquet")
+    lines = (out / "rows.csv").read_text().splitlines()
+    head = sum(line.startswith("#") for line in lines)
+    csv = pyarrow.csv.read_csv(out / "rows.csv", read_options=pyarrow.csv.ReadOptions(skip_rows=head))
+    assert parquet.column_names == csv.column_names == found["columns"]
+    assert (parquet.num_rows, csv.num_rows) == (found["rows"],) * 2
+    for name in parquet.column_names:
+        assert parquet[name].to_pylist() == csv[name].to_pylist()
+    for name, extent in found["envelope"].items():
+        column = parquet[name].to_numpy()
+        assert (extent["min"], extent["max"]) == (column.min(), column.max())
+        assert np.isclose(extent["mean"], column.mean(), rtol=1e-12)
+        row = parquet.slice(int(column.argmax()), 1).to_pylist()[0]
+        assert extent["max_at"] == {key: row[key] for key in extent["max_at"]}
+
+
+def test_its_figures_are_there_and_named_on_its_page(done: tuple[dict, Path]) -> None:
+    names = {path.stem for path in (done[1] / "figures").glob("*.svg")}
+    assert {"envelope-support_range_N", "map-support_range_N-operation_speed_rpm-mass_planet_kg"} <= names
+    page = (done[1] / "report.html").read_text()
+    assert "Over two inputs" in page
+    assert done[0]["hash"] in page
+
+
+def test_the_same_command_does_nothing_twice_and_writes_the_same_bytes(tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(SMALL)
+    command, out = ("sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "run")), tmp_path / "run"
+    found = answer(*command)
+    before = {out / name: (out / name).read_bytes() for name in ("rows.csv", "rows.parquet")}
+    again = answer(*command)
+    assert (again["hash"], found["resumed"], again["resumed"]) == (found["hash"], 0, 1)
+    assert before == {path: path.read_bytes() for path in before}
+
+
+def test_tables_fit_eighty_columns() -> None:
+    for arguments in ((str(EXAMPLE),), ("--list", "wang2017")):
+        code, out, _ = run("sweep", *arguments)
+        assert code == 0
+        assert max(map(len, map(str.rstrip, out.splitlines()))) <= 80
+
+
+def test_what_a_machine_has_is_listed() -> None:
+    found = answer("sweep", "--list", "wang2017")
+    jsonschema.validate(found, committed("sweep"))
+    assert found["choices"] == {"model": ["exact", "printed"]}
+    assert "radius" in found["inputs"]["design.R3_mm"]
+    assert "motor" in found["outputs"]["M_L_max_Nm"]
+
+
+def test_a_call_that_asks_for_nothing_is_refused() -> None:
+    assert "one of PLAN and --list MACHINE" in refusal("sweep")
+    assert "a plan must be a .toml file" in refusal("sweep", "plan.csv")

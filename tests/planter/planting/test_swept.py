@@ -1,0 +1,166 @@
+"""Sweeps of planting devices: every row is the turn of the machine that it names, found by another way."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.planting import cycle, file, simulation
+from planter.planting.file import Machine
+from planter.planting.model import Device
+from planter.planting.swept import ROOM, turning
+from planter.planting.swept.subject import Planting
+from planter.sweeps.plan import Plan
+from planter.sweeps.sweep import Sweep
+
+INPUTS = {
+    "operation.speed_rpm": (35.0, 45.0), "mass.planet_kg": (1.0, 1.4), "centroid.planet_xy_mm[1]": (-8.0, -4.0),
+    "design.e3_mm": (5.5, 5.7), "design.theta_deg": (65.0, 66.0), "contact.cam_friction_angle_deg": (4.0, 8.0),
+}  # fmt: skip
+OUTPUTS = (
+    "objective", "support_range_N", "support_max_N", "support_variance_N2", "support_mean_N", "M_L_rms_Nm",
+    "M_L_std_Nm", "M_L_min_Nm", "tip_y_min_mm", "F_E_max_N", "alpha_range_deg",
+)  # fmt: skip
+MEASURED: dict[str, Callable[[np.ndarray], float]] = {
+    "max": np.max, "min": np.min, "range": np.ptp, "mean": np.mean, "std": np.std, "variance": np.var,
+    "rms": lambda values: np.sqrt(np.mean(values**2)),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def machine(kernel_cache: None) -> Machine:
+    return file.load("wang2017", {"objective.samples": 90})
+
+
+def by_simulation(machine: Machine, model: str, point: np.ndarray, outputs: tuple[str, ...]) -> list[float]:
+    """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities."""
+    own = machine.with_numbers(dict(zip(INPUTS, map(float, point), strict=True)))
+    found = simulation.simulate(Device(own, "printed" if model == "printed" else "exact"))
+    columns = found.cycle.columns()
+    values = {"objective": found.result.objective}
+    for name in set(outputs) - {"objective"}:
+        stem, kind, unit = name.rsplit("_", 2)
+        key = {"N2": f"{stem}_N"}.get(unit, f"{stem}_{unit}")
+        values[name] = float(MEASURED[kind](columns[key]))
+    return [values[name] for name in outputs]
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_rows_are_the_turns_that_simulate_finds(machine: Machine, model: str) -> None:
+    subject = ROOM.subject(ROOM.frozen(machine), {"model": model}, INPUTS, OUTPUTS)
+    shares = np.random.default_rng(3).random((3, len(INPUTS)))
+    low, high = np.array(list(INPUTS.values())).T
+    points = low + shares * (high - low)
+    wanted = [by_simulation(machine, model, point, OUTPUTS) for point in points]
+    np.testing.assert_allclose(subject.evaluated(points, 1), wanted, rtol=1e-9, atol=1e-12)
+
+
+def test_rows_do_not_hang_on_threads_or_on_their_neighbours(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("planter.planting.swept.subject.SLICE", 7)
+    subject = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS)
+    points = np.array(list(INPUTS.values())).T[np.arange(40) % 2]
+    alone = subject.evaluated(points[:1], 1)
+    for threads in (1, 3):
+        assert np.array_equal(subject.evaluated(points, threads)[::2], np.repeat(alone, 20, axis=0))
+
+
+def test_without_a_compiler_it_is_the_same(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.array(list(INPUTS.values())).T
+    compiled = Planting(machine, "exact", INPUTS, OUTPUTS).evaluated(points, 1)
+    monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
+    np.testing.assert_allclose(Planting(machine, "exact", INPUTS, OUTPUTS).evaluated(points, 1), compiled, rtol=1e-11)
+
+
+def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> None:
+    inputs = {"mass.planet_kg": (1.0, 1.4), "mass.sun_kg": (0.3, 0.5), "operation.speed_rpm": (10.0, 80.0)}
+    fine = machine.with_numbers({"objective.samples": 2000})
+    subject = ROOM.subject(ROOM.frozen(fine), {}, inputs, ["support_mean_N"])
+    points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
+    own = cycle.weight(Device(machine))
+    gravity, mass = machine.operation.gravity_m_s2, machine.mass
+    weights = own + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
+    np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-7)
+
+
+def test_a_row_without_a_finite_turn_has_nothing(machine: Machine) -> None:
+    subject = ROOM.subject(ROOM.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
+    found = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
+    assert np.isnan(found[1]).all()
+    assert np.array_equal(found[0], found[2])
+    assert np.isfinite(found[0]).all()
+
+
+@pytest.mark.parametrize("name", ["wang2017", "compact"])
+def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache: None) -> None:
+    """Centres stand apart by as much more, and the angles over a turn are the same."""
+    subject = ROOM.subject(ROOM.frozen(file.load(name)), {}, {}, [])
+    device, x = subject.device, subject.device.design[None]
+    found = subject.mounting(x, np.array([[0.2e-3, -0.1e-3]]))[0]
+    before, after = (cycle.centre_distances(device, device.prologue(one)) for one in (x[0], found))
+    np.testing.assert_allclose(after - before, [0.2e-3, -0.1e-3], rtol=1e-9)
+    phi = cycle.angles(24)
+    turned = [device.side(one, phi) for one in (x[0], found)]
+    for angle in ("phi52", "phi72"):
+        np.testing.assert_allclose(turned[1][angle], turned[0][angle], atol=1e-12)
+    assert np.ptp(turned[1]["F_B1x"] - turned[0]["F_B1x"]) > 1e-6
+
+
+def test_totals_that_are_no_sum_of_equal_shares_are_taken_whole(machine: Machine) -> None:
+    """The printed torque treats the sides differently: folding it anyway gives another one."""
+    device = Device(machine, "printed")
+    turned = turning.Turning(device, ["support_N", "M_L_Nm"], 90)
+    assert turned.folded.tolist() == [True, False]
+    x, c = device.design[None], device.constants[None]
+    right = turned.many(x, c)[0, 1]
+    found = cycle.cycle(device, device.prologue(device.design), cycle.angles(90)).totals["M_L_Nm"]
+    np.testing.assert_allclose(right[:3], [found.max(), found.min(), found.mean()], rtol=1e-12)
+    turned.folded[1] = True
+    assert abs(turned.many(x, c)[0, 1, 0] - right[0]) > 0.1
+
+
+PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
+REFUSED = {
+    "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp is not allowed: did you mean"),
+    "an ambiguous input": ({"inputs": {"C1_mm": [1]}}, "inputs.C1_mm is not allowed"),
+    "an unknown output": ({"inputs": {"m31": [1.5]}, "outputs": ["support_rage_N"]}, "did you mean support_range_N"),
+    "a text for a number": ({"inputs": {"m31": ["large"]}}, "inputs.design.m31 = large is not allowed: it must be num"),
+    "numbers for a text": ({"inputs": {"model": [1, 2]}}, "it must be of exact, printed"),
+    "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct is not allowed"),
+    "one input twice": ({"inputs": {"m31": [1.5], "design.m31": [1.5]}}, "it must name no input twice"),
+    "a machine that is not there": ({"machine": "nowhere", "inputs": {"m31": [1.5]}}, "there is no such machine"),
+    "a pick-up": ({"machine": "yu2023", "inputs": {"m31": [1.5]}}, "there is no such machine that can be swept"),
+}
+
+
+@pytest.mark.parametrize(("change", "told"), REFUSED.values(), ids=REFUSED.keys())
+def test_a_plan_that_does_not_fit_the_machine_is_refused(change: dict, told: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Sweep(Plan.read(PLAN | change, "plan.toml"))
+    assert told in refused.value.message
+
+
+CANNOT = {
+    "an eccentricity beyond its radius": ({"e3_mm": {"from": 5, "to": 40, "steps": 3}}, "bounds.e3_mm = 40"),
+    "a negative mass": ({"planet_kg": [-1, 1]}, "mass.planet_kg = -1"),
+    "an ellipse that is none": ({"k6": [0.03, 1.2]}, "k6 = 1.2"),
+}
+
+
+@pytest.mark.parametrize(("inputs", "told"), CANNOT.values(), ids=CANNOT.keys())
+def test_ends_that_cannot_be_built_are_refused(inputs: dict, told: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Sweep(Plan.read(PLAN | {"inputs": inputs}, "plan.toml")).recipe.job().chunk(0, 1, 1)
+    assert told in refused.value.message
+
+
+def test_machines_are_looked_for_beside_the_plan(tmp_path: Path, machine: Machine) -> None:
+    from planter.files import examples
+
+    text = examples.example("wang2017").replace("planet_kg = 1.20", "planet_kg = 1.30")
+    (tmp_path / "mine.toml").write_text(text)
+    plan = Plan.read({"machine": ["wang2017", "mine.toml"], "inputs": {"speed_rpm": [40]},
+                      "outputs": ["support_mean_N"]}, "plan.toml", tmp_path)  # fmt: skip
+    found = Sweep(plan).recipe.job().chunk(0, 2, 1)[:, 0]
+    assert np.isclose(found[1] - found[0], 2 * 0.1 * 9.81, rtol=1e-6)

@@ -1,0 +1,119 @@
+"""Drivers and workers killed by signal 9 at random moments: the answer is that of an undisturbed run."""
+
+import os
+import random
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import psutil
+import pytest
+
+from planter.planting import file
+from planter.sweeps.job import CHUNK, Recipe
+from planter.sweeps.plan import Plan
+from planter.sweeps.sweep import Sweep
+
+ROOT = Path(__file__).parents[3]
+ROWS = 12 * CHUNK
+FOUND = """\
+import sys
+from pathlib import Path
+from planter.sweeps import job, run, store
+recipe = job.read(sys.stdin.read())
+with store.Store(Path(sys.argv[1]), recipe.question) as kept:
+    done = run.run(recipe, int(sys.argv[2]), kept, run.Means(2))
+    print(kept.digest(), done.resumed)
+"""
+"""A job in a process of its own, kept in the file that it is told."""
+
+
+class Killed:
+    """Runs of one job, each kept in a file of its own, disturbed or not."""
+
+    def __init__(self, folder: Path, recipe: Recipe) -> None:
+        self.folder, self.recipe = folder, recipe
+        self.whole, _ = self.ended(self.started("whole"))
+
+    def started(self, name: str) -> psutil.Popen:
+        command = [sys.executable, "-c", FOUND, name, str(ROWS)]
+        process = psutil.Popen(command, cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                               env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
+        process.stdin.write(self.recipe.text)
+        process.stdin.close()
+        return process
+
+    @staticmethod
+    def ended(process: psutil.Popen) -> tuple[str, int]:
+        """Hash of all rows, and how many chunks were there before."""
+        said = process.stdout.read()
+        assert process.wait() == 0
+        digest, resumed = said.split()
+        return digest, int(resumed)
+
+    def chunks(self, name: str) -> int:
+        with suppress(sqlite3.Error):
+            place = f"file:{self.folder / name}?mode=ro"
+            return int(sqlite3.connect(place, uri=True).execute("SELECT count(*) FROM chunks").fetchone()[0])
+        return 0
+
+    def driver(self, name: str, rng: random.Random) -> None:
+        """The first process killed by signal 9 at a random moment: its workers end, what it had found is there."""
+        process = self.started(name)
+        workers = self.disturbed(process, name, rng)
+        process.kill()
+        process.wait()
+        assert not psutil.wait_procs(workers, timeout=10)[1]
+        there = self.chunks(name)
+        digest, resumed = self.ended(self.started(name))
+        assert (digest, resumed) == (self.whole, there)
+
+    def worker(self, name: str, rng: random.Random) -> None:
+        """A worker killed by signal 9 at a random moment: another takes its chunk."""
+        process = self.started(name)
+        for victim in self.disturbed(process, name, rng)[:1]:
+            with suppress(psutil.NoSuchProcess):
+                victim.kill()
+        assert self.ended(process)[0] == self.whole
+
+    def disturbed(self, process: psutil.Popen, name: str, rng: random.Random) -> list[psutil.Process]:
+        """The workers of a process at a random moment of its work."""
+        chunks = rng.randrange(1, 10)
+        while self.chunks(name) < chunks and process.poll() is None:
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0, 0.05))
+        return process.children()
+
+
+@pytest.fixture(scope="module")
+def counted(tmp_path_factory: pytest.TempPathFactory) -> Killed:
+    """Of a job that takes no time but what it waits."""
+    recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, "wait": 0.02})
+    return Killed(tmp_path_factory.mktemp("counted"), recipe)
+
+
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> Killed:
+    """Of turns of a planting device."""
+    plan = Plan.read({
+        "machine": "wang2017", "scheme": "sobol", "points": ROWS, "seed": 7, "outputs": ["support_range_N"],
+        "inputs": {"model": ["exact", "printed"], "speed_rpm": {"from": 35, "to": 45}},
+    }, "plan.toml")  # fmt: skip
+    asked = Sweep(plan)
+    asked.machines[0].machine = file.load("wang2017", {"objective.samples": 72})
+    return Killed(tmp_path_factory.mktemp("turned"), asked.recipe)
+
+
+@pytest.mark.parametrize("victim", ["driver", "worker"])
+def test_a_kill_at_a_random_moment_changes_nothing(counted: Killed, victim: str) -> None:
+    getattr(counted, victim)(f"{victim}.sqlite", random.Random(1))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("victim", ["driver", "worker"])
+def test_many_kills_at_random_moments_change_nothing(turned: Killed, victim: str, seed: int) -> None:
+    getattr(turned, victim)(f"{victim}{seed}.sqlite", random.Random(seed))

@@ -1,0 +1,82 @@
+"""The points of a sweep: schemes keep what they promise, and any chunk is drawn alone."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from planter.errors import InputError
+from planter.sweeps.axes import Axis
+from planter.sweeps.job import CHUNK
+from planter.sweeps.plan import Plan
+from planter.sweeps.points import Grid, Latin, Sobol, SobolSequence
+
+RANGE, LISTED = Axis.model_validate({"from": -2, "to": 6}), Axis(values=(1.0, 4.0, 9.0))
+TEXTS = Axis(values=("red", "blue"))
+
+
+def test_a_grid_holds_every_combination_once_the_last_axis_fastest() -> None:
+    steps = Axis.model_validate({"from": 0, "to": 1, "steps": 3})
+    grid = Grid([LISTED, steps, TEXTS])
+    rows = grid.block(0, grid.rows)
+    assert grid.rows == len({tuple(row) for row in rows}) == 18
+    assert rows[:3].tolist() == [[1, 0, 0], [1, 0, 1], [1, 0.5, 0]]
+    assert np.array_equal(grid.block(7, 11), rows[7:11])
+
+
+def test_a_sequence_entered_anywhere_is_the_same_sequence() -> None:
+    whole = SobolSequence(3, 5)(0, 64)
+    other = SobolSequence(3, 5)
+    assert np.array_equal(other(40, 64), whole[40:])
+    assert np.array_equal(other(8, 24), whole[8:24])
+    assert not np.array_equal(SobolSequence(3, 6)(0, 64), whole)
+
+
+def test_sobol_points_are_even_over_ranges_and_lists() -> None:
+    points = Sobol([RANGE, LISTED, TEXTS], 3 * 1024, 1).block(0, 1024)
+    assert ((points[:, 0] >= -2) & (points[:, 0] < 6)).all()
+    assert qmc.discrepancy((points[:, [0]] + 2) / 8) < 1e-5
+    _, counts = np.unique(points[:, 1], return_counts=True)
+    assert np.ptp(counts) <= 2
+    assert (points[:, 2] == 0).sum() == 512
+
+
+def test_a_latin_hypercube_has_one_row_in_every_slice_of_every_axis() -> None:
+    latin = Latin([RANGE, RANGE], CHUNK + 50, 1)
+    for start, stop in ((0, CHUNK), (CHUNK, CHUNK + 50)):
+        slices = np.floor((latin.block(start, stop) + 2) / 8 * (stop - start)).astype(int)
+        assert all(np.array_equal(np.sort(column), np.arange(stop - start)) for column in slices.T)
+    assert not np.array_equal(latin.block(0, 50), latin.block(CHUNK, CHUNK + 50))
+    assert np.array_equal(latin.block(CHUNK, CHUNK + 50), latin.block(CHUNK, CHUNK + 50))
+
+
+BASE = {"machine": "wang2017", "inputs": {"speed_rpm": [35, 45]}}
+WRONG = {
+    "a range without steps": ({"inputs": {"m31": {"from": 1, "to": 2}}}, "inputs.m31.steps is missing"),
+    "a range upside down": ({"inputs": {"m31": {"from": 2, "to": 1, "steps": 3}}}, "it must have from less than to"),
+    "half a range": ({"inputs": {"m31": {"from": 2, "steps": 3}}}, "it must have from less than to"),
+    "a list and a range": ({"inputs": {"m31": {"from": 1, "to": 2, "values": [1]}}}, "it must be a list of values, or"),
+    "a number": ({"inputs": {"m31": 1.5}}, "inputs.m31 = 1.5 is not allowed: it must be a list of values"),
+    "numbers and texts": ({"inputs": {"m31": [1.5, "exact"]}}, "a list of numbers, or a list of texts"),
+    "a value twice": ({"inputs": {"m31": [1.5, 1.5]}}, "it must hold no value twice"),
+    "nothing": ({"inputs": {}}, "inputs = {} is not allowed: it must have at least 1 entries"),
+    "points of a grid": ({"points": 5}, "points = 5 is not allowed: a grid has as many"),
+    "no points": ({"scheme": "sobol"}, "points is missing: the scheme sobol must say how many"),
+    "too many": ({"inputs": {n: {"from": 0, "to": 1, "steps": 999_999} for n in "ab"}}, "at most 100000000"),
+    "another scheme": ({"scheme": "halton"}, "'grid', 'sobol' or 'latin'"),
+    "an unknown key": ({"sead": 1}, "did you mean seed?"),
+    "not finite": ({"inputs": {"m31": [float("nan")]}}, "inputs.m31"),
+}
+
+
+@pytest.mark.parametrize(("change", "told"), WRONG.values(), ids=WRONG.keys())
+def test_a_plan_that_is_not_allowed_is_told_in_a_sentence(change: dict, told: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Plan.read(BASE | change, "plan.toml")
+    assert told in refused.value.message
+    assert refused.value.message.startswith("plan.toml: ")
+
+
+def test_several_machines_are_the_first_input() -> None:
+    plan = Plan.read(BASE | {"machine": ["wang2017", "compact"]}, "plan.toml")
+    assert list(plan.axes) == ["machine", "speed_rpm"]
+    assert plan.drawn.rows == 4
