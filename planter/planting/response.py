@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -33,12 +34,13 @@ class Planting:
         self.support, self.support_slopes = force.value, force.slopes
         self.support_hessian, self.support_hessians = force.hessian, force.hessians
 
-    def _kernel(self, name: str, outputs: dict[str, ca.SX]) -> Kernel:
+    def _kernel(self, name: str, outputs: Callable[[], dict[str, ca.SX]]) -> Kernel:
         """Outputs at many angles; in machine code if the device is. Each is made once for a device."""
         known, key = self.device.kernels, (name, self.device.compiled)
         if key not in known:
-            values = [ca.densify(value) for value in outputs.values()]
-            f = ca.Function(name, self.device.functions.inputs, values, ["phi", "x", "c", "h"], list(outputs))
+            built = outputs()
+            values = [ca.densify(value) for value in built.values()]
+            f = ca.Function(name, self.device.functions.inputs, values, ["phi", "x", "c", "h"], list(built))
             known[key] = Kernel(f, lanes=["phi"])
             if self.device.compiled:
                 known[key].compile()
@@ -48,14 +50,14 @@ class Planting:
     def _events(self) -> Kernel:
         functions = self.device.functions
         return self._kernel(
-            "events", {"g": functions.events, "along_phi": ca.jacobian(functions.events, functions.phi)}
+            "events", lambda: {"g": functions.events, "along_phi": ca.jacobian(functions.events, functions.phi)}
         )
 
     @cached_property
     def _event_slopes(self) -> Kernel:
         functions = self.device.functions
         z = ca.vertcat(functions.phi, functions.x, functions.h)
-        return self._kernel("event_slopes", {"g": ca.jacobian(functions.events, z)})
+        return self._kernel("event_slopes", lambda: {"g": ca.jacobian(functions.events, z)})
 
     @cached_property
     def _event_hessian(self) -> Kernel:

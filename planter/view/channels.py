@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from planter.kernels import Array
-from planter.view.scene import Body, Scene
+from planter.view.scene import Scene
 
 Record = Mapping[str, Any]
 
@@ -53,11 +53,11 @@ def packed(scene: Scene) -> Record:
         "unit": scene.unit,
         "places": series.add(scene.places),
         "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
-        "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in every(scene.bodies)],
+        "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in scene.every()],
         "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],
         "chains": [{"points": list(chain.points), "closed": chain.closed} for chain in scene.chains],
         "forces": [[series.add(v) for v in (f.at.x, f.at.y, f.x, f.y)] for f in scene.forces],
-        "largest_N": max((float(np.hypot(f.x, f.y).max()) for f in scene.forces), default=0.0),
+        "largest_N": scene.largest_force,
         "curves": [
             {"name": c.name, "unit": c.unit, "values": series.add(c.values), "reference": c.reference}
             for c in scene.curves
@@ -65,10 +65,3 @@ def packed(scene: Scene) -> Record:
         "events": [[event.name, event.place] for event in sorted(scene.events, key=lambda e: e.place)],
         "data": series.text(),
     }
-
-
-def every(bodies: Sequence[Body]) -> Iterator[Body]:
-    """Bodies and their parts, parents before parts: the order of the drawing."""
-    for body in bodies:
-        yield body
-        yield from every(body.parts)

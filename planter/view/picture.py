@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.report.html import escape
-from planter.view.channels import every
 from planter.view.scene import Body, Outline, Point, Scene
 
+Complex = NDArray[np.complex128]
 LOOKED_AT = 48
 """Moments of a cycle at which the bodies' reach is measured."""
 MARGIN = 0.04
 """Space around a drawing, in parts of its width."""
+CORNERS = 24
+"""Points of an outline that are looked at for that."""
 LONGEST = 0.25
 """Length of the largest force, in parts of a drawing's width."""
 
@@ -44,40 +48,115 @@ class Frame:
 
 def picture(scene: Scene) -> str:
     """The SVG of a scene."""
-    near, wide = frames(scene)
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" class="mechanism" role="img" aria-label="{escape(scene.title)}" '
-        f'viewBox="{near}" data-near="{near}" data-wide="{wide}" data-force="{number(force_scale(scene))}">',
-        f"<title>{escape(scene.title)}</title>",
-        '<g transform="scale(1 -1)">',
-        *_ground(scene),
-        "<g data-machine>",
-        *_traces(scene),
-        *(line for body in scene.bodies for line in _body(scene, body, {b.name: i for i, b in _numbered(scene)})),
-        *_chains(scene),
-        *_forces(scene),
-        *_points(scene),
-        *_labels(scene),
-        "</g></g></svg>",
-    ]
-    return "\n".join(parts)
+    return Picture(scene).text()
 
 
-def frames(scene: Scene) -> tuple[Frame, Frame]:
-    """What the drawing shows seen from the machine, and from the ground."""
-    seen = np.vstack([*_reached(scene), *([_path(p) for p in scene.points])])
-    ground = [outline.points for outline in scene.ground]
-    if scene.travel is None or not scene.travels:
-        frame = Frame.around(np.vstack([seen, *ground]))
-        return frame, frame
-    shifted = [seen + np.array([x, 0.0]) for x in (scene.travel.min(), scene.travel.max())]
-    return Frame.around(seen), Frame.around(np.vstack([*shifted, *ground]))
+class Picture:
+    """A scene being drawn."""
 
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.paths = [_path(point, scene.moments) for point in scene.points]
 
-def force_scale(scene: Scene) -> float:
-    """Length of a force's arrow [mm/N]."""
-    largest = max((float(np.hypot(force.x, force.y).max()) for force in scene.forces), default=0.0)
-    return LONGEST * frames(scene)[0].width / largest if largest else 0.0
+    def text(self) -> str:
+        """The whole SVG."""
+        title, (near, wide) = escape(self.scene.title), self.frames
+        numbers = {id(body): i for i, body in enumerate(self.scene.every())}
+        return "\n".join([
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="mechanism" role="img" aria-label="{title}" '
+            f'viewBox="{near}" data-near="{near}" data-wide="{wide}" data-force="{self.force_scale:.6g}">',
+            f"<title>{title}</title>",
+            '<g transform="scale(1 -1)">',
+            *self._ground(),
+            "<g data-machine>",
+            *self._traces(),
+            *(line for body in self.scene.bodies for line in self._body(body, numbers)),
+            *self._chains(),
+            *self._forces(),
+            *self._points(),
+            *self._labels(),
+            "</g></g></svg>",
+        ])  # fmt: skip
+
+    @cached_property
+    def frames(self) -> tuple[Frame, Frame]:
+        """What the drawing shows seen from the machine, and from the ground."""
+        scene = self.scene
+        seen = np.vstack([*self._reached(), *self.paths])
+        ground = [outline.points for outline in scene.ground]
+        if scene.travel is None or not scene.travels:
+            frame = Frame.around(np.vstack([seen, *ground]))
+            return frame, frame
+        shifted = [seen + np.array([x, 0.0]) for x in (scene.travel.min(), scene.travel.max())]
+        return Frame.around(seen), Frame.around(np.vstack([*shifted, *ground]))
+
+    @property
+    def force_scale(self) -> float:
+        """Length of a force's arrow [mm/N]."""
+        largest = self.scene.largest_force
+        return LONGEST * self.frames[0].width / largest if largest else 0.0
+
+    def _reached(self) -> Iterator[Array]:
+        """Corners (k, 2) of all bodies, at some moments of the cycle."""
+        at = slice(None, None, max(1, self.scene.moments // LOOKED_AT))
+        for body in self.scene.bodies:
+            yield from self._placed(body, at, np.zeros(1, dtype=complex), np.ones(1, dtype=complex))
+
+    def _placed(self, body: Body, at: slice, origin: Complex, way: Complex) -> Iterator[Array]:
+        """Corners as above; places and directions of the parent are complex numbers, one a moment."""
+        x, y, turn = (channel[at] for channel in self.scene.pose(body))
+        here, way = origin + way * (x + 1j * y), way * np.exp(1j * np.radians(turn))
+        for outline in body.outlines:
+            own = outline.points[:: max(1, len(outline.points) // CORNERS)] @ [1, 1j]
+            corners = (here[:, None] + way[:, None] * own).ravel()
+            yield np.column_stack([corners.real, corners.imag])
+        for part in body.parts:
+            yield from self._placed(part, at, here, way)
+
+    def _body(self, body: Body, numbers: dict[int, int]) -> Iterator[str]:
+        x, y, turn = (number(float(channel[0])) for channel in self.scene.pose(body))
+        yield f'<g data-body="{numbers[id(body)]}" transform="translate({x} {y}) rotate({turn})">'
+        yield f"<title>{escape(body.name)}</title>"
+        yield from map(_outline, body.outlines)
+        for part in body.parts:
+            yield from self._body(part, numbers)
+        yield "</g>"
+
+    def _ground(self) -> Iterator[str]:
+        if self.scene.ground:
+            yield "<g data-ground>"
+            yield from map(_outline, self.scene.ground)
+            yield "</g>"
+
+    def _traces(self) -> Iterator[str]:
+        for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
+            hidden = "" if point.traced else ' visibility="hidden"'
+            yield f'<path class="trace" data-trace="{k}"{hidden} d="{line(path, self.scene.again)}"/>'
+
+    def _points(self) -> Iterator[str]:
+        size = number(self.frames[0].width / 160)
+        for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
+            place = f'cx="{number(path[0, 0])}" cy="{number(path[0, 1])}" r="{size}"'
+            yield f'<circle data-point="{k}" {place}><title>{escape(point.name)}</title></circle>'
+
+    def _chains(self) -> Iterator[str]:
+        for k, chain in enumerate(self.scene.chains):
+            corners = np.array([self.paths[index][0] for index in chain.points])
+            yield f'<path class="body link s{chain.shade}" data-chain="{k}" d="{line(corners, chain.closed)}">'
+            yield f"<title>{escape(chain.name)}</title></path>"
+
+    def _forces(self) -> Iterator[str]:
+        for k, force in enumerate(self.scene.forces):
+            x, y = _path(force.at, self.scene.moments)[0].tolist()
+            shown = arrow(x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0]))
+            yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{shown}">'
+            yield f"<title>{escape(force.name)}</title></path>"
+
+    def _labels(self) -> Iterator[str]:
+        size = number(self.frames[0].width / 42)
+        for label in self.scene.labels:
+            place = f'transform="translate({number(label.x)} {number(label.y)}) scale(1 -1)"'
+            yield f'<text {place} font-size="{size}" text-anchor="{label.anchor}">{escape(label.text)}</text>'
 
 
 def number(value: float) -> str:
@@ -91,97 +170,22 @@ def number(value: float) -> str:
 
 
 def line(points: Array, closed: bool) -> str:
-    """Points (k, 2) as the path of an SVG."""
-    steps = " ".join(f"{number(x)} {number(y)}" for x, y in points.tolist())
+    """Points (k, 2) as the path of an SVG.
+
+    >>> line(np.array([[0.0, 1.0], [2.5, 3.0]]), closed=True)
+    'M0.00 1.00 2.50 3.00Z'
+    """
+    steps = " ".join(["%.2f %.2f"] * len(points)) % tuple(points.ravel().tolist())
     return f"M{steps}{'Z' if closed else ''}"
-
-
-def _numbered(scene: Scene) -> Iterator[tuple[int, Body]]:
-    return iter(enumerate(every(scene.bodies)))
-
-
-def _reached(scene: Scene) -> Iterator[Array]:
-    """Corners (k, 2) of all bodies, at some moments of the cycle."""
-    step = max(1, scene.moments // LOOKED_AT)
-    for moment in range(0, scene.moments, step):
-        for body in scene.bodies:
-            yield from _placed(scene, body, moment, np.zeros(2), 0.0)
-
-
-def _placed(scene: Scene, body: Body, moment: int, origin: Array, turned: float) -> Iterator[Array]:
-    x, y, turn = (float(channel[moment]) for channel in scene.pose(body))
-    here = origin + _turned(np.array([[x, y]]), turned)[0]
-    for outline in body.outlines:
-        yield here + _turned(outline.points, turned + turn)
-    for part in body.parts:
-        yield from _placed(scene, part, moment, here, turned + turn)
-
-
-def _turned(points: Array, degrees: float) -> Array:
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    found: Array = points @ np.array([[c, s], [-s, c]])
-    return found
-
-
-def _body(scene: Scene, body: Body, numbers: dict[str, int]) -> Iterator[str]:
-    x, y, turn = (number(float(channel[0])) for channel in scene.pose(body))
-    yield f'<g data-body="{numbers[body.name]}" transform="translate({x} {y}) rotate({turn})">'
-    yield f"<title>{escape(body.name)}</title>"
-    yield from map(_outline, body.outlines)
-    for part in body.parts:
-        yield from _body(scene, part, numbers)
-    yield "</g>"
 
 
 def _outline(outline: Outline) -> str:
     return f'<path class="{outline.look} s{outline.shade}" d="{line(outline.points, outline.closed)}"/>'
 
 
-def _ground(scene: Scene) -> Iterator[str]:
-    if scene.ground:
-        yield "<g data-ground>"
-        yield from map(_outline, scene.ground)
-        yield "</g>"
-
-
-def _path(point: Point) -> Array:
-    return np.column_stack(np.broadcast_arrays(point.x, point.y)).astype(float)
-
-
-def _traces(scene: Scene) -> Iterator[str]:
-    for k, point in enumerate(scene.points):
-        hidden = "" if point.traced else ' visibility="hidden"'
-        yield f'<path class="trace" data-trace="{k}"{hidden} d="{line(_path(point), scene.again)}"/>'
-
-
-def _points(scene: Scene) -> Iterator[str]:
-    for k, point in enumerate(scene.points):
-        (x, y), size = _path(point)[0], frames(scene)[0].width / 160
-        place = f'cx="{number(x)}" cy="{number(y)}" r="{number(size)}"'
-        yield f'<circle data-point="{k}" {place}><title>{escape(point.name)}</title></circle>'
-
-
-def _forces(scene: Scene) -> Iterator[str]:
-    scale = force_scale(scene)
-    for k, force in enumerate(scene.forces):
-        x, y = _path(force.at)[0].tolist()
-        shown = arrow(x, y, scale * float(force.x[0]), scale * float(force.y[0]))
-        yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{shown}">'
-        yield f"<title>{escape(force.name)}</title></path>"
-
-
-def _chains(scene: Scene) -> Iterator[str]:
-    for k, chain in enumerate(scene.chains):
-        corners = np.array([_path(scene.points[index])[0] for index in chain.points])
-        yield f'<path class="body link s{chain.shade}" data-chain="{k}" d="{line(corners, chain.closed)}">'
-        yield f"<title>{escape(chain.name)}</title></path>"
-
-
-def _labels(scene: Scene) -> Iterator[str]:
-    size = number(frames(scene)[0].width / 42)
-    for label in scene.labels:
-        place = f'transform="translate({number(label.x)} {number(label.y)}) scale(1 -1)"'
-        yield f'<text {place} font-size="{size}" text-anchor="{label.anchor}">{escape(label.text)}</text>'
+def _path(point: Point, moments: int) -> Array:
+    """Where a point is at every moment, (n, 2) [mm]."""
+    return np.column_stack([np.broadcast_to(np.asarray(v, dtype=float), (moments,)) for v in (point.x, point.y)])
 
 
 def arrow(x: float, y: float, along: float, up: float) -> str:

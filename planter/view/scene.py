@@ -5,7 +5,7 @@ Lengths in mm, angles in deg, y upwards; what varies is sampled at the same n mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -130,7 +130,22 @@ class Scene:
         """Whether the machine moves over the ground."""
         return self.travel is not None and bool(np.ptp(self.travel) > 0)
 
+    @property
+    def largest_force(self) -> float:
+        """Of all forces at all moments [N]; zero without any."""
+        return max((float(np.hypot(force.x, force.y).max()) for force in self.forces), default=0.0)
+
+    def every(self) -> Iterator[Body]:
+        """Bodies and their parts, parents before parts: the order of the drawing."""
+        return _every(self.bodies)
+
     def pose(self, body: Body) -> tuple[Array, Array, Array]:
         """Origin and turn of a body at every moment, (n,) each."""
         x, y, turn = (np.broadcast_to(np.asarray(v, dtype=float), (self.moments,)) for v in (*body.at, body.turn))
         return x, y, turn
+
+
+def _every(bodies: Sequence[Body]) -> Iterator[Body]:
+    for body in bodies:
+        yield body
+        yield from _every(body.parts)
