@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from planter.planting.designer.results import DesignersSummary
 from planter.records import Record
+from planter.workshop.cams.results import Cam
 
 Design = dict[str, float]
 """Values by the names of a machine's own design vector, each in the unit that its name ends in."""
@@ -464,4 +465,5 @@ COMMANDS = {
     "export c": Written,
     "export cuda": Written,
     "optimise": OptimisationFound,
+    "cam": Cam,
 }

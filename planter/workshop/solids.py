@@ -7,20 +7,24 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from planter.errors import ComputationError, InputError
+from planter.kernels import Array
 from planter.workshop.arcs import Arcs, along
 from planter.workshop.outline import Piece
-from planter.workshop.splines import Spline, through
+from planter.workshop.splines import Spline, in_space, through
 
+Course = Callable[[Array], Array]
 TOLERANCE = 2e-7
 """How far a spline strays from its piece at most [m]."""
 _MM = 1e3
+_SAME = 1e-4
+"""Edges that are nearer than this [mm] are one."""
 _TITLES = re.compile(rb"\b(FILE_NAME|PRODUCT)\('[^']*',\s*'[^']*'")
 _UNDATED = "2000-01-01T00:00:00"
 
@@ -49,16 +53,44 @@ class Kernel:
         return import_module(f"OCP.{name}")
 
 
-def step(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> bytes:
+def extruded(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> bytes:
     """A body of a width [m] between two planes as a STEP file: the same body gives the same bytes.
 
     Raises InputError where Open CASCADE is not installed, ComputationError for an outline that bounds no body.
     """
     kernel = Kernel()
-    return _written(kernel, name, _extruded(kernel, outline, holes, width))
+    return _written(kernel, name, _prism(kernel, outline, holes, width))
 
 
-def _extruded(kernel: Kernel, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> Any:
+def ring(name: str, rims: Sequence[tuple[Course, Course]], base: float) -> bytes:
+    """A ring whose rim is ruled from an inner course to an outer one, piece by piece, down to a plane [m], as STEP.
+
+    A course gives places (n, 3) [m] along s from 0 to 1. Raises as `extruded` does.
+    """
+    kernel = Kernel()
+    sewing = kernel.BRepBuilderAPI.BRepBuilderAPI_Sewing(_SAME)
+    for courses in rims:
+        inner, outer = ((_edge(kernel, course), _edge(kernel, _lowered(course, base))) for course in courses)
+        for one, two in ((inner[0], outer[0]), (outer[0], outer[1]), (outer[1], inner[1]), (inner[1], inner[0])):
+            sewing.Add(kernel.BRepFill.BRepFill.Face_s(one, two))
+    sewing.Perform()
+    if sewing.NbFreeEdges():
+        raise ComputationError(f"the ring is open along {sewing.NbFreeEdges()} edges")
+    solid = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeSolid(kernel.TopoDS.TopoDS.Shell(sewing.SewedShape())).Solid()
+    kernel.BRepLib.BRepLib.OrientClosedSolid_s(solid)
+    return _written(kernel, name, solid)
+
+
+def _edge(kernel: Kernel, course: Course) -> Any:
+    return kernel.BRepBuilderAPI.BRepBuilderAPI_MakeEdge(_curve(kernel, in_space(course, TOLERANCE))).Edge()
+
+
+def _lowered(course: Course, base: float) -> Course:
+    """A course, seen along z, in the plane z = base."""
+    return lambda s: course(s) * [1.0, 1.0, 0.0] + [0.0, 0.0, base]
+
+
+def _prism(kernel: Kernel, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> Any:
     splines = [through(piece, TOLERANCE) for piece in outline]
     face = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeFace(_ring(kernel, [_curve(kernel, s) for s in splines]))
     for hole in holes:
@@ -70,11 +102,11 @@ def _extruded(kernel: Kernel, outline: Sequence[Piece], holes: Sequence[Arcs], w
 
 
 def _curve(kernel: Kernel, spline: Spline) -> Any:
-    """A spline in the plane z = 0 [mm]."""
+    """A spline [mm], in the plane z = 0 where it has no third dimension."""
     collections, gp = kernel.collections, kernel.gp
     poles = collections.Array1_gp_Pnt(1, len(spline.poles))
-    for i, (x, y) in enumerate((_MM * spline.poles).tolist(), 1):
-        poles.SetValue(i, gp.gp_Pnt(x, y, 0))
+    for i, (x, y, *z) in enumerate((_MM * spline.poles).tolist(), 1):
+        poles.SetValue(i, gp.gp_Pnt(x, y, *(z or [0.0])))
     knots, times = collections.Array1_double(1, len(spline.knots)), collections.Array1_int(1, len(spline.knots))
     for i, (knot, count) in enumerate(zip((_MM * spline.knots).tolist(), spline.multiplicities, strict=True), 1):
         knots.SetValue(i, knot)

@@ -30,6 +30,7 @@ CALLS = {
     "simulate": ("wang2017-wide", "--at", "100"),
     "sensitivity": ("wang2017",),
     "optimise": ("wang2017", "--method", "ipopt", "--starts", "1", "--samples", "24"),
+    "cam": ("wang2017", "--roller-mm", "5"),
     "validate": ("wang2017", "--set", "mass.sun_kg=100"),
 }
 """A call of every command that is over soon; those of the others are held to their schemas in their own tests."""

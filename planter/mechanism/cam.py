@@ -1,0 +1,106 @@
+"""A disc cam of a mechanism of one's own as a part: contour for a roller, from where its centre is along the turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from planter.errors import InputError
+from planter.files import paths, units
+from planter.files.csv_rows import number
+from planter.kernels import Array, formulas
+from planter.mechanism.model import Model
+from planter.workshop import solids
+from planter.workshop.bores import Bore
+from planter.workshop.cams.files import Made, Told
+from planter.workshop.cams.lifting import Push, lift_off
+from planter.workshop.cams.part import part
+from planter.workshop.cams.profile import Columns, Profile
+
+FORMULAS = "disc_cam"
+PIECES = 12
+"""Pieces of a turn. Where a law is not smooth within one, arcs and splines follow it all the same."""
+_STEP = 2e-3
+"""Step of the angle [rad] over which derivatives are told: of fourth order, right to 1e-9 of a smooth law's."""
+_AROUND = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+_SLOPE = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12 * _STEP)
+_BEND = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12 * _STEP**2)
+
+Place = Callable[[dict[str, Array], int], Array]
+"""A length (n,) [m] from the results of n angles."""
+
+
+def profile(model: Model, roller: float, x: str, y: str) -> Profile:
+    """The cam that turns by the mechanism's angle about the origin, for a roller whose centre is at x, y of the frame.
+
+    Each is a sum of terms such as `y_0 + s`: lengths of the turn, values of the file, numbers in mm. `roller` [m].
+    Raises InputError for a term that is none of these, GeometryError, from `Profile.check`, for too large a roller.
+    """
+    places, disc = [_sum(model, "--x", x), _sum(model, "--y", y)], formulas.load(FORMULAS)
+
+    def course(angles: Array) -> Columns:
+        near = (angles[:, None] + _STEP * _AROUND).ravel() % (2 * np.pi)
+        found = model(near)
+        values = [place(found, len(near)).reshape(-1, len(_AROUND)) for place in places]
+        centre = [*(v[:, 2] for v in values), *(v @ _SLOPE for v in values), *(v @ _BEND for v in values)]
+        return disc("disc", phi=angles, centre=np.array(centre), reach=-roller)
+
+    breaks = tuple(np.linspace(0.0, 2 * np.pi, PIECES + 1).tolist())
+    return Profile(model.file.name, roller, course, breaks, True, ("pitch_x", "pitch_y"))
+
+
+def made(
+    model: Model, roller: float, centre: tuple[str, str], force: str | None, tolerance: float, width: float, bore: float
+) -> Made:
+    """The disc of a `width` with a bore [m], for a roller whose centre is at the sums `centre`, x and y.
+
+    Raises InputError and GeometryError as `profile` and `push` do, and for a bore that is too large.
+    """
+    found, hole = profile(model, roller, *centre), Bore(bore) if bore else None
+    pushing = push(model, force) if force is not None else None
+    lifted = lift_off(pushing, model.speed) if pushing is not None else None
+    meanings = {entry["shown"]: entry["meaning"] for entry in model.file.entries}
+    told = Told(model.file, meanings, formulas.load(FORMULAS).sidecar, pushing, model.speed)
+    holes = [hole.edge] if hole else []
+    disc = part(found, "disc", tolerance, lifted, model.speed, width, hole)
+    return Made(disc, told, lambda: solids.extruded(f"cam of {model.file.name}", found.pieces, holes, width))
+
+
+def push(model: Model, force: str) -> Push:
+    """The contact force of a name by angle and speed. Raises InputError for what is no force of the turn."""
+    forces = [entry["name"] for entry in model.outputs if entry["unit"] == "N"]
+    if force not in forces:
+        raise _unknown("--force", force, forces)
+    speed_at = [entry["name"] for entry in model.file.entries].index(model.formulas.sidecar["speed"])
+
+    def at(angles: Array, speed: float) -> Array:
+        data = model.data.copy()
+        data[speed_at] = speed
+        return Model(model.file, data)(angles % (2 * np.pi))[force]
+
+    return at
+
+
+def _sum(model: Model, option: str, text: str) -> Place:
+    terms = [_term(model, option, term.strip()) for term in text.split("+")]
+    return lambda found, count: np.sum([term(found, count) for term in terms], axis=0)
+
+
+def _term(model: Model, option: str, term: str) -> Place:
+    lengths = [entry["name"] for entry in model.outputs if entry["unit"] == "m"]
+    values = {entry["name"]: value for entry, value in zip(model.file.entries, model.data.tolist(), strict=True)
+              if entry["unit"] == "m"}  # fmt: skip
+    told = number(term)
+    if term in lengths:
+        return lambda found, count: found[term]
+    if term in values or (told is not None and np.isfinite(told)):
+        constant = values[term] if told is None else told * units.factor("_mm")
+        return lambda found, count: np.full(count, constant)
+    raise _unknown(option, term, [*lengths, *values])
+
+
+def _unknown(option: str, given: str, known: list[str]) -> InputError:
+    close = paths.close(given, known)
+    hint = f"did you mean {close[0]}? " if close else ""
+    return InputError(f"{option} = {given} is not allowed: {hint}there are {', '.join(known)}")

@@ -1,0 +1,124 @@
+"""The end-face cam of a planting device as a part, from its law: contour for a roller, and when that lifts off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from planter.errors import InputError
+from planter.kernels import Array, Kernel, generated
+from planter.kernels.formulas import HOISTED, load
+from planter.planting import flanks
+from planter.planting.model import Device
+from planter.workshop import solids
+from planter.workshop.cams.files import Made, Told
+from planter.workshop.cams.lifting import Push, lift_off
+from planter.workshop.cams.part import part
+from planter.workshop.cams.profile import Columns, Profile
+
+CAM = "planting_end_face"
+Section = Callable[[Array], Columns]
+"""Columns (n,) [SI] of a section of the cam at angles (n,) [rad]."""
+
+
+class EndFace:
+    """Sections of the cam for a roller's radius [m], along the cam angle.
+
+    Raises InputError for a roller of no size, GeometryError, from `Profile.check`, for one that is too large.
+    """
+
+    def __init__(self, device: Device, roller: float) -> None:
+        self.device, self.roller = device, roller
+        module = generated.module(CAM)
+        self._prologue = Kernel(module.prologue())
+        lane = module.lane(flanks.function(device.machine.cam.flank))
+        self._lane = Kernel(lane, lanes=["delta"])
+        self._names = load(CAM).entries("contour")
+        self.radius = device.machine.si("base_radius_mm")
+
+    def section(self, station: float) -> Section:
+        """What the generated functions tell of a section at a distance from the cam's axis [m]."""
+        roller = np.array([self.roller, station])
+        hoisted = self._prologue(machine=self.device.constants, roller=roller)[HOISTED]
+
+        def course(delta: Array) -> Columns:
+            found = self._lane(delta=delta, machine=self.device.constants, roller=roller, hoisted=hoisted[:, 0])
+            return dict(zip(self._names, found["contour"], strict=True))
+
+        return course
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Angles of a turn between which the cam is smooth, its ends among them."""
+        entries = [entry["name"] for entry in self.device.sidecar["vectors"]["machine"]]
+        known = dict(zip(entries, self.device.constants.tolist(), strict=True))
+        told = sorted({e["position"] for e in self.device.sidecar["events"] if "position" in e})
+        positions = [joint.position for joint in flanks.joints(self.device.machine.cam.flank, tuple(told))]
+        flanked = [(known[f"delta_{f}0"], known[f"delta_{f}1"]) for f in "rf"]
+        inner = {start + x * (end - start) for start, end in flanked for x in (0.0, *positions, 1.0)}
+        return tuple(sorted({0.0, 2 * np.pi} | {at for at in inner if 0 < at < 2 * np.pi}))
+
+    def at(self, station: float) -> Profile:
+        """A section [m], unrolled as seen from outside."""
+        course = self.section(station)
+        return Profile(self.device.machine.name, self.roller, course, self.breaks, False, ("along", "height"))
+
+
+def push(device: Device) -> Push:
+    """The force of the cam on the roller by the carrier angle and speed, in the device's model."""
+    functions = device.functions
+    index = device.formulas.entries("side").index("F_E")
+    force, names = functions.side(functions.phi)[index], ["phi", "x", "c", "h"]
+    kernel = Kernel(ca.Function("push", functions.inputs, [force], names, ["F_E"]), lanes=["phi"])
+    speed_at = [entry["name"] for entry in device.sidecar["vectors"]["machine"]].index("omega")
+
+    def at(phi: Array, speed: float) -> Array:
+        constants = device.constants.copy()
+        constants[speed_at] = speed
+        h = device.hoisting_kernel(x=device.design, c=constants)["h"][:, 0]
+        found: Array = kernel(phi=phi, x=device.design, c=constants, h=h)["F_E"].ravel()
+        return found
+
+    return at
+
+
+def made(device: Device, roller: float, tolerance: float, width: float) -> Made:
+    """The cam with a rim of a `width` [m] about the base cylinder, for a roller of a radius, arcs within `tolerance`.
+
+    Raises InputError for a rim that reaches the axis, GeometryError for a roller that cuts in, inside the rim or at it.
+    """
+    face, machine = EndFace(device, roller), device.machine
+    if not width < 2 * face.radius:
+        raise InputError(
+            f"--width-mm = {width * 1e3:g} is not allowed: it must be less than the base cylinder's diameter of "
+            f"{2e3 * face.radius:g} mm"
+        )
+    pushing, speed = push(device), machine.si("speed_rpm")
+    stations = (face.radius - width / 2, face.radius + width / 2)
+    for station in stations:
+        face.at(station).check()
+    found = part(face.at(face.radius), "end-face", tolerance, lift_off(pushing, speed), speed, width)
+    meanings = {entry["shown"]: entry["meaning"] for entry in device.sidecar["vectors"]["machine"]}
+    told = Told(machine, meanings, load(CAM).sidecar, pushing, speed)
+    return Made(found, told, lambda: _solid(face, stations, width))
+
+
+def _solid(face: EndFace, stations: tuple[float, float], width: float) -> bytes:
+    """The rim between two sections, down to a plane a width below its lowest place."""
+    inner, outer = (face.section(station) for station in stations)
+    low = min(face.at(station).least("surface_z").value for station in stations)
+    rims = [(_course(inner, a, b), _course(outer, a, b)) for a, b in pairwise(face.breaks)]
+    return solids.ring(f"cam of {face.device.machine.name}", rims, low - width)
+
+
+def _course(section: Section, start: float, end: float) -> solids.Course:
+    """The contact in space along a smooth piece."""
+
+    def places(s: Array) -> Array:
+        found = section(start + (end - start) * s)
+        return np.column_stack([found[f"surface_{axis}"] for axis in "xyz"])
+
+    return places

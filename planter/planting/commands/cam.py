@@ -1,0 +1,96 @@
+"""`planter cam`: the cam of a planting device, or of a mechanism of one's own, as a part."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import typer
+
+from planter.errors import InputError
+from planter.planting.commands.options import SpeedOption, device_of
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+
+app = typer.Typer()
+
+MachineArgument = Annotated[
+    str,
+    typer.Argument(help="a machine file, a built-in machine, or with --y a mechanism of your own", show_default=False),
+]
+RollerOption = Annotated[float, typer.Option(metavar="R", help="radius of the roller", show_default=False)]
+YOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SUM",
+        help="for a mechanism of your own: where the roller's centre is from the cam's axis, along y: a sum of "
+        "quantities of `planter turn`, values of the file, and numbers in mm, such as y_0+s",
+        show_default=False,
+    ),
+]
+XOption = Annotated[
+    str | None, typer.Option(metavar="SUM", help="with --y: the same along x [default: 0]", show_default=False)
+]
+ForceOption = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="with --y: the force on the roller, which lift-off ends", show_default=False),
+]
+BoreOption = Annotated[float | None, typer.Option(min=0.1, help="with --y: bore of the disc", show_default=False)]
+WidthOption = Annotated[
+    float, typer.Option(min=0.1, max=1000, help="width of the rim or disc, and least height of a rim")
+]
+ToleranceOption = Annotated[float, typer.Option(min=0.01, max=100, help="how far arcs stray from the contour at most")]
+EPILOG = (
+    "For example: planter cam wang2017 --roller-mm 6 --step --out cam; "
+    "planter cam cam_follower --roller-mm 8 --y y_0+s --force N_cam --bore-mm 12 --out cam"
+)
+
+
+@app.command(epilog=EPILOG)
+def cam(
+    machine: MachineArgument,
+    roller_mm: RollerOption,
+    y: YOption = None,
+    x: XOption = None,
+    force: ForceOption = None,
+    bore_mm: BoreOption = None,
+    width_mm: WidthOption = 10.0,
+    tolerance_um: ToleranceOption = 1.0,
+    step: Annotated[bool, typer.Option("--step", help="with --out: also the solid (needs planter[step])")] = False,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """The cam as a part: contour for a roller, pressure angle, room to undercut, speed of lift-off; DXF, CSV, STEP.
+
+    Of a planting device it is the end-face cam, unrolled and in space; of a mechanism of your own the disc that turns
+    with its angle.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.workshop.cams import files, tables
+
+        own = {"--x": x is not None, "--force": force is not None, "--bore-mm": bore_mm is not None}
+        _check("goes with --y alone, for a mechanism of your own", own if y is None else {})
+        _check("does not go with --y; --set changes the speed there", {"--speed-rpm": y and speed_rpm is not None})
+        _check("needs --out DIR to write the solid to", {"--step": step and out is None})
+        roller, width, tolerance = roller_mm * 1e-3, width_mm * 1e-3, tolerance_um * 1e-6
+        if y is None:
+            from planter.planting import cam as end_face
+
+            found = end_face.made(device_of(machine, "exact", set_, speed_rpm), roller, tolerance, width)
+        else:
+            from planter.mechanism import cam as disc
+            from planter.mechanism import file
+            from planter.mechanism.model import Model
+
+            model, bore = Model(file.load(machine, changes(set_))), (bore_mm or 0.0) * 1e-3
+            found = disc.made(model, roller, (x or "0", y), force, tolerance, width, bore)
+        result = found.part.result if out is None else files.write(out, found, step)
+        console.result(result, lambda: tables.cam(console, result))
+
+
+def _check(allowed: str, given: Mapping[str, object]) -> None:
+    if wrong := [option for option, there in given.items() if there]:
+        raise InputError(f"{', '.join(wrong)} {allowed}")

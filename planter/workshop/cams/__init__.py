@@ -1,0 +1,1 @@
+"""Cams for rollers as parts: contour, limits, drawings and solids, whatever mechanism they move."""

@@ -1,0 +1,128 @@
+"""The end-face cam of a planting device: a roller led along touches it, unrolled and in space; the command."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapely import Point, Polygon
+
+from planter.kernels import Array
+from planter.planting import cam, file
+from planter.planting.model import Device
+from planter.workshop.cams.lifting import lift_off
+from tests.support.cli import answer, refusal
+from tests.support.outlines import read_dxf
+
+ROLLER = 0.006
+NEAR = 2e-4
+"""How near to the station a place counts as in its section [m]."""
+FINE = np.linspace(0, 2 * np.pi, 3601)
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return Device(file.load("wang2017"))
+
+
+@pytest.fixture(scope="module")
+def face(device: Device) -> cam.EndFace:
+    return cam.EndFace(device, ROLLER)
+
+
+def gaps(face: cam.EndFace, station: float, by: float = 0.0) -> Array:
+    """Least distance of each of some places of the cam from the roller's axis while the cam turns, less its radius.
+
+    `by` raises the cam.
+    """
+    course = face.section(station)
+    found, way = course(np.radians(np.arange(0, 360, 7))), course(FINE)
+    swing, height = way["theta1"], way["height"]
+    x, y, z = (found[f"surface_{axis}"][:, None] for axis in "xyz")
+    beside = x * np.cos(FINE) - y * np.sin(FINE)
+    depth = x * np.sin(FINE) + y * np.cos(FINE)
+    machine = face.device.machine
+    roller = machine.si("hinge_A_mm[0]") - machine.si("rocker_length_mm") * np.cos(machine.si("psi0_deg") + swing)
+    near = np.abs(depth - station) < NEAR
+    distance = np.where(near, np.hypot(beside - roller, z + by - height), np.inf)
+    least: Array = distance.min(axis=1) - ROLLER
+    return least
+
+
+@pytest.mark.parametrize("station", [0.025, 0.030, 0.036])
+def test_a_roller_in_space_touches_the_surface_and_never_cuts_it(face: cam.EndFace, station: float) -> None:
+    assert np.abs(gaps(face, station)).max() < 2e-6
+
+
+def test_a_raised_cam_would_be_cut(face: cam.EndFace) -> None:
+    assert gaps(face, 0.030, by=5e-6).min() < -4e-6
+
+
+def test_the_unrolled_cam_touches_the_roller_everywhere(face: cam.EndFace) -> None:
+    found = face.at(face.radius)
+    part = cam.made(face.device, ROLLER, 1e-7, 0.01).part
+    strip = Polygon(part.lines[0].arcs.points(1e-8))
+    places = found.course(np.linspace(0.05, 2 * np.pi - 0.05, 80))
+    off = [strip.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in found.pitch), strict=True)]
+    assert np.abs(off).max() < 3e-7
+
+
+def test_the_pressure_angle_in_the_dwells_is_that_of_the_rocker(face: cam.EndFace) -> None:
+    found = np.degrees(face.at(face.radius).course(np.radians([10.0, 200.0]))["pressure"])
+    machine = face.device.machine.cam
+    np.testing.assert_allclose(found, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12)
+
+
+def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_of_the_speed(device: Device) -> None:
+    push, own = cam.push(device), device.machine.si("speed_rpm")
+    found = lift_off(push, own)
+    assert found is not None
+    angles = np.linspace(0, 2 * np.pi, 721)
+    rest, one, two = (push(angles, share * own) for share in (1e-3, 1.0, 2.0))
+    np.testing.assert_allclose(two - rest, 4 * (one - rest), atol=1e-3)
+    place = np.array([found.angle])
+    assert abs(push(place, found.speed)[0]) < 1e-6
+    assert push(angles, 0.999 * found.speed).min() > 0 > push(place, 1.001 * found.speed)[0]
+    np.testing.assert_allclose(one, device.side(device.design, angles)["F_E"], rtol=1e-12)
+
+
+def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
+    found = answer("cam", "wang2017", "--roller-mm", "5", "--out", str(tmp_path))
+    assert all((tmp_path / name).is_file() for name in found["files"])
+    assert json.loads((tmp_path / "summary.json").read_text())["roller"] == found["roller"]
+    document, lines = read_dxf((tmp_path / "contour.dxf").read_bytes())
+    assert not document.audit().errors
+    assert lines["CONTOUR"][0].closed
+    assert 0 < found["contour"]["deviation_um"] <= 1
+    assert found["lift_off"]["speed_rpm"] > found["lift_off"]["own_speed_rpm"] == 40
+
+
+def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("OCP", reason="planter[step] is not installed: Open CASCADE, 477 MB")
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.STEPControl import STEPControl_Reader
+
+    found = answer("cam", "wang2017", "--roller-mm", "5", "--step", "--out", str(tmp_path))
+    assert "cam.step" in found["files"]
+    assert capfd.readouterr().out == ""
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(tmp_path / "cam.step"))
+    reader.TransferRoots()
+    assert BRepCheck_Analyzer(reader.OneShape()).IsValid()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            ("--roller-mm", "9"),
+            "wang2017: a roller of a radius of 9 mm cuts off its own contour at a cam angle of 257.",
+        ),
+        (("--roller-mm", "0"), "--roller-mm = 0 is not allowed: it must be over 0, 1000 at most"),
+        (("--roller-mm", "5", "--width-mm", "60"), "less than the base cylinder's diameter of 60 mm"),
+        (("--roller-mm", "5", "--step"), "--step needs --out DIR to write the solid to"),
+        (("--roller-mm", "5", "--force", "F_E"), "--force goes with --y alone, for a mechanism of your own"),
+    ],
+)
+def test_bad_input_is_one_sentence(options: tuple[str, ...], said: str) -> None:
+    assert said in refusal("cam", "wang2017", *options)
