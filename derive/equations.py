@@ -144,3 +144,20 @@ def among(known: Mapping[Claimed, T], claim: Claimed) -> T:
     near = get_close_matches(asked, sorted(shown), n=3)
     hint = f"; near it: {', '.join(near)}" if near else ""
     raise ClaimError(f"nothing here states {asked}{hint}")
+
+
+class Stated(Claim):
+    """What an equation may say of a machine of one's own beside a balance."""
+
+    QUANTITY = "what {} is"
+    GAP = "the loop {} closes"
+
+
+def what(quantity: Quantity | str) -> ClaimOf:
+    """The claim that an equation says what a quantity is."""
+    return Stated.QUANTITY.of(quantity)
+
+
+def loop(name: str) -> ClaimOf:
+    """The claim that an equation closes a loop, by the name of its gap: point and axis, as in ``Bx``."""
+    return Stated.GAP.of(name)

@@ -46,6 +46,11 @@ class Let:
         return frozenset(self.expr.free_symbols)
 
 
+def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
+    """A derived step; the reason is what its symbol means unless told."""
+    return Let(symbol, sp.sympify(expr), f"derived: {reason or symbol.meaning}")
+
+
 @dataclass(frozen=True)
 class Call:
     """``outputs = function(argument, *vectors)``: a function composed at run time; None for an output nobody needs."""

@@ -11,7 +11,8 @@ from .chain import Chain, ChainError, Solve, ordered
 from .emit.expression import Dialect, Printer
 from .emit.target import Target, built_in
 from .emit.text import Emitted
-from .equations import Balance, Equation
+from .equations import Balance, Equation, loop, what
+from .formulas import Formulas
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Part, about_pin
 from .mechanics.contacts import GearContact, SlidingContact, tangent_angle
@@ -25,7 +26,7 @@ from .mechanics.slopes import Followed
 from .mechanics.twins import Sides
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantity, Vector
-from .systems.stated import loop, trial, what
+from .systems.stated import trial
 from .table import Quantities, quantities
 
 built_in()
@@ -45,6 +46,7 @@ __all__ = [
     "Event",
     "Followed",
     "FollowerLaw",
+    "Formulas",
     "Frame",
     "FrameError",
     "GearContact",

@@ -13,7 +13,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..branches import switch
-from ..model import Let
+from ..model import Let, let
 from ..quantity import Quantity, Vector
 from .friction import creeping, square
 
@@ -72,20 +72,20 @@ class Impact:
         """
         slips = self.slip[: len(slip)]
         return (
-            _let(self.gap, gap),
-            _let(self.depth, sp.Max(-self.gap, law.least)),
-            _let(self.elastic, switch(self.gap, S.Zero, law.elastic(self.depth))),
-            _let(self.closing, -opening),
-            _let(self.normal, self.elastic * sp.Max(1 + law.dissipation * self.closing, S.Zero)),
-            *(_let(name, component) for name, component in zip(slips, slip, strict=True)),
-            *([_let(self.drag, creeping(law.friction * self.normal, slips, law.creep))] if slip else []),
+            let(self.gap, gap),
+            let(self.depth, sp.Max(-self.gap, law.least)),
+            let(self.elastic, switch(self.gap, S.Zero, law.elastic(self.depth))),
+            let(self.closing, -opening),
+            let(self.normal, self.elastic * sp.Max(1 + law.dissipation * self.closing, S.Zero)),
+            *(let(name, component) for name, component in zip(slips, slip, strict=True)),
+            *([let(self.drag, creeping(law.friction * self.normal, slips, law.creep))] if slip else []),
             *(
-                _let(force, self._force(rate, opening, slip))
+                let(force, self._force(rate, opening, slip))
                 for rate, force in zip(self.rates, self.forces, strict=True)
             ),
-            _let(self.stored, switch(self.gap, S.Zero, law.work(self.depth))),
-            _let(self.damped, (self.normal - self.elastic) * self.closing),
-            _let(self.rubbed, self.drag * square(slips) if slip else S.Zero),
+            let(self.stored, switch(self.gap, S.Zero, law.work(self.depth))),
+            let(self.damped, (self.normal - self.elastic) * self.closing),
+            let(self.rubbed, self.drag * square(slips) if slip else S.Zero),
         )
 
     def _force(self, rate: Quantity, opening: Expr, slip: Sequence[Expr]) -> Expr:
@@ -94,7 +94,3 @@ class Impact:
         if (lever.free_symbols | rubbing.diff(rate).free_symbols) & {rate}:
             raise ValueError(f"{self.gap}: its rate, or a slip, is not linear in {rate}")
         return lever * self.normal - (self.drag * rubbing if rubbing != 0 else S.Zero)
-
-
-def _let(symbol: Quantity, expr: Expr) -> Let:
-    return Let(symbol, expr, f"derived: {symbol.meaning}")

@@ -15,7 +15,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..equations import Balance
-from ..model import ClosedForm, Let, Step, needed, sorted_steps
+from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from ..slopes import along, slope
 from .bodies import Action, Body, Part
@@ -23,7 +23,7 @@ from .frames import Motion, Vec, zero
 from .laws import sliding, velocity
 from .loops import Coordinate
 from .places import places
-from .statement import MechanismError, Statement, let, quantity
+from .statement import MechanismError, Statement, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}

@@ -10,7 +10,7 @@ from sympy import Expr, S
 
 from ..dimensions import DimensionError, dimension, of_unit
 from ..equations import Balance, Equation, Kind
-from ..model import Event, Let, Step
+from ..model import Event, Let, Step, let
 from ..quantity import Quantity, Vector
 from ..table import Quantities
 from .bodies import AXES, EVERY, PLANE, Action, Asked, Assembly, Body, Pin
@@ -166,10 +166,6 @@ class Statement:
 def quantity(name: str, unit: str, meaning: str) -> Quantity:
     of_unit(unit)
     return Quantity(name, unit, meaning, f"derived: {meaning}")
-
-
-def let(symbol: Quantity, expr: Expr) -> Let:
-    return Let(symbol, sp.sympify(expr), f"derived: {symbol.meaning}")
 
 
 def triple(components: Sequence[Expr]) -> Triple:

@@ -14,7 +14,7 @@ from sympy import Expr
 from ..audit.case import Case
 from ..audit.paper import Paper
 from ..audit.subject import Subject
-from ..equations import Claim, Claimed, ClaimOf, Equation, by_claim, defined, derived
+from ..equations import Claimed, Equation, by_claim, defined, derived, loop, what
 from ..evaluate import DIGITS, GUARD, Point
 from ..machine_file import scale
 from ..mechanics.mechanism import Mechanism
@@ -27,13 +27,6 @@ WALK = 36
 SPREAD = 0.2
 """Data without bounds are tried within this share of their values."""
 TRIALS = 50
-
-
-class Stated(Claim):
-    """What an equation of a paper may say of a mechanism beside a balance."""
-
-    QUANTITY = "what {} is"
-    GAP = "the loop {} closes"
 
 
 class Own(Subject):
@@ -154,16 +147,6 @@ def _stepped(step: Step, point: Point) -> dict[Quantity, mpf]:
     matrix = mpmath.matrix([[point(entry) for entry in row] for row in step.matrix])
     right = mpmath.matrix([point(entry) for entry in step.right])
     return {**dict(zip(step.symbols, mpmath.lu_solve(matrix, right), strict=True)), step.pivot: mpf(1)}
-
-
-def what(quantity: Quantity | str) -> ClaimOf:
-    """The claim that an equation says what a quantity is."""
-    return Stated.QUANTITY.of(quantity)
-
-
-def loop(name: str) -> ClaimOf:
-    """The claim that an equation closes a loop, by the name of its gap: point and axis, as in ``Bx``."""
-    return Stated.GAP.of(name)
 
 
 def trial(mechanism: Mechanism, paper: Paper) -> Case:

@@ -11,7 +11,7 @@ from sympy import Expr, Matrix, S, cos, pi, sin, sqrt
 
 from ...branches import switch, wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import ClosedForm, Let, System
+from ...model import ClosedForm, Let, System, let
 from ...quantity import Quantity, Vector
 from .geometry import chord_direction, radial
 
@@ -63,20 +63,16 @@ OPPOSITE = pi - pi / VERTICES
 """Polar angle of a vertex at the end of the arc opposite to C, which lies at 0."""
 
 
-def _let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
-    return Let(symbol, expr, f"derived: {reason or symbol.meaning}")
-
-
 def _shape() -> tuple[Let, ...]:
     """Angles of both polygons, and the circumradius from the width, which is the distance of opposite vertices."""
     vertex, ahead = radial(S.Zero), radial(OPPOSITE)
     diagonal = sqrt(sp.trigsimp((vertex - ahead).dot(vertex - ahead)))
     lead = chord_direction(S.Zero, OPPOSITE) - chord_direction(S.Zero, 2 * pi - OPPOSITE) + TURN
     return (
-        _let(ARC, chord_direction(S.Zero, 2 * pi - OPPOSITE) - chord_direction(S.Zero, OPPOSITE)),
-        _let(TURN, 2 * pi / SIDES),
-        _let(LEAD, sp.expand(lead).subs(pi / VERTICES, ARC)),
-        _let(RHO, WIDTH / diagonal),
+        let(ARC, chord_direction(S.Zero, 2 * pi - OPPOSITE) - chord_direction(S.Zero, OPPOSITE)),
+        let(TURN, 2 * pi / SIDES),
+        let(LEAD, sp.expand(lead).subs(pi / VERTICES, ARC)),
+        let(RHO, WIDTH / diagonal),
     )
 
 
@@ -107,7 +103,7 @@ def _coordinates() -> dict[str, tuple[Expr, Expr]]:
 def _path() -> ClosedForm:
     places = _coordinates()
     steps = [
-        _let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "the loop A-C-B closes") for symbol in PLACES
+        let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "the loop A-C-B closes") for symbol in PLACES
     ]
     return ClosedForm("path", (THETA, SHAPE), (*_shape(), *steps), Vector("path", PLACES))
 
@@ -125,13 +121,13 @@ def _ellipse() -> ClosedForm:
     lowest = {THETA: pi / 2}
     corner, tangent = WIDTH * sp.tan(TURN / 2) / 2, rest[0].subs(APOTHEM, WIDTH / 2) + WIDTH * SINE
     steps = (
-        *(_let(symbol, sp.simplify(e)) for symbol, e in zip(CENTRE, rest, strict=True)),
-        *(_let(name, sp.simplify(e)) for e, name in named.items()),
-        _let(MAJOR, WIDTH * sqrt(mean + apart), "eigenvalues of u u' + v v'"),
-        _let(MINOR, WIDTH * sp.Abs(u.row_join(v).det()) / sqrt(mean + apart), "eigenvalues of u u' + v v'"),
-        _let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
-        _let(TANGENCY, (slope[0] ** 2 / sp.Abs(bend[1])).subs(lowest)),
-        _let(
+        *(let(symbol, sp.simplify(e)) for symbol, e in zip(CENTRE, rest, strict=True)),
+        *(let(name, sp.simplify(e)) for e, name in named.items()),
+        let(MAJOR, WIDTH * sqrt(mean + apart), "eigenvalues of u u' + v v'"),
+        let(MINOR, WIDTH * sp.Abs(u.row_join(v).det()) / sqrt(mean + apart), "eigenvalues of u u' + v v'"),
+        let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
+        let(TANGENCY, (slope[0] ** 2 / sp.Abs(bend[1])).subs(lowest)),
+        let(
             FILLET,
             sp.simplify((corner - tangent) / sp.tan(TURN / 2)),
             "the fillet begins where the path leaves the side",
@@ -157,7 +153,7 @@ def _trammel() -> tuple[ClosedForm, ClosedForm]:
     """Path of a vertex while any two others slide on any two sides: places, and the ellipse."""
     places = _slid()
     steps = [
-        _let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "two vertices on their sides")
+        let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "two vertices on their sides")
         for symbol in PLACES
     ]
     x, y = (sp.expand(sp.expand_trig(e)) for e in places["C"])
@@ -166,10 +162,10 @@ def _trammel() -> tuple[ClosedForm, ClosedForm]:
     form = u * u.T + v * v.T
     mean, apart = form.trace() / 2, sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2)
     oval = (
-        *(_let(symbol, e) for symbol, e in zip(CENTRE, rest, strict=True)),
-        _let(MAJOR, sqrt(mean + apart), "eigenvalues of u u' + v v'"),
-        _let(MINOR, sp.Abs(u.row_join(v).det()) / MAJOR, "eigenvalues of u u' + v v'"),
-        _let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
+        *(let(symbol, e) for symbol, e in zip(CENTRE, rest, strict=True)),
+        let(MAJOR, sqrt(mean + apart), "eigenvalues of u u' + v v'"),
+        let(MINOR, sp.Abs(u.row_join(v).det()) / MAJOR, "eigenvalues of u u' + v v'"),
+        let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
     )
     return (
         ClosedForm("slid", (ROTATION, TRAMMEL), tuple(steps), Vector("slid", PLACES)),
@@ -185,14 +181,14 @@ def support_steps() -> tuple[Let, ...]:
     arc = WIDTH + switch(INSIDE, *(sp.trigsimp(e) for e in about))
     return (
         *_shape(),
-        _let(INSIDE, wrap(PSI + ARC, 2 * ARC) - ARC),
-        _let(SUPPORT, switch(-beyond, RHO * radial(S.Zero).dot(normal), arc)),
+        let(INSIDE, wrap(PSI + ARC, 2 * ARC) - ARC),
+        let(SUPPORT, switch(-beyond, RHO * radial(S.Zero).dot(normal), arc)),
     )
 
 
 def _support() -> ClosedForm:
     beyond = sp.Abs(INSIDE) - ARC / 2
-    steps = (*support_steps(), _let(RADIUS, switch(-beyond, S.Zero, WIDTH)))
+    steps = (*support_steps(), let(RADIUS, switch(-beyond, S.Zero, WIDTH)))
     return ClosedForm("support", (PSI, SHAPE), steps, Vector("support", (SUPPORT, RADIUS)))
 
 
@@ -202,7 +198,7 @@ def _harmonic() -> ClosedForm:
     mean = 2 * sp.integrate(cos(k * psi), (psi, ARC / 2, ARC)) * WIDTH / ARC
     amplitude = (mean / (1 - k**2)).subs(k, ORDER * VERTICES)
     return ClosedForm(
-        "harmonic", (ORDER, SHAPE), (*_shape(), _let(HARMONIC, amplitude)), Vector("harmonic", (HARMONIC,))
+        "harmonic", (ORDER, SHAPE), (*_shape(), let(HARMONIC, amplitude)), Vector("harmonic", (HARMONIC,))
     )
 
 

@@ -10,7 +10,7 @@ from sympy import Expr, S, cos, pi, sin, sqrt
 
 from ...branches import clip
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import ClosedForm, Let
+from ...model import ClosedForm, let
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .motion import MESH, WORLD, crank_angle, gear_rate
@@ -45,18 +45,18 @@ def slider() -> tuple[ClosedForm, ...]:
     pin, rod = displacement(A, B, WORLD), displacement(C, B, WORLD)
     angle = crank_angle(q.l_AC + SHIFT)
     pose = (
-        _let(ANGLE, angle, "the loop A-B-C closes"),
-        _let(X_B, pin[0], "the loop A-B-C closes"),
-        _let(Y_B, pin[1], "the loop A-B-C closes"),
-        _let(ROD, sp.atan2(rod[1], -rod[0]), "the loop A-B-C closes"),
-        _let(LEVER, -1 / angle.diff(SHIFT), "the loop A-B-C closes"),
+        let(ANGLE, angle, "the loop A-B-C closes"),
+        let(X_B, pin[0], "the loop A-B-C closes"),
+        let(Y_B, pin[1], "the loop A-B-C closes"),
+        let(ROD, sp.atan2(rod[1], -rod[0]), "the loop A-B-C closes"),
+        let(LEVER, -1 / angle.diff(SHIFT), "the loop A-B-C closes"),
     )
     torque = sp.Dummy("torque")
     (needed,) = sp.solve(torque - q.F1 * LEVER, torque)
     push = (
         *pose,
-        _let(TOOTH, needed / q.r_A, "virtual work of rack and sleeve"),
-        _let(SIDE, q.F1 * sp.tan(ROD), "balance of the sleeve: the rod pulls along itself"),
+        let(TOOTH, needed / q.r_A, "virtual work of rack and sleeve"),
+        let(SIDE, q.F1 * sp.tan(ROD), "balance of the sleeve: the rod pulls along itself"),
     )
     return (
         ClosedForm("slider", (SHIFT, CRANK), pose, Vector("slider", (ANGLE, X_B, Y_B, ROD, LEVER))),
@@ -81,10 +81,10 @@ def _drive() -> ClosedForm:
     radii = sp.solve([q.r_A + q.r_D - SPAN, q.r_A - q.k * q.r_D], (q.r_A, q.r_D))
     (alpha,) = sp.solve((gear_rate() - 1) * (q.alpha - MESH) - q.theta_Amax, q.alpha)
     steps = (
-        _let(q.r_A, radii[q.r_A], "both pitch circles touch"),
-        _let(q.r_D, radii[q.r_D], "both pitch circles touch"),
-        _let(LIMIT, alpha, "rotation of the crank gear relative to the link"),
-        _let(LIFT, sp.expand(alpha - MESH), "rotation of the crank gear relative to the link"),
+        let(q.r_A, radii[q.r_A], "both pitch circles touch"),
+        let(q.r_D, radii[q.r_D], "both pitch circles touch"),
+        let(LIMIT, alpha, "rotation of the crank gear relative to the link"),
+        let(LIFT, sp.expand(alpha - MESH), "rotation of the crank gear relative to the link"),
     )
     inputs = (q.k, SPAN, q.gamma, q.theta_Amax)
     return ClosedForm("drive", inputs, steps, Vector("drive", (q.r_A, q.r_D, LIMIT, LIFT)))
@@ -112,12 +112,8 @@ def _rod() -> ClosedForm:
     share = K / sqrt(P**2 + Q**2)
     aside = sp.acos(clip(SHARE, S.NegativeOne, S.One))
     rods = (
-        _let(symbol, sqrt(squared(sp.atan2(Q, P) + sign * aside, q.l_AC)), "rod for a travel in a rotation")
+        let(symbol, sqrt(squared(sp.atan2(Q, P) + sign * aside, q.l_AC)), "rod for a travel in a rotation")
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
-    steps = (_let(SHARE, share, "rod for a travel in a rotation"), *rods)
+    steps = (let(SHARE, share, "rod for a travel in a rotation"), *rods)
     return ClosedForm("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), steps, Vector("rod", (SHARE, *RODS)))
-
-
-def _let(symbol: Quantity, expr: Expr, reason: str) -> Let:
-    return Let(symbol, expr, f"derived: {reason}")

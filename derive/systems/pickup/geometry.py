@@ -6,14 +6,11 @@ whose arm ends in the tip S. Headings are directions from x; frames say how one 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import sympy as sp
 from sympy import Expr, S, acos, cos, pi
 
-from ...equations import Claimed
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
-from ...quantity import Quantity
 from . import quantities as q
 from .vocabulary import PickupClaim
 
@@ -33,10 +30,6 @@ O1 = Point("O1", M1, Vec(NAMED[TO_O1], (q.a2, S.Zero, S.Zero)))
 TIP = Point("S", O1, Vec(NAMED[ARM], (q.L2, S.Zero, S.Zero)))
 SPIN = Motion({q.Y1: q.omega, q.W1: q.omega, q.Z1: q.omega + q.phi3_dot})
 
-Formula = tuple[Quantity, Expr]
-Named = tuple[Claimed, Formula]
-"""What is claimed, the symbol that it defines, and its expression."""
-
 
 def along(frame: Frame, length: Expr) -> Vec:
     return Vec(frame, (length, S.Zero, S.Zero))
@@ -55,23 +48,23 @@ def by_cosine(c: Expr, start: Expr, end: Expr) -> Expr:
     return found.subs(x, c)
 
 
-def triangle() -> Iterator[Named]:
+def triangle(f: Formulas) -> None:
     """The rigid triangle of the carrier: closure of O-M1-O1, and once round it."""
-    yield PickupClaim.DIRECTION_O_M1, (q.Y1, heading(TO_M1))
-    yield PickupClaim.DIRECTION_M1_O1, (q.W1, heading(TO_O1))
-    yield PickupClaim.DIRECTION_O1_S, (q.Z1, heading(PLANET))
+    f.defines(q.Y1, heading(TO_M1), PickupClaim.DIRECTION_O_M1)
+    f.defines(q.W1, heading(TO_O1), PickupClaim.DIRECTION_M1_O1)
+    f.defines(q.Z1, heading(PLANET), PickupClaim.DIRECTION_O1_S)
     exterior = [pi - angle for angle in (q.beta1, q.gamma, q.U1)]
-    yield PickupClaim.INTERIOR_ANGLE_O1, (q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0])
+    f.defines(q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0], PickupClaim.INTERIOR_ANGLE_O1)
     across = (along(CARRIER, q.L1).resolved(TO_M1) - along(TO_O1, q.a2).resolved(TO_M1))[1]
     flat = next(r for r in sp.solve(across, q.beta1) if r.subs(q.a2, 0) == 0)
-    yield PickupClaim.INTERIOR_ANGLE_O, (q.beta1, flat)
+    f.defines(q.beta1, flat, PickupClaim.INTERIOR_ANGLE_O)
     seen_from_O1 = Frame("line M1-O1 by U1", CARRIER, Z, -q.U1)
     bent = Frame("line O-M1 by gamma", seen_from_O1, Z, pi - q.gamma)
     gap = (along(CARRIER, q.L1) - along(bent, q.a1).resolved(CARRIER)).resolved(seen_from_O1)[1]
-    yield PickupClaim.CENTRE_DISTANCE_1, (q.a1, sp.solve(gap, q.a1)[0])
+    f.defines(q.a1, sp.solve(gap, q.a1)[0], PickupClaim.CENTRE_DISTANCE_1)
 
 
-def places() -> Iterator[Named]:
+def places(f: Formulas) -> None:
     """Coordinates and velocities of M1, O1 and S, each from the point before."""
     known = {O: (S.Zero, S.Zero)}
     speeds = {O: (S.Zero, S.Zero)}
@@ -81,41 +74,41 @@ def places() -> Iterator[Named]:
         known[point] = (getattr(q, f"x_{name}"), getattr(q, f"y_{name}"))
         speeds[point] = (getattr(q, f"vx_{name}"), getattr(q, f"vy_{name}"))
         for i, axis in enumerate("xy"):
-            yield PickupClaim.PLACE.of(name, axis), (known[point][i], known[base][i] + step[i])
-            yield PickupClaim.VELOCITY.of(name, axis), (speeds[point][i], swept[i])
+            f.defines(known[point][i], known[base][i] + step[i], PickupClaim.PLACE.of(name, axis))
+            f.defines(speeds[point][i], swept[i], PickupClaim.VELOCITY.of(name, axis))
 
 
-def tip() -> Iterator[Named]:
+def tip(f: Formulas) -> None:
     """Where the tip stands seen from O, and the angles of the triangle O-O1-S."""
     s = Vec(WORLD, (q.x_S, q.y_S, S.Zero))
-    yield PickupClaim.TIP_DISTANCE, (q.L3, sp.sqrt(s.dot(s)))
+    f.defines(q.L3, sp.sqrt(s.dot(s)), PickupClaim.TIP_DISTANCE)
     bars = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(bars.dot(bars))
-    yield PickupClaim.TIP_DISTANCE_BY_ARM, (q.L3, sp.sqrt(square))
+    f.defines(q.L3, sp.sqrt(square), PickupClaim.TIP_DISTANCE_BY_ARM)
     growth = Motion({q.phi1: q.dphi1}).rate(square) / (2 * q.L3)
-    yield PickupClaim.TIP_DISTANCE_INCREMENT, (q.dL3, growth)
+    f.defines(q.dL3, growth, PickupClaim.TIP_DISTANCE_INCREMENT)
 
     falling = sp.Lt(q.dL3, 0)
     arm = sp.solve(square.subs(cos(q.phi1), sp.Symbol("c")) - q.L3**2, sp.Symbol("c"))[0]
     away, back = by_cosine(arm, pi, 2 * pi), by_cosine(arm, 2 * pi, 3 * pi)
-    yield PickupClaim.ARM_ANGLE, (q.phi1, sp.Piecewise((away, falling), (back, True)))
+    f.defines(q.phi1, sp.Piecewise((away, falling), (back, True)), PickupClaim.ARM_ANGLE)
     to_tip = Frame("line O-S", CARRIER, Z, -q.phi6)
     rest = along(to_tip, q.L3).resolved(CARRIER) - along(CARRIER, q.L1)
     at_o = sp.expand_trig(sp.simplify(rest.dot(rest))).subs(cos(q.phi6), sp.Symbol("c"))
     at_o = sp.solve(at_o - q.L2**2, sp.Symbol("c"))[0]
     away, back = by_cosine(at_o, S.Zero, pi), by_cosine(at_o, pi, 2 * pi)
-    yield PickupClaim.ANGLE_AT_O, (q.phi6, sp.Piecewise((away, falling), (back, True)))
+    f.defines(q.phi6, sp.Piecewise((away, falling), (back, True)), PickupClaim.ANGLE_AT_O)
 
     carrier = Frame("line O-O1 from the tip", Frame("line O-S, named", WORLD, Z, q.phi4), Z, q.phi6)
-    yield PickupClaim.DIRECTION_O_O1, (q.phi5, heading(carrier))
-    yield PickupClaim.ANGLE_AT_O_BY_DIRECTIONS, (q.phi6, sp.solve(heading(carrier) - q.phi5, q.phi6)[0])
-    yield from by_quadrant()
+    f.defines(q.phi5, heading(carrier), PickupClaim.DIRECTION_O_O1)
+    f.defines(q.phi6, sp.solve(heading(carrier) - q.phi5, q.phi6)[0], PickupClaim.ANGLE_AT_O_BY_DIRECTIONS)
+    by_quadrant(f)
     turned = sp.expand(heading(ARM) - heading(TO_O1))
-    yield PickupClaim.PLANET_ANGLE, (q.phi3, turned)
-    yield PickupClaim.PLANET_RATE, (q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned))
+    f.defines(q.phi3, turned, PickupClaim.PLANET_ANGLE)
+    f.defines(q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned), PickupClaim.PLANET_RATE)
 
 
-def by_quadrant() -> Iterator[Named]:
+def by_quadrant(f: Formulas) -> None:
     """Direction of S by the arctangent of y/x, which repeats every half turn, made whole in each quadrant."""
     x, y = sp.symbols("x y", positive=True)
     plain = sp.atan(q.y_S / q.x_S)
@@ -126,12 +119,12 @@ def by_quadrant() -> Iterator[Named]:
         if jump != 0:
             jumps[i, j] = (jump, where)
     third, *others = jumps.values()
-    yield PickupClaim.TIP_DIRECTION, (q.phi4, plain + sp.Piecewise(third, *others, (S.Zero, True)))
-    yield PickupClaim.TIP_DIRECTION_THIRD_QUADRANT, (q.phi4, plain + third[0])
-    yield PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS, (q.phi4, plain + sp.Piecewise(*others, (S.Zero, True)))
+    f.defines(q.phi4, plain + sp.Piecewise(third, *others, (S.Zero, True)), PickupClaim.TIP_DIRECTION)
+    f.defines(q.phi4, plain + third[0], PickupClaim.TIP_DIRECTION_THIRD_QUADRANT)
+    f.defines(q.phi4, plain + sp.Piecewise(*others, (S.Zero, True)), PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS)
 
 
-def extremes() -> Iterator[Named]:
+def extremes(f: Formulas) -> None:
     """Farthest and nearest tip over the turn of the arm that begins stretched, for L2 > L1 > 0."""
     short, more = sp.symbols("short more", positive=True)
     back = {short: q.L1, more: q.L2 - q.L1}
@@ -147,25 +140,28 @@ def extremes() -> Iterator[Named]:
     for phi1, word, (angle, at_o, length) in names:
         tip = (along(CARRIER, short) + along(ARM, short + more).resolved(CARRIER)).components
         x, y = (c.subs(q.phi1, phi1) for c in tip[:2])
-        yield PickupClaim.EXTREME_ARM_ANGLE.of(word), (angle, phi1)
-        yield PickupClaim.EXTREME_ANGLE_AT_O.of(word), (at_o, sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi))
-        yield PickupClaim.EXTREME_DISTANCE.of(word), (length, sp.expand(values[phi1].subs(back)))
+        f.defines(angle, phi1, PickupClaim.EXTREME_ARM_ANGLE.of(word))
+        f.defines(
+            at_o, sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi), PickupClaim.EXTREME_ANGLE_AT_O.of(word)
+        )
+        f.defines(length, sp.expand(values[phi1].subs(back)), PickupClaim.EXTREME_DISTANCE.of(word))
     lengths = {q.L3_max: values[far].subs(back), q.L3_min: values[near].subs(back)}
     found = sp.solve([length - value for length, value in lengths.items()], [q.L1, q.L2])
-    yield PickupClaim.BAR_L1, (q.L1, found[q.L1])
-    yield PickupClaim.BAR_L2, (q.L2, found[q.L2])
+    f.defines(q.L1, found[q.L1], PickupClaim.BAR_L1)
+    f.defines(q.L2, found[q.L2], PickupClaim.BAR_L2)
 
 
-def tray() -> Iterator[Named]:
+def tray(f: Formulas) -> None:
     """The needle lies along the axis of a cell when it picks, and upright when it pushes."""
     elevation = sp.Symbol("elevation", positive=True)
     surface = Frame("surface of the tray", WORLD, Z, -q.theta_box)
     needle = along(Frame("needle", WORLD, Z, elevation), S.One).resolved(WORLD)
     flush = sp.simplify(needle.dot(along(surface, S.One).resolved(WORLD)))
     pick = next(root for root in sp.solve(flush, elevation) if root.subs(q.theta_box, 0) == pi / 2)
-    yield PickupClaim.NEEDLE_TURN, (q.swing, sp.expand(pi / 2 - pick))
+    f.defines(q.swing, sp.expand(pi / 2 - pick), PickupClaim.NEEDLE_TURN)
 
 
-def formulas() -> dict[Claimed, Formula]:
-    """Claims about carrier, arm and tip, each with the symbol it defines and its expression."""
-    return {claim: formula for part in (triangle, places, tip, extremes, tray) for claim, formula in part()}
+def state(f: Formulas) -> None:
+    """Claims about carrier, arm and tip."""
+    for part in (triangle, places, tip, extremes, tray):
+        part(f)

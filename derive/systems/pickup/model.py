@@ -10,13 +10,13 @@ import sympy as sp
 from sympy import Expr, S, cos, pi
 
 from ...branches import wrap
-from ...equations import Claimed
+from ...formulas import Formulas, Wanted
 from ...mechanics.frames import Frame, Vec, Z
-from ...model import ClosedForm, Let, System
+from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from . import points
 from . import quantities as q
-from .claims import ASSUMPTIONS, formula, formulas
+from .claims import ASSUMPTIONS, formulas
 from .geometry import ARM, CARRIER, WORLD, along
 from .vocabulary import PickupClaim
 
@@ -56,41 +56,33 @@ _PAIR = {q.m_n: S.One, q.z_1: S(20), q.z_2: S(20), q.a2: S(21)}
 """Any pair of gears, to tell the helix angle from the other roots."""
 
 
-def named(*claims: Claimed) -> tuple[Let, ...]:
-    """The derived formulas as steps; raises ClaimError for one that is not derived."""
-    return tuple(Let(*formula(claim), f"derived: {claim}") for claim in claims)
+def functions(f: Formulas) -> None:
+    """What is computed, each on its own."""
+    f.function("bars", (q.L3_max, q.L3_min), PickupClaim.BAR_L1, PickupClaim.BAR_L2)
+    _carrier(f)
+    _law(f)
+    _inverse(f)
+    _motion(f)
+    _pitch(f)
+    _entry(f)
 
 
-def closed_form(
-    name: str, inputs: tuple[Vector | Quantity, ...], steps: tuple[Let, ...], *outputs: Quantity
-) -> ClosedForm:
-    return ClosedForm(name, inputs, steps, Vector(f"{name}_outputs", outputs or tuple(step.symbol for step in steps)))
-
-
-def bars() -> ClosedForm:
-    """Lengths of the bars from the extremes of the tip's distance."""
-    steps = named(PickupClaim.BAR_L1, PickupClaim.BAR_L2)
-    return closed_form("bars", (q.L3_max, q.L3_min), steps)
-
-
-def carrier() -> ClosedForm:
+def _carrier(f: Formulas) -> None:
     """Helical pair and triangle of the carrier from the centre distance of stage 2."""
-    symbol, distance = formula(PickupClaim.CENTRE_DISTANCE_2)
-    helix = next(root for root in sp.solve(distance - symbol, q.beta) if 0 < root.subs(_PAIR) < pi / 2)
+    roots = sp.solve(f.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
+    helix = next(root for root in roots if 0 < root.subs(_PAIR) < pi / 2)
     steps = (
-        Let(q.beta, helix, "derived: centre distance of the helical pair"),
-        *named(
-            PickupClaim.TRANSVERSE_PRESSURE_ANGLE,
-            PickupClaim.HELICAL_CONTACT_RATIO,
-            PickupClaim.INTERIOR_ANGLE_O,
-            PickupClaim.INTERIOR_ANGLE_O1,
-            PickupClaim.CENTRE_DISTANCE_1,
-        ),
+        let(q.beta, helix, "centre distance of the helical pair"),
+        PickupClaim.TRANSVERSE_PRESSURE_ANGLE,
+        PickupClaim.HELICAL_CONTACT_RATIO,
+        PickupClaim.INTERIOR_ANGLE_O,
+        PickupClaim.INTERIOR_ANGLE_O1,
+        PickupClaim.CENTRE_DISTANCE_1,
     )
-    return closed_form("carrier", (CARRIER_DATA,), steps)
+    f.function("carrier", (CARRIER_DATA,), *steps)
 
 
-def law() -> ClosedForm:
+def _law(f: Formulas) -> None:
     """The assumed slope c (1 + p cos t) on the teeth, none in the dwell; one turn of the arm in a turn."""
     plain = 1 + p * cos(t)
     grown = sp.integrate(plain, (t, 0, t))
@@ -102,24 +94,24 @@ def law() -> ClosedForm:
 
     whole = grown.subs(t, dwell_start) + grown.subs(t, 2 * pi) - grown.subs(t, dwell_end)
     steps = (
-        Let(turn, wrap(t, 2 * pi), "derived: within a turn"),
-        Let(c, 2 * pi / whole, "derived: one turn of the arm in a turn"),
-        Let(q.phi1, q.phi1_far + c * until(turn) + t - turn, "derived: integral of the slope"),
+        let(turn, wrap(t, 2 * pi), "within a turn"),
+        let(c, 2 * pi / whole, "one turn of the arm in a turn"),
+        let(q.phi1, q.phi1_far + c * until(turn) + t - turn, "integral of the slope"),
         Let(slope, c * plain, "assumed: slope on the teeth"),
-        Let(dslope, c * plain.diff(t), "derived: slope of the slope"),
-        Let(ddslope, c * plain.diff(t, 2), "derived: bend of the slope"),
+        let(dslope, c * plain.diff(t), "slope of the slope"),
+        let(ddslope, c * plain.diff(t, 2), "bend of the slope"),
     )
-    return closed_form("law", (t, LAW), steps, q.phi1, slope, dslope, ddslope)
+    f.function("law", (t, LAW), *steps, gives=(q.phi1, slope, dslope, ddslope))
 
 
-def inverse() -> ClosedForm:
+def _inverse(f: Formulas) -> None:
     """Angles of arm and carrier from the tip, well conditioned at the ends of the arm's swing.
 
     Square distances are taken from their extremes: near those, arccosines of (12), (13) lose half of the digits.
     """
     stretched = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(stretched.dot(stretched))
-    most, least = (formula(PickupClaim.EXTREME_DISTANCE.of(word))[1] ** 2 for word in ("farthest", "nearest"))
+    most, least = (f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest"))
     half = sp.Symbol("half")
     shares = [sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half))) for part in (square - least, most - square)]
     if sp.simplify(shares[0] * cos(half) ** 2 - shares[1] * sp.sin(half) ** 2) != 0:
@@ -128,70 +120,65 @@ def inverse() -> ClosedForm:
     x, y = stretched.components[:2]
     back = sp.atan2(-y, -x)
     steps = (
-        Let(q.phi1, phi1, "derived: arm's angle by half angles"),
-        Let(q.phi6, pi - back, "derived: direction of the tip, seen from O in the carrier"),
-        Let(q.phi4, sp.atan2(q.y_S, q.x_S), "derived: direction of the tip"),
-        *named(PickupClaim.DIRECTION_O_O1),
+        let(q.phi1, phi1, "arm's angle by half angles"),
+        let(q.phi6, pi - back, "direction of the tip, seen from O in the carrier"),
+        let(q.phi4, sp.atan2(q.y_S, q.x_S), "direction of the tip"),
+        PickupClaim.DIRECTION_O_O1,
     )
-    return closed_form("inverse", (q.x_S, q.y_S, short, over, way, BARS), steps)
+    f.function("inverse", (q.x_S, q.y_S, short, over, way, BARS), *steps)
 
 
-def motion() -> ClosedForm:
+def _motion(f: Formulas) -> None:
     """Axes, tip and its velocity from the angles of carrier and arm; headings as derived, not as printed."""
-    rate = formula(PickupClaim.PLANET_RATE)[1].subs(q.iZ, 1 / slope)
-    steps = (
-        *named(PickupClaim.DIRECTION_O_M1, PickupClaim.DIRECTION_M1_O1),
-        *named(PickupClaim.PLANET_ANGLE, PickupClaim.DIRECTION_O1_S),
-        Let(q.phi3_dot, rate, "derived: rate of the planet's angle"),
-        *named(*(what.of(point, axis) for point in ("M1", "O1", "S")
-                 for what in (PickupClaim.PLACE, PickupClaim.VELOCITY) for axis in "xy")),
-        *named(PickupClaim.TIP_DISTANCE),
+    rate = f.expr(PickupClaim.PLANET_RATE).subs(q.iZ, 1 / slope)
+    steps: tuple[Wanted, ...] = (
+        PickupClaim.DIRECTION_O_M1, PickupClaim.DIRECTION_M1_O1,
+        PickupClaim.PLANET_ANGLE, PickupClaim.DIRECTION_O1_S,
+        let(q.phi3_dot, rate, "rate of the planet's angle"),
+        *(what.of(point, axis) for point in ("M1", "O1", "S")
+                 for what in (PickupClaim.PLACE, PickupClaim.VELOCITY) for axis in "xy"),
+        PickupClaim.TIP_DISTANCE,
     )  # fmt: skip
     wanted = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
-    return closed_form("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), steps, *wanted)
+    f.function("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), *steps, gives=wanted)
 
 
-def pitch() -> ClosedForm:
+def _pitch(f: Formulas) -> None:
     """Pitch curves from the slope of the arm's angle: radii, places in their own gears, curvatures, arc."""
     by_law = dict(zip(points.LAW, (slope, dslope, ddslope), strict=True))
-    slopes = points.pitch_slopes(formulas())
-    middle = formula(PickupClaim.MIDDLE_PITCH_RADIUS)[1].subs(q.i1, 1 / slope)
-    bends = {kappa: 1 / formula(PickupClaim.CURVATURE_RADIUS.of(gear))[1]
+    slopes = points.pitch_slopes(f)
+    middle = f.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / slope)
+    bends = {kappa: 1 / f.expr(PickupClaim.CURVATURE_RADIUS.of(gear))
              for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))}  # fmt: skip
-    steps = (
-        Let(q.R2, sp.factor(middle), "derived: pitch radius of the intermediate gear"),
-        *named(PickupClaim.SUN_PITCH_RADIUS),
-        *(
-            Let(symbol, sp.factor(slopes[symbol].subs(by_law)), f"derived: {symbol.meaning}")
-            for symbol in (q.dR1, q.ddR1)
-        ),
-        *named(*(PickupClaim.PITCH_CURVE.of(gear, axis) for gear in ("sun", "intermediate gear") for axis in "xy")),
-        *(Let(kappa, bend, f"derived: {kappa.meaning}") for kappa, bend in bends.items()),
-        Let(arc, sp.sqrt(q.R1**2 + q.dR1**2), "derived: arc of the sun's pitch curve"),
+    steps: tuple[Wanted, ...] = (
+        let(q.R2, sp.factor(middle), "pitch radius of the intermediate gear"),
+        PickupClaim.SUN_PITCH_RADIUS,
+        *(let(symbol, sp.factor(slopes[symbol].subs(by_law))) for symbol in (q.dR1, q.ddR1)),
+        *(PickupClaim.PITCH_CURVE.of(gear, axis) for gear in ("sun", "intermediate gear") for axis in "xy"),
+        *(let(kappa, bend) for kappa, bend in bends.items()),
+        let(arc, sp.sqrt(q.R1**2 + q.dR1**2), "arc of the sun's pitch curve"),
     )
-    return closed_form("pitch", (SLOPES, q.phi5, q.phi2, q.a1), steps)
+    f.function("pitch", (SLOPES, q.phi5, q.phi2, q.a1), *steps)
 
 
-def entry() -> ClosedForm:
+def _entry(f: Formulas) -> None:
     """Where the tip lies in the frame of a tray's cell."""
     cell = Frame("cell, x along its axis", WORLD, Z, axis)
     gap = Vec(WORLD, (q.x_S - x_bottom, q.y_S - y_bottom, S.Zero)).resolved(cell)
     steps = (
-        Let(along_axis, gap[0], "derived: place along the cell's axis"),
-        Let(across_axis, gap[1], "derived: place beside the cell's axis"),
+        let(along_axis, gap[0], "place along the cell's axis"),
+        let(across_axis, gap[1], "place beside the cell's axis"),
     )
-    return closed_form("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), steps)
+    f.function("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), *steps)
 
 
 def exact() -> System:
     """All of it, under the name of its module."""
-    return System(
-        "pickup_exact",
-        "Seedling pick-up, from first principles",
-        "derived (geometry)",
-        ASSUMPTIONS,
-        closed_forms=(bars(), carrier(), law(), inverse(), motion(), pitch(), entry()),
-    )
+    title, source = "Seedling pick-up, from first principles", "derived (geometry)"
+    stated = formulas().equations.values()
+    f = Formulas("pickup_exact", stated, title=title, source=source, assumptions=ASSUMPTIONS)
+    functions(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)

@@ -9,7 +9,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import ClosedForm, Let, System
+from ...model import ClosedForm, System, let
 from ...quantity import Quantity, Vector
 
 ASSUMPTIONS = (
@@ -43,10 +43,6 @@ O = Point("O")  # noqa: E741
 TIP = Point("tip", O, Vec(CELL, (along, across, S.Zero)))
 
 
-def _let(symbol: Quantity, expr: Expr) -> Let:
-    return Let(symbol, expr, f"derived: {symbol.meaning}")
-
-
 def _corner(back: Expr, left: Expr) -> Vec:
     """A point of the needle, so far behind its tip and beside its middle line."""
     return displacement(O, Point("corner", TIP, Vec(NEEDLE, (-back, left, S.Zero))), CELL)
@@ -56,12 +52,12 @@ def needle() -> ClosedForm:
     """Corners in the frame of the cell, and where both edges pass the tray's surface."""
     half = width / 2
     corners = [_corner(S.Zero, -half), _corner(S.Zero, half), _corner(length, half), _corner(length, -half)]
-    lets = [_let(symbol, corners[i // 2][i % 2]) for i, symbol in enumerate(PLACES)]
+    lets = [let(symbol, corners[i // 2][i % 2]) for i, symbol in enumerate(PLACES)]
     back = sp.Dummy("back")
     for side, symbol in zip((-half, half), SURFACES, strict=True):
         edge = _corner(back, side)
         (there,) = sp.solve(edge[0], back)
-        lets.append(_let(symbol, sp.simplify(edge[1].subs(back, there))))
+        lets.append(let(symbol, sp.simplify(edge[1].subs(back, there))))
     inputs = (along, across, tilt, length, width)
     return ClosedForm("needle", inputs, tuple(lets), Vector("corners", (*PLACES, *SURFACES)))
 
@@ -73,7 +69,7 @@ x, y = (_given(name, "m", f"place in the machine's frame, {name}") for name in "
 def placed() -> ClosedForm:
     """A place of the cell's frame along the axes of the machine's, from the cell's origin."""
     found = Vec(Frame("cell", Frame("machine"), Z, axis), (along, across, S.Zero)).resolved(Frame("machine"))
-    return ClosedForm("placed", (along, across, axis), (_let(x, found[0]), _let(y, found[1])), Vector("at", (x, y)))
+    return ClosedForm("placed", (along, across, axis), (let(x, found[0]), let(y, found[1])), Vector("at", (x, y)))
 
 
 distance = _given("a1", "m", "centre distance of the non-circular pair")
@@ -92,7 +88,7 @@ def locking() -> ClosedForm:
     tips = a - r + h
     (found,) = sp.solve(a**2 + r**2 - 2 * a * r * cosine - tips**2, cosine)
     sine = sp.factor((1 - found) / 2).subs({r: radius, h: addendum, a: distance})
-    step = _let(reach, 2 * sp.asin(sp.sqrt(sine)))
+    step = let(reach, 2 * sp.asin(sp.sqrt(sine)))
     return ClosedForm("locking", (distance, radius, addendum), (step,), Vector("arc", (reach,)))
 
 

@@ -6,57 +6,30 @@ Only independent quantities are chosen; the others follow from the derived formu
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import mpmath as mp
 import sympy as sp
 from mpmath import mpf
 
-from ...equations import Claimed, among
+from ...formulas import Formulas, Values, value
 from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import quantities as q
-from .geometry import Formula
 from .spline import CONTROLS, INTERVALS, KNOTS
 from .vocabulary import PickupClaim
 
 DIGITS = 60
 MACHINE = Path(__file__).parents[3] / "planter" / "pickup" / "examples" / "yu2023.toml"
-Values = dict[Quantity, mpf]
 
 
-@cache
-def compiled(expr: sp.Expr) -> tuple[tuple[Quantity, ...], Callable[..., mpf]]:
-    """The symbols of an expression, and the expression as a function of them."""
-    symbols = tuple(sorted(expr.free_symbols, key=str))
-    return symbols, sp.lambdify(symbols, expr, "mpmath")
-
-
-def evaluate(expr: sp.Expr, values: Mapping[Quantity, mpf]) -> mpf:
-    symbols, function = compiled(expr)
-    with mp.workdps(DIGITS):
-        return mpf(function(*(values[s] for s in symbols)))
-
-
-def follow(formulas: Mapping[Claimed, Formula], base: Mapping[Quantity, mpf]) -> Values:
-    """The base and every symbol that follows from it, each by the first formula whose symbols are known."""
-    values, before = dict(base), 0
-    while len(values) > before:
-        before = len(values)
-        for symbol, expr in formulas.values():
-            if symbol not in values and values.keys() >= expr.free_symbols:
-                values[symbol] = evaluate(expr, values)
-    return values
-
-
-def complete(formulas: Mapping[Claimed, Formula], base: Mapping[Quantity, mpf]) -> Values:
+def complete(formulas: Formulas, base: Mapping[Quantity, mpf]) -> Values:
     """The base and every symbol of the formulas; raises ValueError where nothing leads to one."""
-    values = follow(formulas, base)
-    left = sorted(str(symbol) for symbol, _ in formulas.values() if symbol not in values)
-    if left:
+    values = formulas.followed(base)
+    defined = {equation.defines for equation in formulas.equations.values()} - {None}
+    if left := sorted(map(str, defined - values.keys())):
         raise ValueError(f"nothing leads to {', '.join(left)}")
     return values
 
@@ -125,12 +98,12 @@ _PLACES = {
 }  # fmt: skip
 
 
-def fixed(machine: MachineFile, formulas: Mapping[Claimed, Formula]) -> Values:
+def fixed(machine: MachineFile, formulas: Formulas) -> Values:
     """What of the built-in machine does not change over the cycle; the helix angle follows from a2."""
     values = {symbol: machine.si(place) for symbol, place in _PLACES.items()}
     values |= {q.n: machine.si("spline.value_points") + 2, q.k: mpf(3)}
-    symbol, distance = among(formulas, PickupClaim.CENTRE_DISTANCE_2)
-    helix = (evaluate(root, values) for root in sp.solve(distance - symbol, q.beta))
+    roots = sp.solve(formulas.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
+    helix = (value(root, values) for root in roots)
     return values | {q.beta: min(root for root in helix if root > 0)}
 
 
@@ -138,12 +111,12 @@ LAW = sp.symbols("g0 g1 g2")
 """Slope of the arm's angle and its two derivatives, in the formulas for the derivatives of the pitch radius."""
 
 
-def pitch_slopes(formulas: Mapping[Claimed, Formula]) -> dict[Quantity, sp.Expr]:
+def pitch_slopes(formulas: Formulas) -> dict[Quantity, sp.Expr]:
     """Derivatives of the sun's pitch radius along the carrier's turn, from those of the arm's angle."""
     t = sp.Symbol("t")
     g = sp.Function("g")(t)
-    middle = among(formulas, PickupClaim.MIDDLE_PITCH_RADIUS)[1].subs(q.i1, 1 / g)
-    radius = among(formulas, PickupClaim.SUN_PITCH_RADIUS)[1].subs(q.R2, middle)
+    middle = formulas.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / g)
+    radius = formulas.expr(PickupClaim.SUN_PITCH_RADIUS).subs(q.R2, middle)
     names = [(g.diff(t, order), LAW[order]) for order in (2, 1, 0)]
     return {symbol: radius.diff(t, order).subs(names) for order, symbol in ((1, q.dR1), (2, q.ddR1))}
 
@@ -151,7 +124,7 @@ def pitch_slopes(formulas: Mapping[Claimed, Formula]) -> dict[Quantity, sp.Expr]
 class ValuePoints:
     """Closed cubic spline through the x of value points equally spaced in t, over their cumulative chord length."""
 
-    def __init__(self, formulas: Mapping[Claimed, Formula], points: list[tuple[mpf, mpf]]) -> None:
+    def __init__(self, formulas: Formulas, points: list[tuple[mpf, mpf]]) -> None:
         self.count = len(points)
         pairs = zip(points, points[1:] + points[:1], strict=True)
         chords = [mp.hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
@@ -159,10 +132,10 @@ class ValuePoints:
         self.intervals = [chord / whole for chord in chords]
         matrix, right = mp.zeros(self.count), mp.zeros(self.count, 1)
         for i, (x, _) in enumerate(points):
-            row = follow(formulas, self.lengths(i))
+            row = formulas.followed(self.lengths(i))
             for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
                 matrix[i, (i + shift) % self.count] += row[symbol]
-            right[i] = evaluate(among(formulas, PickupClaim.KNOT_ROW_RIGHT_SIDE)[1], row | {q.q_i: x})
+            right[i] = value(formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x})
         self.controls = list(mp.lu_solve(matrix, right))
 
     def lengths(self, i: int) -> Values:
@@ -180,7 +153,7 @@ class ValuePoints:
         return values | {q.u: share * values[q.u_ip1]}
 
 
-def cycle(formulas: Mapping[Claimed, Formula], points: int) -> list[Values]:
+def cycle(formulas: Formulas, points: int) -> list[Values]:
     """Independent quantities of the built-in machine at the middle of equal steps, those in the dwell left out."""
     with mp.workdps(DIGITS):
         machine = MachineFile.read(MACHINE)
@@ -193,7 +166,7 @@ def cycle(formulas: Mapping[Claimed, Formula], points: int) -> list[Values]:
             return base | {q.phi5: base[q.phi50] + t, q.phi1: far + law.gained(t)}
 
         count = int(machine.si("spline.value_points"))
-        tips = [follow(formulas, moment(mpf(j) / count)) for j in range(count)]
+        tips = [formulas.followed(moment(mpf(j) / count)) for j in range(count)]
         base[q.phi30] = tips[0][q.phi3]
         spline = ValuePoints(formulas, [(tip[q.x_S], tip[q.y_S]) for tip in tips])
         radius = pitch_slopes(formulas)
@@ -201,7 +174,7 @@ def cycle(formulas: Mapping[Claimed, Formula], points: int) -> list[Values]:
         def independent(turn: mpf) -> Values:
             t = 2 * mp.pi * turn
             slopes = dict(zip(LAW, law.slopes(t), strict=True)) | {q.a1: tips[0][q.a1]}
-            pitch = {symbol: evaluate(expr, slopes) for symbol, expr in radius.items()}
+            pitch = {symbol: value(expr, slopes) for symbol, expr in radius.items()}
             relative = {q.phi2: law.gained(t), q.dphi5: mpf(1), q.dphi1: slopes[LAW[0]]}
             return moment(turn) | spline.at(turn) | pitch | relative
 

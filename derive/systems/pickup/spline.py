@@ -8,10 +8,9 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S
 
-from ...equations import Claimed
+from ...formulas import Formulas
 from ...quantity import Quantity
 from . import quantities as q
-from .geometry import Formula
 from .vocabulary import PickupClaim
 
 DEGREE = 3
@@ -20,10 +19,6 @@ CONTROLS = {-1: q.d_im1, 0: q.d_i, 1: q.d_ip1, 2: q.d_ip2}
 INTERVALS = {-2: q.Delta_im2, -1: q.Delta_im1, 0: q.Delta_i, 1: q.Delta_ip1}
 PEAK = (DEGREE + 1) // 2
 """Intervals from where a basis function begins to where it peaks."""
-
-
-NAMED = frozenset({PickupClaim.KNOT_INTERVAL})
-"""What says how a symbol is meant, so that nothing is derived."""
 
 
 def basis(first: int, degree: int) -> Expr:
@@ -62,29 +57,23 @@ def support() -> Expr:
     return sp.rsolve(spans(degree) - spans(degree - 1) - 1, spans(degree), {spans(0): 1}).subs(degree, q.k)
 
 
-def formulas() -> dict[Claimed, Formula]:
-    """Claims about the spline, each with the symbol it defines and its expression."""
+def state(f: Formulas) -> None:
+    """Claims about the spline."""
     scale = INTERVALS[-1] + INTERVALS[0]
     rows = {index: sp.factor(weight(index) * scale) for index in (-1, 0, 1)}
     overlap = support().subs(q.k, DEGREE) - 1
-    return {
-        PickupClaim.KNOT_INTERVAL: (q.Delta_i, KNOTS[1] - KNOTS[0]),
-        PickupClaim.KNOT_INTERVAL_BEFORE: (q.Delta_im1, KNOTS[0] - KNOTS[-1]),
-        PickupClaim.SECOND_KNOT_INTERVAL_BEFORE: (q.Delta_im2, KNOTS[-1] - KNOTS[-2]),
-        PickupClaim.KNOT_INTERVAL_AFTER: (q.Delta_ip1, KNOTS[2] - KNOTS[1]),
-        PickupClaim.LAST_KNOT: (q.i_last, sp.expand(q.n + support())),
-        PickupClaim.FIRST_CURVE_KNOT: (q.i_first, overlap),
-        PickupClaim.LAST_CURVE_KNOT: (q.i_end, q.n + support().subs(q.k, DEGREE) - overlap),
-        PickupClaim.CURVE_POINT: (q.p_u, sp.Add(*(basis(j - PEAK, DEGREE) * d for j, d in CONTROLS.items()))),
-        PickupClaim.VALUE_POINT: (q.q_i, sp.Add(*(weight(j) * CONTROLS[j] for j in rows))),
-        PickupClaim.CONTROL_BEFORE: (q.a_i, rows[-1]),
-        PickupClaim.CONTROL_AT_KNOT: (q.b_i, sp.apart(rows[0], q.Delta_im2)),
-        PickupClaim.CONTROL_AFTER: (q.c_i, rows[1]),
-        PickupClaim.KNOT_ROW_RIGHT_SIDE: (q.e_i, scale * q.q_i),
-    }
-
-
-def row() -> Expr:
-    """What vanishes where the curve passes the value point at knot i, in the coefficients of its row."""
-    coefficients = (q.a_i, q.b_i, q.c_i)
-    return sp.Add(*(c * CONTROLS[j] for c, j in zip(coefficients, (-1, 0, 1), strict=True))) - q.e_i
+    f.defines(q.Delta_i, KNOTS[1] - KNOTS[0], PickupClaim.KNOT_INTERVAL, named=True)
+    f.defines(q.Delta_im1, KNOTS[0] - KNOTS[-1], PickupClaim.KNOT_INTERVAL_BEFORE)
+    f.defines(q.Delta_im2, KNOTS[-1] - KNOTS[-2], PickupClaim.SECOND_KNOT_INTERVAL_BEFORE)
+    f.defines(q.Delta_ip1, KNOTS[2] - KNOTS[1], PickupClaim.KNOT_INTERVAL_AFTER)
+    f.defines(q.i_last, sp.expand(q.n + support()), PickupClaim.LAST_KNOT)
+    f.defines(q.i_first, overlap, PickupClaim.FIRST_CURVE_KNOT)
+    f.defines(q.i_end, q.n + support().subs(q.k, DEGREE) - overlap, PickupClaim.LAST_CURVE_KNOT)
+    f.defines(q.p_u, sp.Add(*(basis(j - PEAK, DEGREE) * d for j, d in CONTROLS.items())), PickupClaim.CURVE_POINT)
+    f.defines(q.q_i, sp.Add(*(weight(j) * CONTROLS[j] for j in rows)), PickupClaim.VALUE_POINT)
+    f.defines(q.a_i, rows[-1], PickupClaim.CONTROL_BEFORE)
+    f.defines(q.b_i, sp.apart(rows[0], q.Delta_im2), PickupClaim.CONTROL_AT_KNOT)
+    f.defines(q.c_i, rows[1], PickupClaim.CONTROL_AFTER)
+    f.defines(q.e_i, scale * q.q_i, PickupClaim.KNOT_ROW_RIGHT_SIDE)
+    coefficients = zip((q.a_i, q.b_i, q.c_i), (-1, 0, 1), strict=True)
+    f.holds(PickupClaim.KNOT_ROW, sp.Add(*(c * CONTROLS[j] for c, j in coefficients)) - q.e_i)

@@ -8,12 +8,11 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, cos, pi, sin
 
-from ...equations import Claimed
+from ...formulas import Formulas
 from ...gearing.teeth import TRANSVERSE, base_pitch, path_of_action
 from ...mechanics.frames import Frame, Vec, Y
 from ...quantity import Quantity
 from . import quantities as q
-from .geometry import Formula
 from .vocabulary import PickupClaim
 
 
@@ -45,21 +44,23 @@ def helical_contact_ratio() -> Expr:
     return path / base_pitch(helical_pitch(), angle) + lead / helical_pitch()
 
 
-def formulas() -> dict[Claimed, Formula]:
-    """Claims about teeth, each with the symbol it defines and its expression."""
+def state(f: Formulas) -> None:
+    """Claims about teeth; of the slopes of the contact ratio only what is proved of their signs."""
     paths = [path_of_action(rho, ha * q.m, q.alpha0) for rho, ha in ((q.rho1, q.ha1), (q.rho2, q.ha2))]
     ratio = (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0)
     whole = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
-    return {
-        PickupClaim.CENTRE_DISTANCE_2: (q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2))),
-        PickupClaim.TRANSVERSE_PRESSURE_ANGLE: (q.alpha_t, transverse_pressure_angle()),
-        PickupClaim.HELICAL_CONTACT_RATIO: (q.epsilon_h, helical_contact_ratio()),
-        PickupClaim.CONTACT_RATIO: (q.epsilon, ratio),
-        PickupClaim.SUN_PATH_OF_ACTION: (q.g1, paths[0]),
-        PickupClaim.MIDDLE_PATH_OF_ACTION: (q.g2, paths[1]),
-        PickupClaim.ADDENDUM_SLOPE: (q.epsilon_ha, whole.diff(q.ha1) + whole.diff(q.ha2)),
-        PickupClaim.MODULE_SLOPE: (q.epsilon_m, whole.diff(q.m)),
-    }
+    f.defines(q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2)), PickupClaim.CENTRE_DISTANCE_2)
+    f.defines(q.alpha_t, transverse_pressure_angle(), PickupClaim.TRANSVERSE_PRESSURE_ANGLE)
+    f.defines(q.epsilon_h, helical_contact_ratio(), PickupClaim.HELICAL_CONTACT_RATIO)
+    f.defines(q.epsilon, ratio, PickupClaim.CONTACT_RATIO)
+    f.defines(q.g1, paths[0], PickupClaim.SUN_PATH_OF_ACTION)
+    f.defines(q.g2, paths[1], PickupClaim.MIDDLE_PATH_OF_ACTION)
+    f.defines(q.epsilon_ha, whole.diff(q.ha1) + whole.diff(q.ha2), PickupClaim.ADDENDUM_SLOPE)
+    f.defines(q.epsilon_m, whole.diff(q.m), PickupClaim.MODULE_SLOPE)
+    if grows_with_addendum():
+        f.holds(PickupClaim.GROWS_WITH_ADDENDUM, q.epsilon_ha, ">")
+    if falls_with_module():
+        f.holds(PickupClaim.FALLS_WITH_MODULE, q.epsilon_m, "<")
 
 
 def grows_with_addendum() -> bool:

@@ -8,20 +8,16 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, pi
 
-from ...equations import Claimed
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Vec, Z
 from . import quantities as q
-from .geometry import ARM, CARRIER, TO_M1, WORLD, Formula, along
+from .geometry import ARM, CARRIER, TO_M1, WORLD, along
 from .vocabulary import PickupClaim
 
 SUN = Frame("sun, x along O-M1 at phi5 = 0", WORLD, Z, q.beta1)
 BACK = Frame("line M1-O", TO_M1, Z, pi)
 MIDDLE = Frame("intermediate gear", BACK, Z, q.phi2)
 TURNING = Motion({q.phi5: q.dphi5, q.phi2: q.dphi2, q.phi1: q.dphi1})
-
-
-NAMED = frozenset({PickupClaim.TOTAL_RATIO})
-"""What says how a symbol is meant, so that nothing is derived."""
 
 
 def turn(frame: Frame, motion: Motion = TURNING) -> Expr:
@@ -42,7 +38,7 @@ def helical_slip(motion: Motion) -> Expr:
     return sp.expand(turn(MIDDLE, motion) * radius - turn(ARM, motion) * (-radius))
 
 
-def ratios() -> dict[Claimed, Formula]:
+def ratios(f: Formulas) -> None:
     """Ratios and pitch radii; the ratio of an external pair is counted positive."""
     stage1 = -turn(WORLD) / turn(MIDDLE)
     total = turn(WORLD) / turn(ARM)
@@ -52,15 +48,13 @@ def ratios() -> dict[Claimed, Formula]:
     still = sp.solve(helical_slip(Motion({**TURNING.rates, q.phi2: S.Zero})), q.dphi1)[0]
     radius = sp.solve(slip_on_sun().subs(q.dphi5, carrier), q.R2)[0]
     gap = along(TO_M1, q.a1) + along(BACK, q.R2).resolved(TO_M1) - along(TO_M1, q.R1)
-    return {
-        PickupClaim.MIDDLE_TURN: (q.dphi2, helical),
-        PickupClaim.RATIO_1: (q.i1, stage1),
-        PickupClaim.TOTAL_RATIO: (q.iZ, total),
-        PickupClaim.TOTAL_RATIO_BY_STAGES: (q.iZ, sp.cancel(through)),
-        PickupClaim.DWELL_RATIO: (q.g_locked, (1 / total).subs(q.dphi1, still)),
-        PickupClaim.MIDDLE_PITCH_RADIUS: (q.R2, sp.factor(radius)),
-        PickupClaim.SUN_PITCH_RADIUS: (q.R1, sp.solve(gap[0], q.R1)[0]),
-    }
+    f.defines(q.dphi2, helical, PickupClaim.MIDDLE_TURN)
+    f.defines(q.i1, stage1, PickupClaim.RATIO_1)
+    f.defines(q.iZ, total, PickupClaim.TOTAL_RATIO, named=True)
+    f.defines(q.iZ, sp.cancel(through), PickupClaim.TOTAL_RATIO_BY_STAGES)
+    f.defines(q.g_locked, (1 / total).subs(q.dphi1, still), PickupClaim.DWELL_RATIO)
+    f.defines(q.R2, sp.factor(radius), PickupClaim.MIDDLE_PITCH_RADIUS)
+    f.defines(q.R1, sp.solve(gap[0], q.R1)[0], PickupClaim.SUN_PITCH_RADIUS)
 
 
 def contacts() -> tuple[Vec, Vec]:
@@ -77,20 +71,19 @@ def curvature_radius(curve: Vec, motion: Motion) -> Expr:
     return sp.simplify(dx**2 + dy**2) ** sp.Rational(3, 2) / bend
 
 
-def curves() -> dict[Claimed, Formula]:
+def curves(f: Formulas) -> None:
     """Pitch curves and their curvature; contacts run counter-clockwise on the sun, clockwise on the other gear."""
     sun, middle = contacts()
     rolling = Motion({q.phi5: S.One, q.phi2: q.R1 / q.R2, q.R1: q.dR1, q.R2: -q.dR1, q.dR1: q.ddR1})
-    return {
-        PickupClaim.PITCH_CURVE.of("sun", "x"): (q.x1, sun[0]),
-        PickupClaim.PITCH_CURVE.of("sun", "y"): (q.y1, sun[1]),
-        PickupClaim.PITCH_CURVE.of("intermediate gear", "x"): (q.x2, middle[0]),
-        PickupClaim.PITCH_CURVE.of("intermediate gear", "y"): (q.y2, middle[1]),
-        PickupClaim.CURVATURE_RADIUS.of("sun"): (q.rho1, curvature_radius(sun, rolling)),
-        PickupClaim.CURVATURE_RADIUS.of("intermediate gear"): (q.rho2, -curvature_radius(middle, rolling)),
-    }
+    f.defines(q.x1, sun[0], PickupClaim.PITCH_CURVE.of("sun", "x"))
+    f.defines(q.y1, sun[1], PickupClaim.PITCH_CURVE.of("sun", "y"))
+    f.defines(q.x2, middle[0], PickupClaim.PITCH_CURVE.of("intermediate gear", "x"))
+    f.defines(q.y2, middle[1], PickupClaim.PITCH_CURVE.of("intermediate gear", "y"))
+    f.defines(q.rho1, curvature_radius(sun, rolling), PickupClaim.CURVATURE_RADIUS.of("sun"))
+    f.defines(q.rho2, -curvature_radius(middle, rolling), PickupClaim.CURVATURE_RADIUS.of("intermediate gear"))
 
 
-def formulas() -> dict[Claimed, Formula]:
-    """Claims about the gear train, each with the symbol it defines and its expression."""
-    return ratios() | curves()
+def state(f: Formulas) -> None:
+    """Claims about the gear train."""
+    ratios(f)
+    curves(f)

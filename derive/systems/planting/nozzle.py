@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sympy as sp
-from sympy import Expr, S, pi, sqrt
+from sympy import S, pi, sqrt
 
 from ...mechanics.frames import Frame, Vec, X, Y, unit
-from ...model import ClosedForm, Let, System
+from ...model import ClosedForm, System, let
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .derivation import PLANET, WORLD
@@ -38,16 +38,12 @@ place = _found("place", "m", "the nearest place that counts")
 clearance = _found("clearance", "m", "horizontal distance of the half from the plant")
 
 
-def _let(symbol: Quantity, expr: Expr) -> Let:
-    return Let(symbol, expr, f"derived: {symbol.meaning}")
-
-
 def axis() -> ClosedForm:
     """The nozzle's axis through its tip: its tilt, and where it passes a level."""
     way = sp.Dummy("way")
     x, y, _ = unit(PLANET, X).resolved(WORLD).components
     (there,) = sp.solve(q.y_tip + way * y - soil, way)
-    steps = (_let(tilt, q.alpha - pi / 2), _let(cut, q.x_tip + there * x))
+    steps = (let(tilt, q.alpha - pi / 2), let(cut, q.x_tip + there * x))
     return ClosedForm("axis", (q.x_tip, q.y_tip, q.alpha, soil), steps, Vector("passing", (tilt, cut)))
 
 
@@ -62,14 +58,14 @@ def half() -> ClosedForm:
     above, below = sp.fraction(sp.together(near))
     (passed,) = sp.solve(root_y + s * along_y - top, s)
     steps = (
-        _let(length, q.L_tip - q.x_A),
-        _let(root_x, q.x_tip - length * closed[0]),
-        _let(root_y, q.y_tip - length * closed[1]),
-        *(_let(symbol, part) for symbol, part in zip((along_x, along_y, aside), opened.components, strict=True)),
-        _let(nearest, above / (below + TINY)),
-        _let(lowest, sp.Min(sp.Max(passed, S.Zero), length)),
-        _let(place, sp.Min(sp.Max(nearest, lowest), length)),
-        _let(clearance, sqrt(square.subs(s, place) + hair**2)),
+        let(length, q.L_tip - q.x_A),
+        let(root_x, q.x_tip - length * closed[0]),
+        let(root_y, q.y_tip - length * closed[1]),
+        *(let(symbol, part) for symbol, part in zip((along_x, along_y, aside), opened.components, strict=True)),
+        let(nearest, above / (below + TINY)),
+        let(lowest, sp.Min(sp.Max(passed, S.Zero), length)),
+        let(place, sp.Min(sp.Max(nearest, lowest), length)),
+        let(clearance, sqrt(square.subs(s, place) + hair**2)),
     )
     inputs = (q.x_tip, q.y_tip, q.alpha, q.theta1, plant, top, hair, q.MACHINE)
     return ClosedForm("half", inputs, steps, Vector("apart", (clearance,)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sympy import Expr, S
 
 from ....mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
-from ....model import ClosedForm, Let
+from ....model import ClosedForm, Let, let
 from ....quantity import Quantity, Vector
 from . import quantities as q
 
@@ -54,10 +54,6 @@ def slip(normal: tuple[Expr, Expr], point: tuple[Expr, Expr]) -> Expr:
     over = SEEN_RATE + turning.cross(vec(SHAFT, *point) - vec(SHAFT, q.c_x, q.c_y))
     along = Vec(SHAFT, (S.Zero, S.Zero, S.One)).cross(vec(SHAFT, *normal))
     return along.dot(over)
-
-
-def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
-    return Let(symbol, expr, f"derived: {reason or symbol.meaning}")
 
 
 def contact(

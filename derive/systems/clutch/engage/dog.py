@@ -12,10 +12,10 @@ from sympy import S, pi, sqrt
 from ....branches import Turns
 from ....mechanics.frames import Frame, Vec, Y, Z, displacement, unit
 from ....mechanics.slopes import Followed
-from ....model import ClosedForm, System
+from ....model import ClosedForm, System, let
 from ....quantity import Vector
 from . import quantities as q
-from .bodies import BODY, OVER_INPUT, SHAFT, WORLD, O, contact, heading, let, opening, vec
+from .bodies import BODY, OVER_INPUT, SHAFT, WORLD, O, contact, heading, opening, vec
 from .quantities import found, given
 
 ASSUMPTIONS = (

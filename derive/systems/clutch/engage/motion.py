@@ -13,13 +13,13 @@ from ....mechanics.frames import Point, Vec, displacement
 from ....mechanics.friction import dahl, square
 from ....mechanics.lagrange import accelerations
 from ....mechanics.slopes import Followed
-from ....model import ClosedForm, System
+from ....model import ClosedForm, System, let
 from ....quantity import Vector
 from .. import quantities as clutch
 from ..motion import MESH, crank_angle, gear_rate
 from ..slider import CRANK, pin_distance
 from . import quantities as q
-from .bodies import BODY, END, INPUT, MOTION, ON_SLIDES, OVER_INPUT, WORLD, O, contact, let
+from .bodies import BODY, END, INPUT, MOTION, ON_SLIDES, OVER_INPUT, WORLD, O, contact
 from .quantities import found, given
 
 ASSUMPTIONS = (

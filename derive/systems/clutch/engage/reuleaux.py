@@ -11,12 +11,12 @@ from sympy import Expr, S, cos, pi, sin, sqrt
 from ....branches import Turns, switch
 from ....mechanics.frames import Frame, Vec, Z
 from ....mechanics.slopes import Followed
-from ....model import ClosedForm, Let, System
+from ....model import ClosedForm, Let, System, let
 from ....quantity import Quantity, Vector
 from .. import rotor
 from ..geometry import SIDES, VERTICES, face_sine
 from . import quantities as q
-from .bodies import SHAFT, contact, heading, let, opening, slip, vec
+from .bodies import SHAFT, contact, heading, opening, slip, vec
 from .quantities import found, given
 
 ASSUMPTIONS = (

@@ -14,6 +14,7 @@ import sympy as sp
 
 from derive.dimensions import DimensionError, dimension
 from derive.equations import Equation
+from derive.formulas import value as formula_value
 from derive.papers import yu2023
 from derive.quantity import Quantity
 from derive.systems.pickup import claims, geometry, spline, train
@@ -21,8 +22,12 @@ from derive.systems.pickup import points as pickup_points
 from derive.systems.pickup import quantities as q
 from derive.systems.pickup import teeth as pickup_teeth
 
-CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
-FORMULAS = {str(claim): formula for claim, formula in claims.formulas().items()}
+CLAIMS = {str(claim): equation for claim, equation in claims.formulas().equations.items()}
+FORMULAS = {
+    str(claim): (e.defines, e.defines - e.residual)
+    for claim, e in claims.formulas().equations.items()
+    if e.defines is not None
+}
 PRINTED = {number: e for number, e in yu2023.PAPER.equations.items() if e.legibility != "lost"}
 LOST = [e for e in yu2023.PAPER.equations.values() if e.legibility == "lost"]
 
@@ -47,7 +52,7 @@ def _digits() -> Iterator[None]:
 
 
 def value(expr: sp.Expr, point: Point) -> mp.mpf:
-    return pickup_points.evaluate(sp.sympify(expr), point)
+    return formula_value(sp.sympify(expr), point)
 
 
 def derived(claim: str, point: Point) -> float:
@@ -308,7 +313,7 @@ def test_slopes_of_the_contact_ratio(slope: Quantity, moved: tuple[Quantity, ...
         for sign in (1, -1):
             keep = {s: v for s, v in p.items() if s not in (q.g1, q.g2, q.epsilon)}
             there = keep | {s: p[s] + sign * step for s in moved}
-            ends.append(pickup_points.follow(claims.formulas(), there)[q.epsilon])
+            ends.append(claims.formulas().followed(there)[q.epsilon])
         assert abs((ends[0] - ends[1]) / (2 * step) - p[slope]) < mp.mpf(10) ** -25
 
 

@@ -121,5 +121,5 @@ def test_the_wrong_root_of_the_path_of_action_is_not_taken() -> None:
 @pytest.mark.parametrize("claim", [PickupClaim.PLACE.of("M2", "x"), PickupClaim.KNOT_ROW, PickupClaim.PLACE])
 def test_a_step_of_what_is_not_derived_is_refused(claim: Claimed) -> None:
     with pytest.raises(ClaimError, match="nothing here states"):
-        model.named(PickupClaim.BAR_L1, claim)
-    assert [step.symbol for step in model.named(PickupClaim.BAR_L1)] == [q.L1]
+        claims.formulas().steps(PickupClaim.BAR_L1, claim)
+    assert [step.symbol for step in claims.formulas().steps(PickupClaim.BAR_L1)] == [q.L1]

@@ -1,0 +1,154 @@
+"""A machine of equations, where there are no bodies: what holds of its quantities, and functions in closed form.
+
+>>> from derive.table import quantities
+>>> q = quantities('''
+...     r | mm | radius       | 20 | 10 30
+...     A | m2 | area of it
+... ''')
+>>> f = Formulas("disc", given=q)
+>>> f.defines(q.A, 3 * q.r**2)
+A
+>>> f.function("area", (q.r,), what(q.A)).outputs.quantities
+(A,)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from typing import Any
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr
+
+from .chain import Chain
+from .datum import Datum
+from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, defined, derived, stated, what
+from .evaluate import DIGITS, GUARD
+from .model import ClosedForm, Let, System
+from .quantity import Quantity, Vector
+from .table import Quantities
+
+Wanted = Let | Claimed | tuple[Claimed, Quantity]
+"""A step, a definition by what it claims to be, or any equation by its claim with what it is solved for."""
+Values = dict[Quantity, mpf]
+
+
+class Formulas:
+    """Equations by what they claim to be, and the functions that solve them.
+
+    ``bind`` says how a source means its symbols, ``lacking`` lists claims that it does not make: what hangs on them,
+    its functions do not give. Raises ClaimError if it makes one of those, or makes a claim twice.
+    """
+
+    def __init__(
+        self, name: str, equations: Iterable[Equation] = (), *, given: Quantities | None = None, title: str = "",
+        source: str = "own", assumptions: Iterable[str] = (), bind: Mapping[sp.Symbol, Expr] | None = None,
+        lacking: frozenset[Claim] = frozenset(),
+    ) -> None:  # fmt: skip
+        self.name, self.title, self.source = name, title or name.replace("_", " ").capitalize(), source
+        self.assumptions, self.given = tuple(assumptions), given or Quantities({}, {})
+        self.equations, self.bind, self.lacking = by_claim(equations), dict(bind or {}), lacking
+        self.functions: list[ClosedForm] = []
+        if made := sorted(map(str, lacking & self.equations.keys())):
+            raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
+
+    def defines(self, symbol: Quantity, expr: Expr, claim: Claimed | None = None, *, named: bool = False) -> Quantity:
+        """What a symbol comes out to be, or is by its meaning, ``named``; the claim is ``what(symbol)`` unless told."""
+        made = claim or what(symbol)
+        self._add(stated(made, symbol - expr, symbol) if named else defined(made, symbol, sp.sympify(expr)))
+        return symbol
+
+    def holds(self, claim: Claimed, residual: Expr, relation: Relation = "=", *, named: bool = False) -> None:
+        """What an expression is to zero."""
+        self._add(stated(claim, residual) if named else derived(claim, residual, relation=relation))
+
+    def expr(self, claim: Claimed) -> Expr:
+        """What a definition says that its symbol is. Raises ClaimError where nothing is defined by that claim."""
+        equation = among(self._definitions, claim)
+        return equation.defines - equation.residual
+
+    def steps(self, *order: Wanted) -> tuple[Let, ...]:
+        """Equations solved one after the other, but for what hangs on claims that the source lacks.
+
+        Raises ClaimError for a claim that nothing makes, ChainError for an equation that is not linear in its unknown.
+        """
+        missing: set[Quantity] = set()
+        found: list[Let] = []
+        for wanted in order:
+            step = self._step(wanted)
+            if isinstance(step, Let) and not step.needs & missing:
+                found.append(step)
+            else:
+                missing.add(step.symbol if isinstance(step, Let) else step)
+        return tuple(found)
+
+    def function(
+        self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = (),
+        told: str = "",
+    ) -> ClosedForm:  # fmt: skip
+        """A function in closed form: what its steps give, all of it unless told; ``told`` names the packed output."""
+        steps = self.steps(*order)
+        outputs = Vector(told or f"{name}_outputs", tuple(gives) or tuple(step.symbol for step in steps))
+        self.functions.append(ClosedForm(name, tuple(inputs), steps, outputs))
+        return self.functions[-1]
+
+    def followed(self, known: Mapping[Quantity, Any], *also: tuple[Claimed, Quantity]) -> Values:
+        """Known values, and those of all that definitions, and some equations ``also``, make of them.
+
+        Each quantity has its value by the first of them whose symbols are known.
+        """
+        formulas = [(e.defines, e.defines - e.residual) for e in self._definitions.values() if e.defines]
+        formulas += [(step.symbol, step.expr) for step in self.steps(*also)]
+        found, before = dict(known), 0
+        with mpmath.workdps(max(mpmath.mp.dps, DIGITS + GUARD)):
+            while len(found) > before:
+                before = len(found)
+                for symbol, expr in formulas:
+                    if symbol not in found and found.keys() >= expr.free_symbols:
+                        found[symbol] = value(expr, found)
+        return found
+
+    def system(self) -> System:
+        """The model: all functions that were stated."""
+        data: Mapping[str, Datum] = self.given.data
+        forms = tuple(self.functions)
+        return System(self.name, self.title, self.source, self.assumptions, closed_forms=forms, data=data)
+
+    @property
+    def _definitions(self) -> dict[Claimed, Equation]:
+        return {claim: equation for claim, equation in self.equations.items() if equation.defines is not None}
+
+    def _add(self, equation: Equation) -> None:
+        self.equations = by_claim((*self.equations.values(), equation))
+
+    def _step(self, wanted: Wanted) -> Let | Quantity:
+        """A step, or what cannot be had of a source that lacks the claim."""
+        if isinstance(wanted, Let):
+            return wanted
+        if not isinstance(wanted, tuple):
+            wanted = wanted, _symbol(among(self._definitions, wanted))
+        claim, unknown = wanted
+        if claim in self.lacking:
+            return unknown
+        (step,) = Chain.of_claims(self.equations, [(claim, unknown)], self.bind).lets()
+        return step
+
+
+def value(expr: Expr, known: Mapping[Quantity, mpf]) -> mpf:
+    """An expression at known values, to the precision of the moment."""
+    symbols, function = _function(expr)
+    return mpf(function(*(known[s] for s in symbols)))
+
+
+@cache
+def _function(expr: Expr) -> tuple[tuple[Quantity, ...], Callable[..., Any]]:
+    symbols = tuple(sorted(expr.free_symbols, key=str))
+    return symbols, sp.lambdify(symbols, expr, "mpmath")
+
+
+def _symbol(equation: Equation) -> Quantity:
+    assert equation.defines is not None
+    return equation.defines
