@@ -15,6 +15,7 @@ A
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -23,9 +24,9 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
-from .chain import Chain
+from .chain import Chain, solve_linear
 from .datum import Datum
-from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, defined, derived, stated, what
+from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
 from .evaluate import DIGITS, GUARD
 from .model import ClosedForm, Let, System
 from .quantity import Quantity, Vector
@@ -39,36 +40,38 @@ Values = dict[Quantity, mpf]
 class Formulas:
     """Equations by what they claim to be, and the functions that solve them.
 
-    ``bind`` says how a source means its symbols, ``lacking`` lists claims that it does not make: what hangs on them,
-    its functions do not give. Raises ClaimError if it makes one of those, or makes a claim twice.
+    ``told`` names a function's packed output by the function. ``bind`` says how a source means its symbols, ``lacking``
+    lists claims that it does not make: what hangs on them, its functions do not give. Raises ClaimError if it makes one
+    of those, or makes a claim twice.
     """
 
     def __init__(
         self, name: str, equations: Iterable[Equation] = (), *, given: Quantities | None = None, title: str = "",
-        source: str = "own", assumptions: Iterable[str] = (), bind: Mapping[sp.Symbol, Expr] | None = None,
-        lacking: frozenset[Claim] = frozenset(),
+        source: str = "own", assumptions: Iterable[str] = (), told: str = "{}_outputs",
+        bind: Mapping[sp.Symbol, Expr] | None = None, lacking: frozenset[Claim] = frozenset(),
     ) -> None:  # fmt: skip
         self.name, self.title, self.source = name, title or name.replace("_", " ").capitalize(), source
         self.assumptions, self.given = tuple(assumptions), given or Quantities({}, {})
         self.equations, self.bind, self.lacking = by_claim(equations), dict(bind or {}), lacking
-        self.functions: list[ClosedForm] = []
+        self.told, self.functions = told, list[ClosedForm]()
         if made := sorted(map(str, lacking & self.equations.keys())):
             raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
 
     def defines(self, symbol: Quantity, expr: Expr, claim: Claimed | None = None, *, named: bool = False) -> Quantity:
         """What a symbol comes out to be, or is by its meaning, ``named``; the claim is ``what(symbol)`` unless told."""
-        made = claim or what(symbol)
-        self._add(stated(made, symbol - expr, symbol) if named else defined(made, symbol, sp.sympify(expr)))
+        self.holds(claim or what(symbol), symbol - expr, defines=symbol, named=named)
         return symbol
 
-    def holds(self, claim: Claimed, residual: Expr, relation: Relation = "=", *, named: bool = False) -> None:
-        """What an expression is to zero."""
-        self._add(stated(claim, residual) if named else derived(claim, residual, relation=relation))
+    def holds(
+        self, claim: Claimed, residual: Expr, relation: Relation = "=", *, defines: Quantity | None = None,
+        named: bool = False,
+    ) -> None:  # fmt: skip
+        """What an expression is to zero; by its meaning, ``named``."""
+        self._add(replace(derived(claim, residual, defines, relation), stated=named))
 
     def expr(self, claim: Claimed) -> Expr:
         """What a definition says that its symbol is. Raises ClaimError where nothing is defined by that claim."""
-        equation = among(self._definitions, claim)
-        return equation.defines - equation.residual
+        return _solved(among(self._definitions, claim))[1]
 
     def steps(self, *order: Wanted) -> tuple[Let, ...]:
         """Equations solved one after the other, but for what hangs on claims that the source lacks.
@@ -86,12 +89,11 @@ class Formulas:
         return tuple(found)
 
     def function(
-        self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = (),
-        told: str = "",
+        self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = ()
     ) -> ClosedForm:  # fmt: skip
-        """A function in closed form: what its steps give, all of it unless told; ``told`` names the packed output."""
+        """A function in closed form: what its steps give, all of it unless told."""
         steps = self.steps(*order)
-        outputs = Vector(told or f"{name}_outputs", tuple(gives) or tuple(step.symbol for step in steps))
+        outputs = Vector(self.told.format(name), tuple(gives) or tuple(step.symbol for step in steps))
         self.functions.append(ClosedForm(name, tuple(inputs), steps, outputs))
         return self.functions[-1]
 
@@ -100,7 +102,7 @@ class Formulas:
 
         Each quantity has its value by the first of them whose symbols are known.
         """
-        formulas = [(e.defines, e.defines - e.residual) for e in self._definitions.values() if e.defines]
+        formulas = [_solved(equation) for equation in self._definitions.values()]
         formulas += [(step.symbol, step.expr) for step in self.steps(*also)]
         found, before = dict(known), 0
         with mpmath.workdps(max(mpmath.mp.dps, DIGITS + GUARD)):
@@ -129,7 +131,7 @@ class Formulas:
         if isinstance(wanted, Let):
             return wanted
         if not isinstance(wanted, tuple):
-            wanted = wanted, _symbol(among(self._definitions, wanted))
+            wanted = wanted, _solved(among(self._definitions, wanted))[0]
         claim, unknown = wanted
         if claim in self.lacking:
             return unknown
@@ -149,6 +151,8 @@ def _function(expr: Expr) -> tuple[tuple[Quantity, ...], Callable[..., Any]]:
     return symbols, sp.lambdify(symbols, expr, "mpmath")
 
 
-def _symbol(equation: Equation) -> Quantity:
+@cache
+def _solved(equation: Equation) -> tuple[Quantity, Expr]:
+    """What a definition defines, and what it says of it."""
     assert equation.defines is not None
-    return equation.defines
+    return equation.defines, solve_linear(equation, equation.defines)

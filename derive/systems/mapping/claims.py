@@ -6,17 +6,16 @@ The derivation stands in ``mapping_dyads`` (from poses to dyads) and ``mapping_t
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import mpmath as mp
 import numpy as np
 import sympy as sp
 from scipy.interpolate import CubicSpline
 
-from ...equations import Claimed, Equation, among, by_claim
+from ...formulas import Formulas, value
 from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import dyads, train
@@ -36,44 +35,18 @@ REAL = mp.mpf(10) ** -25
 Point = dict[Quantity, mp.mpf]
 
 
-def claims() -> dict[Claimed, Equation]:
-    """What is derived, by what it is claimed to be."""
-    return dict(_derived())
-
-
 @cache
-def _derived() -> dict[Claimed, Equation]:
-    return by_claim((*dyads.equations(), *train.equations()))
-
-
-def _function(inputs: Sequence[sp.Symbol], expr: Any) -> Callable[..., Any]:
-    return sp.lambdify(inputs, expr, "mpmath")
-
-
-@cache
-def _solution(claim: Claimed, symbol: Quantity) -> tuple[tuple[Quantity, ...], Callable[..., mp.mpf]]:
-    """What ``symbol`` is by an equation that it is linear in: inputs and function."""
-    (expr,) = sp.solve(among(_derived(), claim).residual, symbol)
-    inputs = tuple(sorted(expr.free_symbols, key=str))
-    return inputs, _function(inputs, expr)
-
-
-def _value(claim: Claimed, symbol: Quantity, known: Point) -> mp.mpf:
-    inputs, function = _solution(claim, symbol)
-    return mp.mpf(function(*(known[s] for s in inputs)))
+def formulas() -> Formulas:
+    """What is derived."""
+    f = Formulas("mapping_exact")
+    dyads.state(f)
+    train.state(f)
+    return f
 
 
 def completed(known: Point) -> Point:
     """The known values, and all that the derived definitions make of them."""
-    found = dict(known)
-    waiting = [e for e in _derived().values() if e.defines and e.defines not in known]
-    while ready := [e for e in waiting if e.residual.free_symbols <= found.keys() | {e.defines}]:
-        for equation in ready:
-            symbol = equation.defines
-            if symbol is not None and symbol not in found:
-                found[symbol] = _value(equation.claims, symbol, found)
-        waiting = [e for e in waiting if e.defines not in found]
-    return found
+    return formulas().followed(known)
 
 
 def row(known: Point) -> Point:
@@ -87,7 +60,7 @@ def admissible(rng: random.Random) -> dict[Quantity, mp.mpf]:
     with mp.workdps(DIGITS):
         sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.ALL}
         free = {s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size for s, size in sizes.items()}
-        return {**free, q.x_s: _value(MappingClaim.SPLIT_PARAMETER, q.x_s, free)}
+        return {**free, q.x_s: value(formulas().expr(MappingClaim.SPLIT_PARAMETER), free)}
 
 
 def null_space(rows: Iterable[Point]) -> dict[Quantity, mp.mpf]:
@@ -102,8 +75,7 @@ def null_space(rows: Iterable[Point]) -> dict[Quantity, mp.mpf]:
 def complex_pairs(rows: Iterable[Point]) -> mp.mpf:
     """Number of pairs of complex solutions of the two conditions on the null space of a matrix."""
     basis = completed(null_space(rows))
-    names = (*q.K1, *q.K2)
-    coefficients = _function(names, dyads.eliminant().all_coeffs())(*(basis[k] for k in names))
+    coefficients = [value(expr, basis) for expr in dyads.eliminant().all_coeffs()]
     roots = mp.polyroots(coefficients, maxsteps=500, extraprec=500)
     real = sum(1 for root in roots if abs(mp.im(root)) < REAL * abs(root))
     return mp.mpf(len(roots) - real) / 2

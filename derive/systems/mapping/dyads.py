@@ -13,7 +13,7 @@ from typing import NamedTuple
 import sympy as sp
 from sympy import Expr, S
 
-from ...equations import Equation, defined, derived, stated
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
@@ -174,39 +174,39 @@ def zero_eigenvalues() -> int:
     return square.cols - square.rank()
 
 
-def equations() -> Iterator[Equation]:
+def state(f: Formulas) -> None:
     """From a pose and a hinge to the conditions on the null space, and back to the dyad."""
     tip = displacement(ORIGIN, TIP, WORLD)
     for n, (name, expr, coordinate) in enumerate(zip("XY", hinge(), (q.X, q.Y), strict=True)):
-        yield defined(MappingClaim.HINGE_BY_POSE.of(name), coordinate, expr)
-        yield derived(MappingClaim.POSE_COORDINATE.of(n + 1), tip[n] - (q.X_o, q.Y_o)[n], (q.X_o, q.Y_o)[n])
+        f.defines(coordinate, expr, MappingClaim.HINGE_BY_POSE.of(name))
+        f.holds(MappingClaim.POSE_COORDINATE.of(n + 1), tip[n] - (q.X_o, q.Y_o)[n], defines=(q.X_o, q.Y_o)[n])
     half = q.phi / 2
     for name, expr in zip(q.MAPPED, quaternion(sp.cos(half), sp.sin(half)), strict=True):
-        yield defined(MappingClaim.MAPPING_PARAMETER.of(name), name, expr)
+        f.defines(name, expr, MappingClaim.MAPPING_PARAMETER.of(name))
     for name, expr in pose_by_mapping().items():
-        yield derived(MappingClaim.POSE_BY_MAPPING.of(name), name - expr)
+        f.holds(MappingClaim.POSE_BY_MAPPING.of(name), name - expr)
     for name, expr, coordinate in zip("XY", hinge_by_mapping(), (q.X, q.Y), strict=True):
-        yield derived(MappingClaim.HINGE_BY_MAPPING.of(name), coordinate - expr)
-    yield derived(MappingClaim.CIRCLE, circle().residual)
+        f.holds(MappingClaim.HINGE_BY_MAPPING.of(name), coordinate - expr)
+    f.holds(MappingClaim.CIRCLE, circle().residual)
     for name, expr in circle().coefficients.items():
-        yield defined(MappingClaim.CIRCLE_COEFFICIENT.of(name), name, expr)
+        f.defines(name, expr, MappingClaim.CIRCLE_COEFFICIENT.of(name))
     for name, expr in fixed_hinge().items():
-        yield defined(MappingClaim.HINGE_BY_CIRCLE.of(name), name, expr)
+        f.defines(name, expr, MappingClaim.HINGE_BY_CIRCLE.of(name))
     arm = displacement(TIP, MOVING_HINGE, ARM)
-    yield defined(MappingClaim.ARM_LENGTH, q.L2, sp.sqrt(arm.dot(arm)))
+    f.defines(q.L2, sp.sqrt(arm.dot(arm)), MappingClaim.ARM_LENGTH)
     for name, expr in coefficients().items():
-        yield defined(MappingClaim.LINEAR_COEFFICIENT.of(name), name, expr)
-    yield derived(MappingClaim.LINEAR_FORM, sum(p * form for p, (_, form) in _numbered()))
+        f.defines(name, expr, MappingClaim.LINEAR_COEFFICIENT.of(name))
+    f.holds(MappingClaim.LINEAR_FORM, sum(p * form for p, (_, form) in _numbered()))
     for name, expr in row().items():
-        yield defined(MappingClaim.MATRIX_ENTRY.of(name), name, expr)
-    yield derived(MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
+        f.defines(name, expr, MappingClaim.MATRIX_ENTRY.of(name))
+    f.holds(MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
     for which, residual in zip(("first", "second"), conditions(), strict=True):
-        yield derived(MappingClaim.COEFFICIENT_CONDITION.of(which), residual)
-    yield defined(MappingClaim.ZERO_EIGENVALUES, q.n_zero, sp.Integer(zero_eigenvalues()))
+        f.holds(MappingClaim.COEFFICIENT_CONDITION.of(which), residual)
+    f.defines(q.n_zero, sp.Integer(zero_eigenvalues()), MappingClaim.ZERO_EIGENVALUES)
     for name, expr in null_vector().items():
-        yield stated(MappingClaim.NULL_VECTOR.of(name), name - expr)
+        f.holds(MappingClaim.NULL_VECTOR.of(name), name - expr, named=True)
     for which, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conics(), strict=True):
         for name, expr in by_basis.items():
-            yield defined(MappingClaim.CONIC_COEFFICIENT.of(name), name, expr)
-        yield stated(MappingClaim.NULL_SPACE_CONDITION.of(which), conic(names))
-    yield defined(MappingClaim.REAL_SOLUTIONS, q.n_real, eliminant().degree() - 2 * q.n_pairs)
+            f.defines(name, expr, MappingClaim.CONIC_COEFFICIENT.of(name))
+        f.holds(MappingClaim.NULL_SPACE_CONDITION.of(which), conic(names), named=True)
+    f.defines(q.n_real, eliminant().degree() - 2 * q.n_pairs, MappingClaim.REAL_SOLUTIONS)

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import sympy as sp
 from sympy import Expr, S
 
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Vec, displacement
 from ...mechanics.frames import Z as UP
-from ...model import ClosedForm, Let, System
+from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from . import claims, dyads, linkage, train
 from . import quantities as q
@@ -47,36 +48,34 @@ RADII = (q.r1, q.r2, q.r3, q.r4)
 
 def exact() -> System:
     """Everything from a pose to the pitch curves of the train."""
-    assumptions = claims.ASSUMPTIONS
     title = "Design of a gear train by kinematic mapping"
-    forms = (*_of_dyads(), *_of_linkages(), *_of_train())
-    return System("mapping_exact", title, SOURCE, assumptions, closed_forms=forms)
+    f = Formulas("mapping_exact", title=title, source=SOURCE, assumptions=claims.ASSUMPTIONS, told="{}_out")
+    _of_dyads(f)
+    _of_linkages(f)
+    _of_train(f)
+    return f.system()
 
 
 def _lets(named: Named, text: str) -> tuple[Let, ...]:
-    return tuple(Let(symbol, expr, f"derived: {text}") for symbol, expr in named.items())
+    return tuple(let(symbol, expr, text) for symbol, expr in named.items())
 
 
-def _closed_form(name: str, inputs: tuple[Vector | Quantity, ...], named: Named, text: str) -> ClosedForm:
-    return ClosedForm(name, inputs, _lets(named, text), Vector(f"{name}_out", tuple(named)))
-
-
-def _of_dyads() -> tuple[ClosedForm, ...]:
+def _of_dyads(f: Formulas) -> None:
     half = q.phi / 2
     image = dict(zip(q.MAPPED, dyads.quaternion(sp.cos(half), sp.sin(half)), strict=True))
     at_pose = dict(zip(q.MAPPED_J, q.MAPPED, strict=True))
     row = {entry: form.xreplace(at_pose) for entry, form in dyads.row().items()}
     hinge = dict(zip((q.X, q.Y), dyads.hinge(), strict=True))
     first, second = dyads.conics()
-    return (
-        _closed_form("image", (POSE,), image, "mapping parameters of a pose"),
-        _closed_form("row", (MAPPED,), row, "the circle as a linear form"),
-        _closed_form("conics", BASIS, {**first, **second}, "conditions on the null space"),
-        _closed_form("dyad", (COEFFICIENTS,), dyad_by_coefficients(), "dyad of a vector of the null space"),
-        _closed_form("slider", (COEFFICIENTS,), slider_by_coefficients(), "fixed hinge at infinity"),
-        _closed_form("swinging", (COEFFICIENTS,), swinging_by_coefficients(), "moving hinge at infinity"),
-        _closed_form("hinge", (POSE, POINT), hinge, "moving hinge in the fixed frame"),
-        _closed_form("distance", (POSE, DYAD), {square: _distance()}, "moving hinge on a circle about the fixed hinge"),
+    f.function("image", (POSE,), *_lets(image, "mapping parameters of a pose"))
+    f.function("row", (MAPPED,), *_lets(row, "the circle as a linear form"))
+    f.function("conics", BASIS, *_lets({**first, **second}, "conditions on the null space"))
+    f.function("dyad", (COEFFICIENTS,), *_lets(dyad_by_coefficients(), "dyad of a vector of the null space"))
+    f.function("slider", (COEFFICIENTS,), *_lets(slider_by_coefficients(), "fixed hinge at infinity"))
+    f.function("swinging", (COEFFICIENTS,), *_lets(swinging_by_coefficients(), "moving hinge at infinity"))
+    f.function("hinge", (POSE, POINT), *_lets(hinge, "moving hinge in the fixed frame"))
+    f.function(
+        "distance", (POSE, DYAD), *_lets({square: _distance()}, "moving hinge on a circle about the fixed hinge")
     )
 
 
@@ -129,21 +128,18 @@ def swinging_by_coefficients() -> Named:
     return {**centre, **normal, offset: -line.coeff_monomial(1)}
 
 
-def _of_linkages() -> tuple[ClosedForm, ...]:
+def _of_linkages(f: Formulas) -> None:
     crank, follower = linkage.CRANK, linkage.FOLLOWER
     place = {**train.tip(), **_carried()}
-    angles = (q.theta, q.phi)
-    return (
-        _closed_form("arm", (*angles, crank), place, "tip and moving hinge by the angles of carrier and arm"),
-        _loop("loop", (q.theta, crank, follower), linkage.loop()),
-        _loop("closed", (*angles, crank, follower), linkage.closed()),
-        _loop("transmission", (*angles, crank, follower), linkage.transmission()),
-    )
-
-
-def _loop(name: str, inputs: tuple[Vector | Quantity, ...], named: Named) -> ClosedForm:
-    steps = (*_lets(linkage.GAPS, "coupler and frame"), *_lets(named, "closed loop"))
-    return ClosedForm(name, inputs, steps, Vector(f"{name}_out", tuple(named)))
+    angle, angles = (q.theta,), (q.theta, q.phi)
+    f.function("arm", (*angles, crank), *_lets(place, "tip and moving hinge by the angles of carrier and arm"))
+    for name, turned, closed in (
+        ("loop", angle, linkage.loop()),
+        ("closed", angles, linkage.closed()),
+        ("transmission", angles, linkage.transmission()),
+    ):
+        steps = (*_lets(linkage.GAPS, "coupler and frame"), *_lets(closed, "closed loop"))
+        f.function(name, (*turned, crank, follower), *steps, gives=closed)
 
 
 def _carried() -> Named:
@@ -152,19 +148,16 @@ def _carried() -> Named:
     return {q.X: held[0], q.Y: held[1]}
 
 
-def _of_train() -> tuple[ClosedForm, ...]:
+def _of_train(f: Formulas) -> None:
     ratios: dict[Quantity, Expr] = {q.i: train.ratio_by_slope(), **train.split()}
     radii = {**dict(zip(RADII[:2], train.pitch_radii(q.i1, q.r1), strict=True)),
              **dict(zip(RADII[2:], train.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
     rates = dict(zip(q.POLAR_RATES, train.polar_rates(), strict=True))
     by_slope = {**ratios, **radii, **rates}
-    given = (q.slope, q.x_s, q.a)
     steps = _lets(by_slope, "ratios, pitch radii and rates of the polar angles")
-    return (
-        ClosedForm("gears", given, steps, Vector("gears_out", tuple(by_slope))),
-        _closed_form("curvature", (q.slope, dslope, ddslope, q.x_s, q.a), _curvatures(by_slope), "curvature"),
-        _closed_form("bend", (q.L1, q.a), {bend: bend_of_carrier()}, "three hinges of the carrier"),
-    )
+    f.function("gears", (q.slope, q.x_s, q.a), *steps)
+    f.function("curvature", (q.slope, dslope, ddslope, q.x_s, q.a), *_lets(_curvatures(by_slope), "curvature"))
+    f.function("bend", (q.L1, q.a), let(bend, bend_of_carrier(), "three hinges of the carrier"))
 
 
 def _curvatures(by_slope: Named) -> Named:

@@ -7,12 +7,10 @@ stand in a fixed proportion, which the turns of the first stage decide.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import sympy as sp
 from sympy import Abs, Expr, S, pi
 
-from ...equations import Equation, defined, derived
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
@@ -109,23 +107,23 @@ def turn_of_second_follower() -> Expr:
     return sp.cancel(rate / q.slope) * rise()
 
 
-def equations() -> Iterator[Equation]:
+def state(f: Formulas) -> None:
     """Tip path, angle curve, ratios, split, pitch curves."""
     for name, expr in tip().items():
-        yield defined(MappingClaim.TIP_BY_ANGLES.of(name), name, expr)
-    yield defined(MappingClaim.CURVE_ORDINATE, q.y_rel, ANGLE_CURVE)
-    yield derived(MappingClaim.CURVE_ENDS, Abs(q.y_last - q.y_first) - Abs(rise()))
-    yield defined(MappingClaim.CURVE_SLOPE, q.slope, sp.expand(curve_slope()))
-    yield defined(MappingClaim.TOTAL_RATIO, q.i, total_ratio())
-    yield derived(MappingClaim.TOTAL_RATIO_BY_SLOPE, q.i - ratio_by_slope())
+        f.defines(name, expr, MappingClaim.TIP_BY_ANGLES.of(name))
+    f.defines(q.y_rel, ANGLE_CURVE, MappingClaim.CURVE_ORDINATE)
+    f.holds(MappingClaim.CURVE_ENDS, Abs(q.y_last - q.y_first) - Abs(rise()))
+    f.defines(q.slope, sp.expand(curve_slope()), MappingClaim.CURVE_SLOPE)
+    f.defines(q.i, total_ratio(), MappingClaim.TOTAL_RATIO)
+    f.holds(MappingClaim.TOTAL_RATIO_BY_SLOPE, q.i - ratio_by_slope())
     (closing,) = sp.solve(turn_of_first_follower() - TURN, q.x_s)
-    yield defined(MappingClaim.SPLIT_PARAMETER, q.x_s, closing)
+    f.defines(q.x_s, closing, MappingClaim.SPLIT_PARAMETER)
     for name, expr in split().items():
-        yield defined(MappingClaim.STAGE_RATIO.of(name), name, expr)
+        f.defines(name, expr, MappingClaim.STAGE_RATIO.of(name))
     for ratio, names in ((q.i1, (q.r1, q.r2)), (q.i2, (q.r3, q.r4))):
         for name, expr in zip(names, pitch_radii(ratio, names[0]), strict=True):
-            yield defined(MappingClaim.PITCH_RADIUS.of(name), name, expr)
+            f.defines(name, expr, MappingClaim.PITCH_RADIUS.of(name))
     for gear, name, expr in zip(q.GEARS, q.POLAR_RATES, polar_rates(), strict=True):
-        yield defined(MappingClaim.POLAR_ANGLE.of(gear), name, expr)
-    yield defined(MappingClaim.FIRST_FOLLOWER_TURN, q.turn2, turn_of_first_follower())
-    yield defined(MappingClaim.SECOND_FOLLOWER_TURN, q.turn4, turn_of_second_follower())
+        f.defines(name, expr, MappingClaim.POLAR_ANGLE.of(gear))
+    f.defines(q.turn2, turn_of_first_follower(), MappingClaim.FIRST_FOLLOWER_TURN)
+    f.defines(q.turn4, turn_of_second_follower(), MappingClaim.SECOND_FOLLOWER_TURN)

@@ -21,7 +21,7 @@ from derive.systems.mapping import claims, dyads, train
 from derive.systems.mapping import quantities as q
 from derive.systems.mapping.vocabulary import MappingClaim
 
-CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
+CLAIMS = {str(claim): equation for claim, equation in claims.formulas().equations.items()}
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
 JUDGED = {n: e for n, e in PRINTED.items() if not isinstance(e.claims, Definition)}
 POINTS = [claims.admissible(random.Random(seed)) for seed in range(3)]
@@ -319,4 +319,4 @@ def test_a_value_by_what_is_not_derived_is_refused() -> None:
     with pytest.raises(
         ClaimError, match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j"
     ):
-        claims._value(MappingClaim.MATRIX_ENTRY.of("A_j9"), q.A_j8, {})
+        claims.formulas().expr(MappingClaim.MATRIX_ENTRY.of("A_j9"))
