@@ -71,7 +71,7 @@ class Formulas:
 
     def expr(self, claim: Claimed) -> Expr:
         """What a definition says that its symbol is. Raises ClaimError where nothing is defined by that claim."""
-        return _solved(among(self._definitions, claim))[1]
+        return self._defined(claim)[1]
 
     def steps(self, *order: Wanted) -> tuple[Let, ...]:
         """Equations solved one after the other, but for what hangs on claims that the source lacks.
@@ -81,19 +81,24 @@ class Formulas:
         missing: set[Quantity] = set()
         found: list[Let] = []
         for wanted in order:
-            step = self._step(wanted)
-            if isinstance(step, Let) and not step.needs & missing:
-                found.append(step)
+            if isinstance(wanted, Let):
+                found.append(wanted)
+                continue
+            claim, unknown = wanted if isinstance(wanted, tuple) else (wanted, self._defined(wanted)[0])
+            step = None if claim in self.lacking else self._let(claim, unknown)
+            if step is None or step.needs & missing:
+                missing.add(unknown)
             else:
-                missing.add(step.symbol if isinstance(step, Let) else step)
+                found.append(step)
         return tuple(found)
 
     def function(
-        self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = ()
+        self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = (),
+        told: str = "",
     ) -> ClosedForm:  # fmt: skip
         """A function in closed form: what its steps give, all of it unless told."""
         steps = self.steps(*order)
-        outputs = Vector(self.told.format(name), tuple(gives) or tuple(step.symbol for step in steps))
+        outputs = Vector(told or self.told.format(name), tuple(gives) or tuple(step.symbol for step in steps))
         self.functions.append(ClosedForm(name, tuple(inputs), steps, outputs))
         return self.functions[-1]
 
@@ -126,17 +131,12 @@ class Formulas:
     def _add(self, equation: Equation) -> None:
         self.equations = by_claim((*self.equations.values(), equation))
 
-    def _step(self, wanted: Wanted) -> Let | Quantity:
-        """A step, or what cannot be had of a source that lacks the claim."""
-        if isinstance(wanted, Let):
-            return wanted
-        if not isinstance(wanted, tuple):
-            wanted = wanted, _solved(among(self._definitions, wanted))[0]
-        claim, unknown = wanted
-        if claim in self.lacking:
-            return unknown
+    def _let(self, claim: Claimed, unknown: Quantity) -> Let:
         (step,) = Chain.of_claims(self.equations, [(claim, unknown)], self.bind).lets()
         return step
+
+    def _defined(self, claim: Claimed) -> tuple[Quantity, Expr]:
+        return _solved(among(self._definitions, claim))
 
 
 def value(expr: Expr, known: Mapping[Quantity, mpf]) -> mpf:

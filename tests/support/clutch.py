@@ -7,7 +7,7 @@ import sympy as sp
 
 from derive.systems.clutch import claims
 
-CLAIMS = {str(claim): equation for claim, equation in claims.claims().items()}
+CLAIMS = {str(claim): equation for claim, equation in claims.formulas().equations.items()}
 
 
 def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:

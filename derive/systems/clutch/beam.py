@@ -11,17 +11,17 @@ from collections.abc import Mapping
 import sympy as sp
 from sympy import Expr, S, cos, cosh, pi, sin, sinh
 
-from ...chain import Chain
-from ...equations import Claimed, Equation, by_claim
-from ...model import ClosedForm, Let, System
+from ...equations import Equation
+from ...formulas import Formulas, Wanted
+from ...model import ClosedForm, Let, System, let
 from ...quantity import Quantity, Vector
 from . import quantities as q
-from .geometry import apothem
-from .model import FLATS
-from .motion import engagement_claims, mode
+from .claims import formulas
+from .model import FLATS, edge
+from .motion import mode
 from .vocabulary import ClutchClaim
 
-SOURCE = "derived: beam"
+BEND = "beam"
 ASSUMPTIONS = (
     "output shaft is a uniform Euler-Bernoulli beam of hexagonal section, in one assumed shape",
     "shaft end undeformed at contact and at the body's speed; both move together",
@@ -33,7 +33,7 @@ DIGITS = 40
 
 
 def _found(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, SOURCE)
+    return Quantity(name, unit, meaning, f"derived: {BEND}")
 
 
 MASS = _found("mass_coefficient", "1", "modal mass over the mass of the overhang")
@@ -96,82 +96,46 @@ def _quadrature(expr: Expr) -> sp.Float:
     return sp.N(sp.Integral(expr**2, (Z, 0, 1)).evalf(DIGITS // 2 + 5), DIGITS // 2)
 
 
-def _claims() -> dict[Claimed, Equation]:
-    return by_claim(engagement_claims())
-
-
-def _solved(equations: Mapping[Claimed, Equation], *order: tuple[Claimed, Quantity]) -> tuple[Let, ...]:
-    return Chain.of_claims(equations, order).lets()
-
-
-def modal(name: str, shape: Expr) -> ClosedForm:
+def modal(f: Formulas, name: str, shape: Expr) -> None:
     """Modal mass and stiffness of the shaft in a shape, and the mass of the whole overhang."""
     mass, stiffness = coefficients(shape)
-    (edge,) = sp.solve(2 * apothem(q.a1) - FLATS, q.a1)
     steps = (
-        Let(q.a1, edge, "derived: regular hexagon"),
-        *_solved(
-            _claims(),
-            (ClutchClaim.SHAFT_SECTION, q.S),
-            (ClutchClaim.SECOND_MOMENT, q.I),
-            (ClutchClaim.OVERHANG_MASS, q.m2),
-        ),
-        Let(MASS, mass, SOURCE),
-        Let(STIFFNESS, stiffness, SOURCE),
-        Let(q.M_1, MASS * q.m2, SOURCE),
-        Let(q.K_1, STIFFNESS * q.E * q.I / q.l**3, SOURCE),
+        edge(),
+        ClutchClaim.SHAFT_SECTION,
+        ClutchClaim.SECOND_MOMENT,
+        ClutchClaim.OVERHANG_MASS,
+        let(MASS, mass, BEND),
+        let(STIFFNESS, stiffness, BEND),
+        let(q.M_1, MASS * q.m2, BEND),
+        let(q.K_1, STIFFNESS * q.E * q.I / q.l**3, BEND),
     )
-    return ClosedForm(name, (BEAM,), steps, Vector(name, (MASS, STIFFNESS, q.M_1, q.K_1, q.m2, q.I)))
+    f.function(name, (BEAM,), *steps, gives=(MASS, STIFFNESS, q.M_1, q.K_1, q.m2, q.I))
 
 
 def frequency() -> tuple[Let, ...]:
     """Frequency of shaft and body in contact, and the acceleration by the driving force: they move as one mass."""
     moving = q.M_1 + q.m1
-    return (Let(q.B1, sp.sqrt(q.K_1 / moving), SOURCE), Let(q.B2, q.F_M / moving, SOURCE))
+    return (let(q.B1, sp.sqrt(q.K_1 / moving), BEND), let(q.B2, q.F_M / moving, BEND))
 
 
-def load() -> Expr:
-    """Contact load over time."""
-    (found,) = _solved(_claims(), (ClutchClaim.CONTACT_LOAD, q.N))
-    return found.expr
-
-
-def extremes(rates: tuple[Let, ...], inputs: tuple[Vector | Quantity, ...]) -> ClosedForm:
+def extremes(f: Formulas, inputs: tuple[Vector | Quantity, ...], *rates: Wanted) -> ClosedForm:
     """The load as a swing about the driving force: largest, when, and when it is gone."""
-    found = sp.expand(load())
-    sine, cosine = found.coeff(sin(q.B1 * q.t)), found.coeff(cos(q.B1 * q.t))
+    load = sp.expand(formulas().expr(ClutchClaim.CONTACT_LOAD))
+    sine, cosine = load.coeff(sin(q.B1 * q.t)), load.coeff(cos(q.B1 * q.t))
     steps = (
-        *rates,
-        Let(SWING, sp.sqrt(sine**2 + cosine**2), SOURCE),
-        Let(LAG, sp.atan2(-cosine, sine), SOURCE),
-        Let(N_0, found.subs(q.t, 0), SOURCE),
-        Let(q.N_max, q.F_M + SWING, SOURCE),
-        Let(T_MAX, (pi / 2 + LAG) / q.B1, SOURCE),
-        Let(PERIOD, 2 * pi / q.B1, SOURCE),
-        Let(T_LOSS, (pi + LAG + sp.asin(sp.Min(S.One, q.F_M / SWING))) / q.B1, SOURCE),
+        let(SWING, sp.sqrt(sine**2 + cosine**2), BEND),
+        let(LAG, sp.atan2(-cosine, sine), BEND),
+        let(N_0, load.subs(q.t, 0), BEND),
+        let(q.N_max, q.F_M + SWING, BEND),
+        let(T_MAX, (pi / 2 + LAG) / q.B1, BEND),
+        let(PERIOD, 2 * pi / q.B1, BEND),
+        let(T_LOSS, (pi + LAG + sp.asin(sp.Min(S.One, q.F_M / SWING))) / q.B1, BEND),
     )
     given = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS, PERIOD)
-    return ClosedForm("extremes", inputs, steps, Vector("extremes", given))
+    return f.function("extremes", inputs, *rates, *steps, gives=given)
 
 
-def motion() -> ClosedForm:
-    """Deflection at the contact, its rate and the load at a time."""
-    steps = (
-        *_solved(_claims(), (ClutchClaim.CONTACT_DEFLECTION, q.y_max)),
-        *_solved(_claims(), (ClutchClaim.CONTACT_LOAD, q.N)),
-    )
-    rate = Let(RATE, steps[0].expr.diff(q.t), SOURCE)
-    return ClosedForm("motion", (q.t, q.B1, q.B2, STRUCK), (*steps, rate), Vector("motion", (q.y_max, RATE, q.N)))
-
-
-def start() -> ClosedForm:
-    """Speed of tooth and shaft end when contact begins."""
-    return ClosedForm(
-        "start", (STRUCK,), _solved(_claims(), (ClutchClaim.CONTACT_SPEED, q.v_0)), Vector("at_start", (q.v_0,))
-    )
-
-
-def energy() -> ClosedForm:
+def energy(f: Formulas) -> None:
     """Work done since the start, and what has become of it, where tooth and shaft end move together."""
     way = sp.Dummy("way")
 
@@ -180,29 +144,37 @@ def energy() -> ClosedForm:
         return (q.M_1 + q.m1) * speed**2 / 2 + strain
 
     steps = (
-        *_solved(_claims(), (ClutchClaim.CONTACT_SPEED, q.v_0)),
-        Let(GIVEN, sp.integrate(q.F_M, (way, 0, q.y_max)), SOURCE),
-        Let(KEPT, held(q.y_max, RATE) - held(S.Zero, q.v_0), SOURCE),
+        ClutchClaim.CONTACT_SPEED,
+        let(GIVEN, sp.integrate(q.F_M, (way, 0, q.y_max)), BEND),
+        let(KEPT, held(q.y_max, RATE) - held(S.Zero, q.v_0), BEND),
     )
-    return ClosedForm("energy", (q.y_max, RATE, q.M_1, q.K_1, STRUCK), steps, Vector("energies", (GIVEN, KEPT)))
+    f.function("energy", (q.y_max, RATE, q.M_1, q.K_1, STRUCK), *steps, gives=(GIVEN, KEPT), told="energies")
 
 
 def exact() -> System:
     """The engagement from first principles."""
-    beams = (modal(name, shape) for name, shape in shapes().items())
-    forms = (*beams, extremes(frequency(), (q.M_1, q.K_1, STRUCK)), motion(), start(), energy())
-    return System(
-        "clutch_beam", "Engagement in one mode, from first principles", "derived", ASSUMPTIONS, closed_forms=forms
-    )
+    title = "Engagement in one mode, from first principles"
+    stated = formulas().equations.values()
+    f = Formulas("clutch_beam", stated, title=title, source="derived", assumptions=ASSUMPTIONS, told="{}")
+    for name, shape in shapes().items():
+        modal(f, name, shape)
+    extremes(f, (q.M_1, q.K_1, STRUCK), *frequency())
+    rate = let(RATE, f.expr(ClutchClaim.CONTACT_DEFLECTION).diff(q.t), BEND)
+    moving = ClutchClaim.CONTACT_DEFLECTION, ClutchClaim.CONTACT_LOAD, rate
+    f.function("motion", (q.t, q.B1, q.B2, STRUCK), *moving, gives=(q.y_max, RATE, q.N))
+    f.function("start", (STRUCK,), ClutchClaim.CONTACT_SPEED, told="at_start")
+    energy(f)
+    return f.system()
 
 
 def printed(equations: Mapping[str, Equation]) -> System:
     """The engagement with the frequency and the acceleration that a paper prints; from there on it follows (11)."""
-    said = by_claim(equations.values())
-    rates = _solved(said, (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2))
-    load = extremes(rates, (q.E, q.I, q.l, q.m2, STRUCK))
-    title = "Engagement in one mode, as printed"
-    return System("clutch_beam_printed", title, "shi2021 (8)-(12), taken literally", ASSUMPTIONS, closed_forms=(load,))
+    title, source = "Engagement in one mode, as printed", "shi2021 (8)-(12), taken literally"
+    said = equations.values()
+    f = Formulas("clutch_beam_printed", said, title=title, source=source, assumptions=ASSUMPTIONS, told="{}")
+    rates = (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2)
+    extremes(f, (q.E, q.I, q.l, q.m2, STRUCK), *rates)
+    return f.system()
 
 
 SYSTEMS = (exact,)

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import mpmath
-import sympy as sp
 from mpmath import mpf
 
-from ...chain import Chain
-from ...equations import Claimed, Equation, by_claim
+from ...formulas import Formulas, Values
 from ...machine_file import MachineFile
 from ...quantity import Quantity
+from . import geometry, motion
 from . import quantities as q
-from .geometry import polygon_claims, taper_claims, tooth_claims
-from .motion import engagement_claims, linkage_claims, slip_claims
 from .vocabulary import ClutchClaim
 
 ASSUMPTIONS = (
@@ -30,81 +27,24 @@ ASSUMPTIONS = (
     "shaft end undeformed at contact and at the body's speed; both move together",
 )
 
-Values = dict[Quantity, mpf]
 DATA = Path(__file__).parents[3] / "planter" / "clutch" / "examples" / "shi2021.toml"
 DIGITS = 60
-_ORDER: tuple[tuple[Claimed, Quantity], ...] = (
-    (ClutchClaim.DIRECTION_BC, q.beta),
-    (ClutchClaim.HEXAGON_SIDE, q.a),
-    (ClutchClaim.PATH_SINE, q.A1),
-    (ClutchClaim.PATH_COSINE, q.A2),
-    (ClutchClaim.SIDE_OF_A, q.y_A),
-    (ClutchClaim.SIDE_OF_B, q.Y_B),
-    (ClutchClaim.A_SLIDING, q.x_A),
-    (ClutchClaim.PATH_X, q.x_C),
-    (ClutchClaim.PATH_Y, q.y_C),
-    (ClutchClaim.C_TURNED_X, q.X_C),
-    (ClutchClaim.C_TURNED_Y, q.Y_C),
+SOLVED = (
     (ClutchClaim.C_FROM_B_X, q.X_B),
-    (ClutchClaim.ELLIPSE_CENTRE_X, q.x_E),
-    (ClutchClaim.ELLIPSE_CENTRE_Y, q.y_E),
-    (ClutchClaim.FOCUS_X, q.x_F),
-    (ClutchClaim.FOCI_LINE, q.y_F),
-    (ClutchClaim.SEMI_MAJOR_AXIS, q.s_1),
-    (ClutchClaim.SEMI_MINOR_AXIS, q.s_2),
-    (ClutchClaim.PATH_CURVATURE, q.rho_C),
-    (ClutchClaim.THIRD_OVERLAP, q.e_3),
-    (ClutchClaim.TIP_PATH_CURVATURE, q.rho_t),
-    (ClutchClaim.FACE_ANGLE, q.xi),
-    (ClutchClaim.OUTLINE_RADIUS, q.b),
-    (ClutchClaim.LEAST_TRAVEL, q.c_min),
     (ClutchClaim.SLEEVE_ACROSS, q.F_N),
-    (ClutchClaim.SLEEVE_FRICTION, q.f),
-    (ClutchClaim.CRANK_GEAR, q.theta_A),
-    (ClutchClaim.CRANK_GEAR_ON_LINK, q.theta_AR),
-    (ClutchClaim.CRANK_BY_TRAVEL, q.theta_Amax),
     (ClutchClaim.CRANK_BY_TEETH, q.n),
-    (ClutchClaim.SWITCHING_TIME, q.t_c),
-    (ClutchClaim.SHAFT_SECTION, q.S),
-    (ClutchClaim.SECOND_MOMENT, q.I),
-    (ClutchClaim.MODAL_MASS, q.M_1),
-    (ClutchClaim.MODAL_STIFFNESS, q.K_1),
-    (ClutchClaim.OVERHANG_MASS, q.m2),
-    (ClutchClaim.CONTACT_FREQUENCY, q.B1),
-    (ClutchClaim.DRIVING_ACCELERATION, q.B2),
-    (ClutchClaim.CONTACT_SPEED, q.v_0),
-    (ClutchClaim.CONTACT_DEFLECTION, q.y_max),
-    (ClutchClaim.MODAL_DEFLECTION, q.y),
-    (ClutchClaim.CONTACT_ACCELERATION, q.a_l),
-    (ClutchClaim.SHAFT_ACCELERATION, q.a_x),
-    (ClutchClaim.FOURTH_DERIVATIVE, q.y_4x),
-    (ClutchClaim.MODAL_DELTA, q.delta_l),
-    (ClutchClaim.CONTACT_LOAD, q.N),
-    (ClutchClaim.LARGEST_LOAD, q.N_max),
     (ClutchClaim.TOOTH_ACROSS, q.F_x),
-    (ClutchClaim.SLIP_ACCELERATION, q.a0),
 )
-"""Which derived equation gives which dependent quantity, in order."""
+"""What follows from equations that do not define it."""
 
 
 @cache
-def _claims() -> Mapping[Claimed, Equation]:
-    parts = (polygon_claims, tooth_claims, taper_claims, linkage_claims, engagement_claims, slip_claims)
-    return by_claim(equation for part in parts for equation in part())
-
-
-def claims() -> dict[Claimed, Equation]:
-    """Every derived equation by what it claims to be."""
-    return dict(_claims())
-
-
-@cache
-def _steps() -> tuple[tuple[Quantity, tuple[Quantity, ...], Callable[..., mpf]], ...]:
-    steps = []
-    for let in Chain.of_claims(_claims(), _ORDER).lets():
-        needs = tuple(sorted(let.expr.free_symbols, key=str))
-        steps.append((let.symbol, needs, sp.lambdify(needs, let.expr, "mpmath")))
-    return tuple(steps)
+def formulas() -> Formulas:
+    """Every derived equation, by what it claims to be."""
+    f = Formulas("clutch")
+    for part in (geometry.polygon, geometry.tooth, geometry.taper, motion.linkage, motion.engagement, motion.slip):
+        part(f)
+    return Formulas(f.name, (replace(e, residual=geometry.with_angles(e.residual)) for e in f.equations.values()))
 
 
 def completed(independent: Values) -> Values:
@@ -112,9 +52,7 @@ def completed(independent: Values) -> Values:
     values = dict(independent)
     values[q.k] = values[q.r_A] / values[q.r_D]
     values[q.Y1], values[q.Y2] = values[q.S1] - values[q.S2], values[q.S3] - values[q.S4]
-    for symbol, needs, function in _steps():
-        values[symbol] = mpf(function(*(values[s] for s in needs)))
-    return values
+    return formulas().followed(values, *SOLVED)
 
 
 _RANGES: dict[Quantity, tuple[str, str]] = {

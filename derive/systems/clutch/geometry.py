@@ -6,15 +6,14 @@ follows from closing the loop. Lengths of the path are found for width 1 and sca
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import sympy as sp
 from sympy import Expr, Matrix, S, cos, pi, sin
 
-from ...equations import Equation, Relation, defined, derived
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...quantity import Quantity
 from . import quantities as q
 from .vocabulary import ClutchClaim
 
@@ -36,16 +35,6 @@ POLAR_C, POLAR_A, POLAR_B = S.Zero, 2 * TURN / VERTICES, 3 * TURN / VERTICES
 LEAD = sp.Dummy("lead", real=True)
 """beta - theta, and below it half the arc of a diagonal: kept as names, for cos(24 deg) to stay cos(24 deg)."""
 HALF_ARC = sp.Dummy("half arc", real=True)
-
-
-def definition(claim: ClutchClaim, symbol: Quantity, expr: Expr) -> Equation:
-    """What a symbol comes out to be."""
-    return defined(claim, symbol, with_angles(expr))
-
-
-def relation(claim: ClutchClaim, left: Expr, sense: Relation, right: Expr) -> Equation:
-    """What a balance or a condition comes out to be."""
-    return derived(claim, left - with_angles(right), relation=sense)
 
 
 def apothem(side: Expr) -> Expr:
@@ -189,7 +178,7 @@ def third_overlap() -> Expr:
     return sp.Piecewise((beyond[0], sp.Le(q.theta, middle)), (-beyond[1], sp.Gt(q.theta, middle)))
 
 
-def polygon_claims() -> list[Equation]:
+def polygon(f: Formulas) -> None:
     """Pentagon in the hexagon: sections 2.1 of the paper."""
     from_A, from_B = displacement(O, C_FROM_A, PLANE), displacement(O, C_FROM_B, TURNED)
     turned = displacement(O, C, TURNED)
@@ -198,33 +187,31 @@ def polygon_claims() -> list[Equation]:
     oval = ellipse()
     intercept = sp.simplify(oval.centre[1] - oval.slope * oval.centre[0])
     eccentric = sp.sqrt((oval.major - oval.minor) / (1 + oval.slope**2))
-    return [
-        definition(ClutchClaim.C_FROM_A_X, q.x_C, from_A[0]),
-        definition(ClutchClaim.C_FROM_A_Y, q.y_C, from_A[1]),
-        definition(ClutchClaim.C_FROM_B_X, q.X_C, from_B[0]),
-        definition(ClutchClaim.C_FROM_B_Y, q.Y_C, from_B[1]),
-        definition(ClutchClaim.C_TURNED_X, q.X_C, turned[0]),
-        definition(ClutchClaim.C_TURNED_Y, q.Y_C, turned[1]),
-        definition(ClutchClaim.DIRECTION_BC, q.beta, q.theta + LEAD),
-        definition(ClutchClaim.SIDE_OF_A, q.y_A, apothem(q.a)),
-        definition(ClutchClaim.SIDE_OF_B, q.Y_B, apothem(q.a)),
-        definition(ClutchClaim.A_SLIDING, q.x_A, closed_loop()),
-        definition(ClutchClaim.PATH_X, q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta))),
-        definition(ClutchClaim.PATH_Y, q.y_C, from_A[1].subs(q.y_A, apothem(q.a))),
-        definition(ClutchClaim.PATH_SINE, q.A1, A1),
-        definition(ClutchClaim.PATH_COSINE, q.A2, A2),
-        definition(ClutchClaim.HEXAGON_SIDE, q.a, width_side()),
-        definition(ClutchClaim.ELLIPSE_CENTRE_X, q.x_E, q.R * oval.centre[0]),
-        definition(ClutchClaim.ELLIPSE_CENTRE_Y, q.y_E, q.R * oval.centre[1]),
-        definition(ClutchClaim.FOCUS_X, q.x_F, q.R * (oval.centre[0] + eccentric)),
-        definition(ClutchClaim.FOCI_LINE, q.y_F, oval.slope * q.x_F + q.R * intercept),
-        definition(ClutchClaim.SEMI_MAJOR_AXIS, q.s_1, q.R * sp.sqrt(oval.major)),
-        definition(ClutchClaim.SEMI_MINOR_AXIS, q.s_2, q.R * sp.sqrt(oval.minor)),
-        definition(ClutchClaim.PATH_CURVATURE, q.rho_C, q.R * tangency_curvature()),
-        definition(ClutchClaim.THIRD_OVERLAP, q.e_3, q.R * third_overlap()),
-        definition(ClutchClaim.TIP_PATH_CURVATURE, q.rho_t, tip_width() * tangency_curvature()),
-        relation(ClutchClaim.FILLET, q.r, ">=", tip_width() * least_fillet()),
-    ]
+    f.defines(q.x_C, from_A[0], ClutchClaim.C_FROM_A_X)
+    f.defines(q.y_C, from_A[1], ClutchClaim.C_FROM_A_Y)
+    f.defines(q.X_C, from_B[0], ClutchClaim.C_FROM_B_X)
+    f.defines(q.Y_C, from_B[1], ClutchClaim.C_FROM_B_Y)
+    f.defines(q.X_C, turned[0], ClutchClaim.C_TURNED_X)
+    f.defines(q.Y_C, turned[1], ClutchClaim.C_TURNED_Y)
+    f.defines(q.beta, q.theta + LEAD, ClutchClaim.DIRECTION_BC)
+    f.defines(q.y_A, apothem(q.a), ClutchClaim.SIDE_OF_A)
+    f.defines(q.Y_B, apothem(q.a), ClutchClaim.SIDE_OF_B)
+    f.defines(q.x_A, closed_loop(), ClutchClaim.A_SLIDING)
+    f.defines(q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta)), ClutchClaim.PATH_X)
+    f.defines(q.y_C, from_A[1].subs(q.y_A, apothem(q.a)), ClutchClaim.PATH_Y)
+    f.defines(q.A1, A1, ClutchClaim.PATH_SINE)
+    f.defines(q.A2, A2, ClutchClaim.PATH_COSINE)
+    f.defines(q.a, width_side(), ClutchClaim.HEXAGON_SIDE)
+    f.defines(q.x_E, q.R * oval.centre[0], ClutchClaim.ELLIPSE_CENTRE_X)
+    f.defines(q.y_E, q.R * oval.centre[1], ClutchClaim.ELLIPSE_CENTRE_Y)
+    f.defines(q.x_F, q.R * (oval.centre[0] + eccentric), ClutchClaim.FOCUS_X)
+    f.defines(q.y_F, oval.slope * q.x_F + q.R * intercept, ClutchClaim.FOCI_LINE)
+    f.defines(q.s_1, q.R * sp.sqrt(oval.major), ClutchClaim.SEMI_MAJOR_AXIS)
+    f.defines(q.s_2, q.R * sp.sqrt(oval.minor), ClutchClaim.SEMI_MINOR_AXIS)
+    f.defines(q.rho_C, q.R * tangency_curvature(), ClutchClaim.PATH_CURVATURE)
+    f.defines(q.e_3, q.R * third_overlap(), ClutchClaim.THIRD_OVERLAP)
+    f.defines(q.rho_t, tip_width() * tangency_curvature(), ClutchClaim.TIP_PATH_CURVATURE)
+    f.holds(ClutchClaim.FILLET, q.r - tip_width() * least_fillet(), ">=")
 
 
 def tip_width() -> Expr:
@@ -246,21 +233,19 @@ def face_angle() -> Expr:
     return 2 * sp.asin(face_sine(q.b1, apothem(q.a1)))
 
 
-def tooth_claims() -> list[Equation]:
+def tooth(f: Formulas) -> None:
     """Teeth on the output shaft: section 2.2."""
     (least_tip,) = sp.solve(diagonal(q.b1) - tip_width(), q.b1)
     inset = sp.Dummy("inset")
     (fillet_centre,) = sp.solve(inset * cos(pi / SIDES) - (apothem(q.a1) - q.r), inset)
     at_least = face_angle().subs(q.b1, least_tip).subs(HALF_ARC, (POLAR_A - POLAR_C) / 2)
-    return [
-        relation(ClutchClaim.TIP_DISTANCE, q.b1, ">=", least_tip),
-        relation(ClutchClaim.ROOT_DISTANCE, q.b2, ">=", sp.expand(fillet_centre + q.r)),
-        definition(ClutchClaim.FACE_ANGLE, q.xi, face_angle()),
-        definition(ClutchClaim.LEAST_TIP_FACE_ANGLE, q.xi, sp.simplify(at_least)),
-    ]
+    f.holds(ClutchClaim.TIP_DISTANCE, q.b1 - least_tip, ">=")
+    f.holds(ClutchClaim.ROOT_DISTANCE, q.b2 - sp.expand(fillet_centre + q.r), ">=")
+    f.defines(q.xi, face_angle(), ClutchClaim.FACE_ANGLE)
+    f.defines(q.xi, sp.simplify(at_least), ClutchClaim.LEAST_TIP_FACE_ANGLE)
 
 
-def taper_claims() -> list[Equation]:
+def taper(f: Formulas) -> None:
     """Travel and taper: section 2.3. The outline circle must come free of the sides; the sleeve must slide."""
     steepness, advance, force = sp.Dummy("tan phi"), sp.Dummy("advance"), sp.Dummy("force")
     free = advance * steepness - (q.b - apothem(q.a))
@@ -271,15 +256,13 @@ def taper_claims() -> list[Equation]:
     margin = sp.expand((along - friction.subs(q.F_N, -across)) / force)
     steepest = -margin.coeff(cos(q.phi)) / margin.coeff(sin(q.phi))
     along, pressing = (e.subs(force, q.F1 - q.F2) for e in (along, -across))
-    return [
-        definition(ClutchClaim.OUTLINE_RADIUS, q.b, circumradius(2 * apothem(q.a))),
-        definition(ClutchClaim.LEAST_TRAVEL, q.c_min, travel.subs(steepness, sp.tan(q.phi))),
-        replace(relation(ClutchClaim.TRAVEL, q.c, ">=", q.c_min), stated=True),
-        relation(ClutchClaim.SLEEVE_SLIDES, along, ">=", q.f),
-        relation(ClutchClaim.SLEEVE_ACROSS, pressing, "=", q.F_N),
-        definition(ClutchClaim.SLEEVE_FRICTION, q.f, friction),
-        definition(ClutchClaim.AXIAL_ANGLE, q.phi, sp.atan((q.R1 - q.R2) / q.d)),
-        relation(ClutchClaim.WALL, (q.R1 - q.R2) / q.d, "<", (q.R1 - q.b2) / q.d),
-        relation(ClutchClaim.LEAST_AXIAL_ANGLE, sp.atan(flattest), "<=", q.phi),
-        relation(ClutchClaim.LARGEST_AXIAL_ANGLE, q.phi, "<=", sp.atan(steepest)),
-    ]
+    f.defines(q.b, circumradius(2 * apothem(q.a)), ClutchClaim.OUTLINE_RADIUS)
+    f.defines(q.c_min, travel.subs(steepness, sp.tan(q.phi)), ClutchClaim.LEAST_TRAVEL)
+    f.holds(ClutchClaim.TRAVEL, q.c - q.c_min, ">=", named=True)
+    f.holds(ClutchClaim.SLEEVE_SLIDES, along - q.f, ">=")
+    f.holds(ClutchClaim.SLEEVE_ACROSS, pressing - q.F_N)
+    f.defines(q.f, friction, ClutchClaim.SLEEVE_FRICTION)
+    f.defines(q.phi, sp.atan((q.R1 - q.R2) / q.d), ClutchClaim.AXIAL_ANGLE)
+    f.holds(ClutchClaim.WALL, (q.R1 - q.R2) / q.d - (q.R1 - q.b2) / q.d, "<")
+    f.holds(ClutchClaim.LEAST_AXIAL_ANGLE, sp.atan(flattest) - q.phi, "<=")
+    f.holds(ClutchClaim.LARGEST_AXIAL_ANGLE, q.phi - sp.atan(steepest), "<=")

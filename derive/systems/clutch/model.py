@@ -6,15 +6,14 @@ makes no such claim says so; what hangs on it, its functions do not give.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 import sympy as sp
 from sympy import Expr
 
-from ...chain import Chain
-from ...equations import Claim, Claimed, ClaimError, Definition, Equation, among, by_claim
-from ...model import ClosedForm, Let, System
+from ...equations import Claim, Definition, Equation, among
+from ...formulas import Formulas
+from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from . import claims
 from . import quantities as q
@@ -89,87 +88,45 @@ _CONDITIONS = {
 """The inequalities of a working clutch, each with the name and the unit of its margin."""
 
 
-@dataclass(frozen=True)
-class Source:
-    """Equations by what they claim to be, how their symbols are read, and the claims that the source does not make.
-
-    Raises ClaimError if it makes one of those.
-    """
-
-    equations: Mapping[Claimed, Equation]
-    bind: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
-    lacking: frozenset[Claim] = frozenset()
-
-    def __post_init__(self) -> None:
-        made = sorted(map(str, self.lacking & self.equations.keys()))
-        if made:
-            raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
-
-    def lets(self, order: Iterable[tuple[Claim, Quantity]]) -> tuple[Let, ...]:
-        """Steps for an order, but for what the source lacks; raises ClaimError where it has no such claim otherwise."""
-        made = [(claim, unknown) for claim, unknown in order if claim not in self.lacking]
-        return Chain.of_claims(self.equations, made, self.bind).lets()
-
-    def closed_form(
-        self, name: str, inputs: tuple[Vector | Quantity, ...], order: Sequence[tuple[Claim, Quantity]],
-        before: tuple[Let, ...] = (),
-    ) -> ClosedForm:  # fmt: skip
-        """A function that gives every unknown of its order but those that hang on what the source lacks."""
-        missing = {unknown for claim, unknown in order if claim in self.lacking}
-        steps: list[Let] = []
-        for step in self.lets(order):
-            if step.needs & missing:
-                missing.add(step.symbol)
-            else:
-                steps.append(step)
-        return ClosedForm(name, inputs, (*before, *steps), Vector(name, tuple(step.symbol for step in steps)))
-
-    def outline(self) -> Let:
-        """Outline radius at the left end from the axial angle."""
-        equation = among(self.equations, ClutchClaim.AXIAL_ANGLE)
-        (radius,) = sp.solve(equation.residual, q.R1)
-        return Let(q.R1, radius, equation.source)
-
-    def conditions(self) -> ClosedForm:
-        """By how much each inequality holds."""
-        margins = [self._margin(claim, *name) for claim, name in _CONDITIONS.items()]
-        steps = (_edge(), *self.lets(_TRAVEL), self.outline(), *margins)
-        return ClosedForm("conditions", (CLUTCH,), steps, Vector("conditions", tuple(m.symbol for m in margins)))
-
-    def _margin(self, claim: Claim, name: str, unit: str) -> Let:
-        equation = among(self.equations, claim)
-        sign = 1 if equation.relation in (">", ">=") else -1
-        symbol = Quantity(f"margin_{name}", unit, str(claim), equation.source)
-        return Let(symbol, sign * equation.residual.xreplace(dict(self.bind)), equation.source)
+def outline(f: Formulas) -> Let:
+    """Outline radius at the left end from the axial angle."""
+    equation = among(f.equations, ClutchClaim.AXIAL_ANGLE)
+    (radius,) = sp.solve(equation.residual, q.R1)
+    return Let(q.R1, radius, equation.source)
 
 
-def _edge() -> Let:
-    (edge,) = sp.solve(2 * apothem(q.a1) - FLATS, q.a1)
-    return Let(q.a1, edge, "derived: regular hexagon")
+def margin(f: Formulas, claim: Claim, name: str, unit: str) -> Let:
+    """By how much an inequality holds."""
+    equation = among(f.equations, claim)
+    sign = 1 if equation.relation in (">", ">=") else -1
+    symbol = Quantity(f"margin_{name}", unit, str(claim), equation.source)
+    return Let(symbol, sign * equation.residual.xreplace(f.bind), equation.source)
 
 
-def closed_forms(source: Source) -> tuple[ClosedForm, ...]:
+def edge() -> Let:
+    """Edge of the shaft's section from the distance of its flats."""
+    (found,) = sp.solve(2 * apothem(q.a1) - FLATS, q.a1)
+    return let(q.a1, found, "regular hexagon")
+
+
+def functions(f: Formulas) -> None:
     """The functions that both models have."""
-    return (
-        source.closed_form("polygon", (q.a,), _POLYGON),
-        source.closed_form("path", (q.theta, q.a), _PATH),
-        source.closed_form("fillet", (FLATS,), [(ClutchClaim.FILLET, q.r)], (_edge(),)),
-        source.closed_form("teeth", (FLATS, q.r), _TEETH, (_edge(),)),
-        source.closed_form("face", (FLATS, q.b1), _TEETH[2:], (_edge(),)),
-        source.closed_form("travel", (q.a, q.phi, q.mu, q.F1, q.F2), _TRAVEL),
-        source.closed_form(
-            "angle",
-            (q.a, q.c),
-            [(ClutchClaim.OUTLINE_RADIUS, q.b), (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi)],
-        ),
-        ClosedForm("taper", (q.R2, q.d, q.phi), (source.outline(),), Vector("taper", (q.R1,))),
-        source.closed_form("gears", (q.alpha, q.k, q.gamma), _GEARS),
-        source.closed_form("limit", (CRANK, q.c, q.r_A, q.m), _LIMIT),
-        source.conditions(),
-    )
+    f.function("polygon", (q.a,), *_POLYGON)
+    f.function("path", (q.theta, q.a), *_PATH)
+    f.function("fillet", (FLATS,), edge(), (ClutchClaim.FILLET, q.r), gives=(q.r,))
+    f.function("teeth", (FLATS, q.r), edge(), *_TEETH, gives=[symbol for _, symbol in _TEETH])
+    f.function("face", (FLATS, q.b1), edge(), _TEETH[2], gives=(q.xi,))
+    f.function("travel", (q.a, q.phi, q.mu, q.F1, q.F2), *_TRAVEL)
+    f.function("angle", (q.a, q.c), ClutchClaim.OUTLINE_RADIUS, (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi))
+    f.function("taper", (q.R2, q.d, q.phi), outline(f))
+    f.function("gears", (q.alpha, q.k, q.gamma), *_GEARS)
+    f.function("limit", (CRANK, q.c, q.r_A, q.m), *_LIMIT)
+    margins = [margin(f, claim, *name) for claim, name in _CONDITIONS.items()]
+    given = [step.symbol for step in margins]
+    f.function("conditions", (CLUTCH,), edge(), *_TRAVEL, outline(f), *margins, gives=given)
 
 
-def rotor(source: Source) -> ClosedForm:
+def rotor(f: Formulas) -> None:
     """How far the polygon is from a rotor of its hexagon: each of three pairs of sides gives way by a third."""
     pieces = [with_angles(piece) for piece, _ in third_overlap().args]
     rest, cosine, sine = split(pieces[0])
@@ -183,33 +140,32 @@ def rotor(source: Source) -> ClosedForm:
     )
     widened = q.R + 2 * sp.Abs(shared[third[2]]).subs(sp.Abs(MISS), MISS)
     steps = (
-        *source.lets(_POLYGON[:1]),
-        Let(MISS, miss, "derived: largest overlap of a piece between two contacts"),
-        Let(FREE, widened, "derived: the three pairs of sides share the overlap"),
+        _POLYGON[0],
+        let(MISS, miss, "largest overlap of a piece between two contacts"),
+        let(FREE, widened, "the three pairs of sides share the overlap"),
     )
-    return ClosedForm("rotor", (q.a,), steps, Vector("rotor", (MISS, FREE)))
+    f.function("rotor", (q.a,), *steps, gives=(MISS, FREE))
 
 
-def body(source: Source) -> ClosedForm:
+def body(f: Formulas) -> None:
     """Hexagon side with which a body of full outline at its left end keeps its wall outside the tooth roots."""
-    side = source.lets([(ClutchClaim.OUTLINE_RADIUS, q.b)])[0].expr
+    side = f.expr(ClutchClaim.OUTLINE_RADIUS)
     steepness = (side - apothem(q.a)) / q.c
     (least,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
-    return ClosedForm(
-        "body", (q.b2, WALL, q.d, q.c), (Let(q.a, sp.simplify(least), "derived: tapered body"),), Vector("body", (q.a,))
-    )
+    f.function("body", (q.b2, WALL, q.d, q.c), let(q.a, sp.simplify(least), "tapered body"))
 
 
 def exact() -> System:
     """The clutch from first principles."""
-    source = Source(claims.claims())
-    return System(
-        "clutch_exact",
-        "Reuleaux-pentagon clutch, from first principles",
-        "derived (kinematics, statics)",
-        claims.ASSUMPTIONS[:4],
-        closed_forms=(*closed_forms(source), rotor(source), body(source), *slider()),
-    )
+    title = "Reuleaux-pentagon clutch, from first principles"
+    stated = claims.formulas().equations.values()
+    source, assumptions = "derived (kinematics, statics)", claims.ASSUMPTIONS[:4]
+    f = Formulas("clutch_exact", stated, title=title, source=source, assumptions=assumptions, told="{}")
+    functions(f)
+    rotor(f)
+    body(f)
+    slider(f)
+    return f.system()
 
 
 def printed(
@@ -219,17 +175,16 @@ def printed(
 
     Raises ClaimError where it states what nothing derives, the same twice, or not what is asked for.
     """
-    said = by_claim(equations.values())
-    for claim in (*said, *lacking):
+    title, source = "Reuleaux-pentagon clutch, as printed", "shi2021 (1)-(7), taken literally"
+    f = Formulas(
+        "clutch_printed", equations.values(), title=title, source=source, assumptions=claims.ASSUMPTIONS[:4],
+        told="{}", bind=reading, lacking=lacking,
+    )  # fmt: skip
+    for claim in (*f.equations, *lacking):
         if not isinstance(claim, Definition):
-            among(claims.claims(), claim)
-    return System(
-        "clutch_printed",
-        "Reuleaux-pentagon clutch, as printed",
-        "shi2021 (1)-(7), taken literally",
-        claims.ASSUMPTIONS[:4],
-        closed_forms=closed_forms(Source(said, reading, lacking)),
-    )
+            among(claims.formulas().equations, claim)
+    functions(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)

@@ -12,10 +12,10 @@ import sympy as sp
 from sympy import Derivative, Expr, Function, S, cos, pi, sin
 from sympy.calculus.euler import euler_equations
 
-from ...equations import Equation, stated
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from . import quantities as q
-from .geometry import SIDES, definition, relation
+from .geometry import SIDES
 from .vocabulary import ClutchClaim
 
 WORLD = Frame("frame")
@@ -61,21 +61,15 @@ def crank_angle(distance: Expr) -> Expr:
     return sp.acos(cosine)
 
 
-def linkage_claims() -> list[Equation]:
+def linkage(f: Formulas) -> None:
     """Crank gear, rack and crank slider: section 2.4."""
     rate = gear_rate()
     teeth = 2 * q.r_A / q.m
-    return [
-        definition(ClutchClaim.CRANK_GEAR, q.theta_A, turned(rate)),
-        definition(ClutchClaim.CRANK_GEAR_ON_LINK, q.theta_AR, turned(rate - 1)),
-        definition(ClutchClaim.CRANK_BY_TEETH, q.theta_Amax, q.n * 2 * pi / teeth),
-        definition(
-            ClutchClaim.CRANK_BY_TRAVEL,
-            q.theta_Amax,
-            crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c),
-        ),
-        stated(ClutchClaim.SWITCHING_TIME, q.t_c - travel_time(), q.t_c),
-    ]
+    f.defines(q.theta_A, turned(rate), ClutchClaim.CRANK_GEAR)
+    f.defines(q.theta_AR, turned(rate - 1), ClutchClaim.CRANK_GEAR_ON_LINK)
+    f.defines(q.theta_Amax, q.n * 2 * pi / teeth, ClutchClaim.CRANK_BY_TEETH)
+    f.defines(q.theta_Amax, crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c), ClutchClaim.CRANK_BY_TRAVEL)
+    f.defines(q.t_c, travel_time(), ClutchClaim.SWITCHING_TIME, named=True)
 
 
 def travel_time() -> Expr:
@@ -151,7 +145,7 @@ def held_at_bearing(deflection: Expr) -> dict[str, Expr]:
     }
 
 
-def engagement_claims() -> list[Equation]:
+def engagement(f: Formulas) -> None:
     """Contact of tooth and output shaft: section 3.1."""
     of_beam, of_body = equations_of_motion()
     mass, stiffness = modal()
@@ -163,31 +157,29 @@ def engagement_claims() -> list[Equation]:
     swing = load.coeff(sin(q.B1 * q.t)) ** 2 + load.coeff(cos(q.B1 * q.t)) ** 2
     frequency, push = sp.sqrt(stiffness / moving), q.F_M / moving
     inside = sp.expand(swing / q.m1**2).subs(q.B1, frequency).subs(q.B2, push)
-    return [
-        relation(ClutchClaim.BODY_FORCE, of_body, "=", S.Zero),
-        relation(ClutchClaim.SHAFT_FORCE, of_beam, "=", S.Zero),
-        definition(ClutchClaim.CONTACT_SPEED, q.v_0, contact_speed()),
-        definition(ClutchClaim.COMMON_SPEED, q.v_0, common_speed()),
-        definition(ClutchClaim.MODAL_DEFLECTION, q.y, q.y_max * shape),
-        definition(ClutchClaim.SHAFT_DEFLECTION, q.y, path * shape),
-        definition(ClutchClaim.CONTACT_DEFLECTION, q.y_max, path),
-        definition(ClutchClaim.SHAFT_SECTION, q.S, section.area * q.a1**2),
-        definition(ClutchClaim.SECOND_MOMENT, q.I, section.second_moment_of_area()[0] * q.a1**4),
-        definition(ClutchClaim.MODAL_MASS, q.M_1, mass),
-        definition(ClutchClaim.MODAL_STIFFNESS, q.K_1, stiffness),
-        definition(ClutchClaim.OVERHANG_MASS, q.m2, q.rho * q.S * q.l),
-        definition(ClutchClaim.CONTACT_FREQUENCY, q.B1, frequency),
-        definition(ClutchClaim.DRIVING_ACCELERATION, q.B2, push),
-        definition(ClutchClaim.CONTACT_ACCELERATION, q.a_l, acceleration),
-        definition(ClutchClaim.SHAFT_ACCELERATION, q.a_x, acceleration * shape),
-        definition(ClutchClaim.FOURTH_DERIVATIVE, q.y_4x, path * shape.diff(q.x, 4)),
-        definition(ClutchClaim.MODAL_DELTA, q.delta_l, q.rho * q.S * shape / mass),
-        definition(ClutchClaim.CONTACT_LOAD, q.N, load),
-        definition(ClutchClaim.LARGEST_LOAD, q.N_max, q.F_M + q.m1 * sp.sqrt(inside)),
-    ]
+    f.holds(ClutchClaim.BODY_FORCE, of_body)
+    f.holds(ClutchClaim.SHAFT_FORCE, of_beam)
+    f.defines(q.v_0, contact_speed(), ClutchClaim.CONTACT_SPEED)
+    f.defines(q.v_0, common_speed(), ClutchClaim.COMMON_SPEED)
+    f.defines(q.y, q.y_max * shape, ClutchClaim.MODAL_DEFLECTION)
+    f.defines(q.y, path * shape, ClutchClaim.SHAFT_DEFLECTION)
+    f.defines(q.y_max, path, ClutchClaim.CONTACT_DEFLECTION)
+    f.defines(q.S, section.area * q.a1**2, ClutchClaim.SHAFT_SECTION)
+    f.defines(q.I, section.second_moment_of_area()[0] * q.a1**4, ClutchClaim.SECOND_MOMENT)
+    f.defines(q.M_1, mass, ClutchClaim.MODAL_MASS)
+    f.defines(q.K_1, stiffness, ClutchClaim.MODAL_STIFFNESS)
+    f.defines(q.m2, q.rho * q.S * q.l, ClutchClaim.OVERHANG_MASS)
+    f.defines(q.B1, frequency, ClutchClaim.CONTACT_FREQUENCY)
+    f.defines(q.B2, push, ClutchClaim.DRIVING_ACCELERATION)
+    f.defines(q.a_l, acceleration, ClutchClaim.CONTACT_ACCELERATION)
+    f.defines(q.a_x, acceleration * shape, ClutchClaim.SHAFT_ACCELERATION)
+    f.defines(q.y_4x, path * shape.diff(q.x, 4), ClutchClaim.FOURTH_DERIVATIVE)
+    f.defines(q.delta_l, q.rho * q.S * shape / mass, ClutchClaim.MODAL_DELTA)
+    f.defines(q.N, load, ClutchClaim.CONTACT_LOAD)
+    f.defines(q.N_max, q.F_M + q.m1 * sp.sqrt(inside), ClutchClaim.LARGEST_LOAD)
 
 
-def slip_claims() -> list[Equation]:
+def slip(f: Formulas) -> None:
     """Forces on the tooth along the surface and across it: section 3.2."""
     reaction = Vec(WORLD, (q.F_x, q.F_y, S.Zero)).resolved(SURFACE)
     contact = Vec(SURFACE, (-q.f0, -q.N, S.Zero))
@@ -198,10 +190,8 @@ def slip_claims() -> list[Equation]:
     acceleration = sp.trigsimp(sp.simplify(acceleration))
     at_rest = contact.resolved(WORLD)[1] + q.F_y
     (threshold,) = sp.solve(at_rest, q.N)
-    return [
-        relation(ClutchClaim.TOOTH_ACROSS, q.N, "=", reaction[1]),
-        relation(ClutchClaim.TOOTH_ALONG, total[0], "=", inertia),
-        definition(ClutchClaim.SLIP_ACCELERATION, q.a0, acceleration),
-        relation(ClutchClaim.SLIP_LOAD, q.N, ">", sp.expand(threshold)),
-        relation(ClutchClaim.TOOTH_AT_REST, q.F_y, "=", q.F_y - at_rest),
-    ]
+    f.holds(ClutchClaim.TOOTH_ACROSS, q.N - reaction[1])
+    f.holds(ClutchClaim.TOOTH_ALONG, total[0] - inertia)
+    f.defines(q.a0, acceleration, ClutchClaim.SLIP_ACCELERATION)
+    f.holds(ClutchClaim.SLIP_LOAD, q.N - sp.expand(threshold), ">")
+    f.holds(ClutchClaim.TOOTH_AT_REST, q.F_y - (q.F_y - at_rest))

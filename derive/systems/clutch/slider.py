@@ -9,8 +9,9 @@ import sympy as sp
 from sympy import Expr, S, cos, pi, sin, sqrt
 
 from ...branches import clip
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import ClosedForm, let
+from ...model import let
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .motion import MESH, WORLD, crank_angle, gear_rate
@@ -36,7 +37,7 @@ SHARE = _found("share", "1", "travel as a share of the largest that this crank m
 RODS = (_found("l_BC_1", "m", "rod, the one"), _found("l_BC_2", "m", "rod, the other"))
 
 
-def slider() -> tuple[ClosedForm, ...]:
+def slider(f: Formulas) -> None:
     """The linkage along the way, what it takes to push the sleeve, its gears, and its rod for a wanted travel."""
     crank = Frame("crank", WORLD, Z, ANGLE)
     A = Point("A")
@@ -58,12 +59,10 @@ def slider() -> tuple[ClosedForm, ...]:
         let(TOOTH, needed / q.r_A, "virtual work of rack and sleeve"),
         let(SIDE, q.F1 * sp.tan(ROD), "balance of the sleeve: the rod pulls along itself"),
     )
-    return (
-        ClosedForm("slider", (SHIFT, CRANK), pose, Vector("slider", (ANGLE, X_B, Y_B, ROD, LEVER))),
-        ClosedForm("push", (SHIFT, CRANK, q.F1, q.r_A), push, Vector("push", (LEVER, ROD, TOOTH, SIDE))),
-        _drive(),
-        _rod(),
-    )
+    f.function("slider", (SHIFT, CRANK), *pose)
+    f.function("push", (SHIFT, CRANK, q.F1, q.r_A), *push, gives=(LEVER, ROD, TOOTH, SIDE))
+    _drive(f)
+    _rod(f)
 
 
 def pin_distance(angle: Expr) -> Expr:
@@ -76,7 +75,7 @@ def pin_distance(angle: Expr) -> Expr:
     return next(end for end in ends if end.subs({q.l_AB: 1, q.l_BC: 2, angle: pi / 2}) > 0)
 
 
-def _drive() -> ClosedForm:
+def _drive(f: Formulas) -> None:
     """Pitch radii for a ratio at a fixed distance of axes, and how far the link turns for a rotation of the crank."""
     radii = sp.solve([q.r_A + q.r_D - SPAN, q.r_A - q.k * q.r_D], (q.r_A, q.r_D))
     (alpha,) = sp.solve((gear_rate() - 1) * (q.alpha - MESH) - q.theta_Amax, q.alpha)
@@ -86,11 +85,10 @@ def _drive() -> ClosedForm:
         let(LIMIT, alpha, "rotation of the crank gear relative to the link"),
         let(LIFT, sp.expand(alpha - MESH), "rotation of the crank gear relative to the link"),
     )
-    inputs = (q.k, SPAN, q.gamma, q.theta_Amax)
-    return ClosedForm("drive", inputs, steps, Vector("drive", (q.r_A, q.r_D, LIMIT, LIFT)))
+    f.function("drive", (q.k, SPAN, q.gamma, q.theta_Amax), *steps)
 
 
-def _rod() -> ClosedForm:
+def _rod(f: Formulas) -> None:
     """Both rods with which the crank makes a travel in a rotation: B is as far from C before as after.
 
     P cos(angle) + Q sin(angle) = K at the engaged place; both sides of the direction of (P, Q) solve it.
@@ -116,4 +114,4 @@ def _rod() -> ClosedForm:
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
     steps = (let(SHARE, share, "rod for a travel in a rotation"), *rods)
-    return ClosedForm("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), steps, Vector("rod", (SHARE, *RODS)))
+    f.function("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), *steps)

@@ -19,7 +19,7 @@ class Clutch(Subject):
     """The clutch, as derived, on the cycle of the built-in one."""
 
     def claims(self) -> Mapping[Claimed, Equation]:
-        return claims.claims()
+        return claims.formulas().equations
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
         return claims.admissible(rng)

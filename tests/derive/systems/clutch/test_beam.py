@@ -9,6 +9,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.linalg import eigh
 
 from derive.equations import ClaimError
+from derive.formulas import Formulas
 from derive.papers import shi2021
 from derive.systems.clutch import beam
 from derive.systems.clutch import motion as clutch_motion
@@ -78,7 +79,7 @@ VALUES = {q.M_1: 0.08, q.K_1: 2.8e7, q.m1: 0.35, q.F_M: 114.0, q.Delta_omega: 4.
 
 
 def _extremes() -> dict[str, float]:
-    stage = beam.extremes(beam.frequency(), (q.M_1, q.K_1, beam.STRUCK))
+    stage = beam.extremes(Formulas("test"), (q.M_1, q.K_1, beam.STRUCK), *beam.frequency())
     known: dict[sp.Symbol, object] = dict(VALUES)
     for step in stage.steps:
         known[step.symbol] = float(step.expr.subs(known))

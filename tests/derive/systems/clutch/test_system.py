@@ -181,7 +181,7 @@ def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> N
 
 def test_a_wrong_claim_in_an_order_is_refused() -> None:
     with pytest.raises(ClaimError, match="nothing here states MadeUpClaim 'made-up sum'"):
-        clutch_model.Source(claims.claims()).closed_form("bad", (q.a,), [(MadeUpClaim.SUM, q.R)])
+        claims.formulas().steps((MadeUpClaim.SUM, q.R))
 
 
 def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
@@ -197,7 +197,7 @@ def test_a_function_that_needs_what_nothing_gives_is_refused() -> None:
 
 def test_an_order_that_cannot_be_solved_is_refused() -> None:
     with pytest.raises(ChainError, match="not linear in phi"):
-        clutch_model.Source(claims.claims()).lets([(ClutchClaim.LEAST_TRAVEL, q.phi)])
+        claims.formulas().steps((ClutchClaim.LEAST_TRAVEL, q.phi))
 
 
 def test_functions_keep_the_steps_that_their_outputs_need() -> None:
@@ -208,7 +208,7 @@ def test_functions_keep_the_steps_that_their_outputs_need() -> None:
 
 
 def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
-    claim = claims.claims()[ClutchClaim.THIRD_OVERLAP]
+    claim = claims.formulas().equations[ClutchClaim.THIRD_OVERLAP]
     overlap = sp.lambdify(q.theta, (q.e_3 - claim.residual).subs(q.R, 1), "numpy")
     sampled = np.abs([float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]).max()
     assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] == pytest.approx(sampled, rel=1e-6)
