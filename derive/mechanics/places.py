@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ..model import ClosedForm, Let, Step, needed, sorted_steps
+from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .bodies import Body
 from .frames import Point, displacement
-from .statement import Statement, let, quantity, word
+from .statement import Statement, quantity, word
 
 NAME = "places"
 

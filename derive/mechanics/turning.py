@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from ..blocks import STATES
 from ..chain import Chain, ordered
 from ..equations import Equation
-from ..model import ClosedForm, Lane, Let, LinearSolve, Step, needed, sorted_steps
+from ..model import ClosedForm, Lane, Let, LinearSolve, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from . import laws
 from .places import places
-from .statement import MechanismError, Statement, let
+from .statement import MechanismError, Statement
 
 LAW = "law_"
 """Beginning of the names of what vanishes."""
