@@ -59,6 +59,16 @@ def text(source: str | Path, kind: str, suffix: Suffix = ".toml") -> str:
     return read_text(source)
 
 
+def belongs(source: str, kind: str, tables: set[str]) -> bool:
+    """Whether a source is a built-in machine of a room, or a TOML file with the tables that no other room's have."""
+    if source in names(kind, ".toml"):
+        return True
+    try:
+        return set(tomllib.loads(Path(source).read_text(encoding="utf-8"))) >= tables
+    except (OSError, ValueError):
+        return False
+
+
 def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
     """Raises InputError for the table of a file that belongs to another room, by the names of its tables."""
     alike = {room: _likeness(table, room) for room in rooms.folders("examples")}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Mapping
 from functools import cached_property
@@ -48,7 +49,7 @@ class Device:
         self.scale = np.array([units.factor(name) for name in self.names])
         self.design = self.scale * [machine.design[name] for name in self.names]
         self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
-        self.constants = np.array([machine.si(entry["shown"]) for entry in self._vectors["machine"]])
+        self.constants = self._constants(machine)
         ends = np.cumsum([len(part) for part in parts])
         first, second = (
             stage.build(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
@@ -56,6 +57,11 @@ class Device:
         )
         self.stages = first, second
         self.functions = Functions(model, self.stages, flanks.function(machine.cam.flank))
+
+    def _constants(self, machine: Machine) -> Array:
+        """What the model takes of a machine beside its design (c,) [SI]."""
+        numbers = machine.numbers()
+        return np.array([numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]])
 
     @property
     def _vectors(self) -> dict[str, Any]:
@@ -74,6 +80,23 @@ class Device:
         corners = [np.array(corner) for corner in itertools.product(*sides)]
         return [Candidate(self.design[part], lambda name: f"{source}: design.{name}"),
                 *(Candidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
+
+    def like(self, machine: Machine) -> Device:
+        """The device of another machine with the same families, cam law and names: what was built for this one serves.
+
+        Raises GeometryError where the machine's own design has no gears; the corners of its bounds are not looked at.
+        """
+        found = copy.copy(self)
+        found.__dict__.pop("force", None)
+        found.machine = machine
+        found.design = self.scale * [machine.design[name] for name in self.names]
+        found.lower, found.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
+        found.constants = self._constants(machine)
+        for index, pair in enumerate(self.stages):
+            own = Candidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
+            pair.check_parameters(own)
+            pair.check_radius(own)
+        return found
 
     def compile(self) -> None:
         """Run what an optimiser calls again and again in the fastest way that there is here."""

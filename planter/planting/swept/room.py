@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planter.files import examples
@@ -26,12 +24,7 @@ class Room:
 
     def takes(self, source: str) -> bool:
         """A built-in name, or a file with the tables of such a machine."""
-        if source in examples.names(KIND, ".toml"):
-            return True
-        try:
-            return set(tomllib.loads(Path(source).read_text(encoding="utf-8"))) >= OWN
-        except (OSError, ValueError):
-            return False
+        return examples.belongs(source, KIND, OWN)
 
     def load(self, source: str) -> Machine:
         """The machine in a file, or the built-in one of that name."""

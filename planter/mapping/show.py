@@ -1,0 +1,85 @@
+"""Poses with their linkages, to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from planter.files import examples
+from planter.view.subject import Check, Control, Reading, Values, changed, controls, written
+
+if TYPE_CHECKING:
+    from planter.mapping.file import PoseFile
+    from planter.mapping.synthesis import Synthesis
+    from planter.view.scene import Scene
+
+REACH_MM, REACH_DEG = 60.0, 40.0
+"""How far a pose can be moved and turned to either side."""
+
+
+class Poses:
+    """Poses that linkages are to visit."""
+
+    models: Sequence[str] = ("exact",)
+
+    def __init__(self, file: PoseFile) -> None:
+        self.file, self.name = file, file.name
+        self._latest: tuple[dict[str, float], Synthesis] | None = None
+
+    @cached_property
+    def controls(self) -> Sequence[Control]:
+        """The numbers of all poses."""
+        own = {path: value for path, value in self.file.numbers().items() if path.startswith("pose")}
+        reach = {path: REACH_DEG if path.endswith("_deg") else REACH_MM for path in own}
+        bounds = {path: (value - reach[path], value + reach[path]) for path, value in own.items()}
+        return controls(self.file, own, {}, bounds)
+
+    def scenes(self, values: Values, model: str) -> Sequence[Scene]:
+        """Every linkage on the circuits that meet a pose."""
+        from planter.mapping.report import scene
+
+        found = self._synthesis(values)
+        return [scene.linkage(one, found.poses, circuit) for one in found.linkages
+                for circuit in sorted({standing.circuit for standing in one.found})]  # fmt: skip
+
+    def readings(self, values: Values, model: str) -> Sequence[Reading]:
+        """How many dyads there are, and the least transmission angle of each linkage."""
+        result = self._synthesis(values).result
+        least = [
+            Reading(f"least transmission angle of {x.dyads[0]} and {x.dyads[1]}", "deg", x.transmission_min_deg)
+            for x in result.linkages
+        ]
+        return [Reading("real dyads", "", float(len(result.dyads))), *least]
+
+    def checks(self, values: Values, model: str) -> Sequence[Check]:
+        """None that have a margin."""
+        return []
+
+    def text(self, values: Values) -> str:
+        """The file with these numbers."""
+        return written(self.file, changed(self.file, values))
+
+    def _synthesis(self, values: Values) -> Synthesis:
+        from planter.mapping.synthesis import synthesise
+
+        if self._latest is None or self._latest[0] != dict(values):
+            self._latest = dict(values), synthesise(changed(self.file, values))
+        return self._latest[1]
+
+
+class Kind:
+    """Files of poses."""
+
+    def takes(self, source: str) -> bool:
+        """A built-in name, or a file with poses."""
+        return examples.belongs(source, "mapping", {"pose"})
+
+    def open(self, source: str, changes: Values) -> Poses:
+        """The poses in a file, or the built-in ones of that name."""
+        from planter.mapping.file import load_poses
+
+        return Poses(load_poses(source, changes))
+
+
+KIND = Kind()

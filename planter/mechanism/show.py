@@ -1,0 +1,88 @@
+"""Mechanisms of one's own to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from planter.mechanism.swept import ROOM
+from planter.view.subject import Check, Control, Reading, Values, controls, written
+
+if TYPE_CHECKING:
+    from planter.mechanism.file import MechanismFile
+    from planter.mechanism.turn import Turn
+    from planter.view.scene import Scene
+
+MOST = 12
+"""Results of which largest and least values are told."""
+
+
+class Mechanism:
+    """A mechanism that an angle drives."""
+
+    models: Sequence[str] = ("exact",)
+
+    def __init__(self, file: MechanismFile) -> None:
+        self.file, self.name = file, file.name
+        self._latest: tuple[dict[str, float], Turn] | None = None
+
+    @cached_property
+    def controls(self) -> Sequence[Control]:
+        """Its values, within their bounds where the file has any."""
+        meanings = {entry["shown"]: entry["meaning"] for entry in self.file.entries}
+        bounds = {f"values.{key}": pair for key, pair in self.file.bounds.items()}
+        return controls(self.file, meanings, meanings, bounds)
+
+    def scenes(self, values: Values, model: str) -> Sequence[Scene]:
+        """Its bodies over a turn."""
+        from planter.mechanism.report.figures import Course
+        from planter.mechanism.report.scene import scene
+
+        found = self._turn(values)
+        course = Course(found.angles_deg, f"{found.angle} / deg", turn=True)
+        return [scene(self.name, course, found.seconds, found.columns, found.places)]
+
+    def readings(self, values: Values, model: str) -> Sequence[Reading]:
+        """Largest and least values of the first results that change over the turn."""
+        found = self._turn(values).result.quantities.items()
+        moving = [(key, one) for key, one in found if one.max > one.min][:MOST]
+        return [Reading(f"{kind} {key}", one.unit, value) for key, one in moving
+                for kind, value in (("largest", one.max), ("least", one.min))]  # fmt: skip
+
+    def checks(self, values: Values, model: str) -> Sequence[Check]:
+        """None: limits are told to `planter optimise`."""
+        return []
+
+    def text(self, values: Values) -> str:
+        """The mechanism's file with these values, which knows where its functions are."""
+        moved = self._moved(values)
+        return written(self.file, moved.model_copy(update={"folder": str(self.file.place)}))
+
+    def _moved(self, values: Values) -> MechanismFile:
+        return self.file.moved_to({path.removeprefix("values."): value for path, value in values.items()})
+
+    def _turn(self, values: Values) -> Turn:
+        from planter.mechanism.model import Model
+        from planter.mechanism.turn import turn
+
+        if self._latest is None or self._latest[0] != dict(values):
+            self._latest = dict(values), turn(Model(self._moved(values)))
+        return self._latest[1]
+
+
+class Kind:
+    """Mechanisms of one's own."""
+
+    def takes(self, source: str) -> bool:
+        """A mechanism's file, or its name as `planter turn` takes it."""
+        return ROOM.takes(source)
+
+    def open(self, source: str, changes: Values) -> Mechanism:
+        """The mechanism in a file."""
+        from planter.mechanism.file import load
+
+        return Mechanism(load(source, changes))
+
+
+KIND = Kind()

@@ -1,0 +1,129 @@
+"""Planting devices to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from planter.planting.swept.room import ROOM
+from planter.view.subject import Check, Control, Reading, Values, changed, controls, written
+
+if TYPE_CHECKING:
+    from planter.kernels import Array
+    from planter.planting.file import Machine
+    from planter.planting.model import Device
+    from planter.planting.requirements.measures import Measures
+    from planter.view.scene import Scene
+
+DESIGN = "design."
+BESIDE = (
+    "operation.speed_rpm", "operation.forward_speed_m_s", "contact.tooth_friction_angle_deg",
+    "contact.cam_friction_angle_deg", "mass.planet_kg", "mass.middle_kg", "mass.half_C2_kg", "cam.opening_deg",
+    "spring.preload_N", "spring.rate_N_m",
+)  # fmt: skip
+"""Numbers beside the design that a hand is offered."""
+
+
+class Planting:
+    """A planting device; the design first, then some of what it is built of."""
+
+    models: Sequence[str] = ("exact", "printed")
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.name = machine, machine.name
+        self._devices: dict[str, Device] = {}
+        self._measures: Measures | None = None
+
+    @cached_property
+    def controls(self) -> Sequence[Control]:
+        """The design within its bounds, then numbers of the machine."""
+        device = self._device("exact", {})
+        known = [entry for entry in device.sidecar["vectors"]["machine"] if "shown" in entry]
+        meanings = {entry["shown"]: entry["meaning"] for entry in known}
+        names = zip(device.names, device.entries, strict=True)
+        meanings |= {f"{DESIGN}{name}": entry["meaning"] for name, entry in names}
+        bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
+        paths = [f"{DESIGN}{name}" for name in device.names]
+        return controls(self.machine, [*paths, *BESIDE], meanings, bounds)
+
+    def scenes(self, values: Values, model: str) -> Sequence[Scene]:
+        """Both sides over a turn, the path of the machine's own tip beneath."""
+        from planter.planting.report.scene import scene
+
+        device, x = self._at(values, model)
+        return [scene(device, x, None if (device.design == x).all() else device.design)]
+
+    def readings(self, values: Values, model: str) -> Sequence[Reading]:
+        """Objective, support force, motor torque, centre distances; all of the samples of the file."""
+        from planter.planting import cycle
+        from planter.planting.objective import weights
+
+        device, x = self._at(values, model)
+        at = device.prologue(x)
+        turn = cycle.cycle(device, at, cycle.angles(device.machine.objective.samples))
+        force, torque = cycle.statistics(turn.support), turn.totals["M_L_Nm"]
+        a1, a2 = cycle.centre_distances(device, at) * 1e3
+        return [
+            Reading("objective (31)", "", weights(device.machine).value(force.range_N, force.variance_N2)),
+            Reading("range of the support force", "N", force.range_N),
+            Reading("largest support force", "N", force.max_N),
+            Reading("least support force", "N", force.min_N),
+            Reading("weight", "N", cycle.weight(device)),
+            Reading("largest motor torque", "N m", float(abs(torque).max())),
+            Reading("largest force of the cam", "N", float(turn.sides[0]["F_E_N"].max())),
+            Reading("centre distance of stage 1", "mm", float(a1)),
+            Reading("centre distance of stage 2", "mm", float(a2)),
+        ]
+
+    def checks(self, values: Values, model: str) -> Sequence[Check]:
+        """The file's requirements."""
+        from planter.planting.requirements import record
+        from planter.planting.requirements.measures import Measures
+
+        device, x = self._at(values, "exact")
+        if device.machine.requirements is None:
+            return []
+        if self._measures is None or self._measures.device is not device:
+            self._measures = Measures(device)
+        return [Check(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail")
+                for r in record.record(self._measures, x)]  # fmt: skip
+
+    def text(self, values: Values) -> str:
+        """The machine file with these numbers."""
+        return written(self.machine, changed(self.machine, values))
+
+    def _at(self, values: Values, model: str) -> tuple[Device, Array]:
+        """The device with these numbers but for the design, which is (p,) [SI]."""
+        own = self._device(model, {path: value for path, value in values.items() if not path.startswith(DESIGN)})
+        design = {path.removeprefix(DESIGN): value for path, value in values.items() if path.startswith(DESIGN)}
+        return own, own.x(**design)
+
+    def _device(self, model: str, besides: Values) -> Device:
+        """The latest device of a model, if it is the same; else one like it."""
+        from planter.planting.model import Device
+
+        known = self._devices.get(model)
+        if known is None:
+            known = self._devices[model] = Device(self.machine, "printed" if model == "printed" else "exact")
+        numbers = known.machine.numbers()
+        if any(numbers[path] != value for path, value in besides.items()):
+            known = self._devices[model] = known.like(changed(self.machine, besides))
+        return known
+
+
+class Kind:
+    """Planting devices."""
+
+    def takes(self, source: str) -> bool:
+        """A built-in name, or a file with the tables of such a machine."""
+        return ROOM.takes(source)
+
+    def open(self, source: str, changes: Values) -> Planting:
+        """The machine in a file, or the built-in one of that name."""
+        from planter.planting.file import load
+
+        return Planting(load(source, changes))
+
+
+KIND = Kind()

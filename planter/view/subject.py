@@ -1,0 +1,137 @@
+"""What a machine's room brings so that its machines can be shown, and changed by hand: `KIND` in its module `show`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from planter import rooms
+from planter.errors import InputError
+from planter.files import units
+from planter.files.document import Document
+from planter.files.written import lines
+from planter.version import __version__
+from planter.view.scene import Scene
+
+Values = Mapping[str, float]
+"""Numbers by path, in the units [that their keys end in]."""
+REACH = 0.5
+"""A number without bounds can be moved by this share of its value, to either side."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """A number that a hand can change, by its path, and how far."""
+
+    path: str
+    meaning: str
+    unit: str
+    value: float
+    lower: float
+    upper: float
+
+    @property
+    def group(self) -> str:
+        """What it stands with."""
+        return self.path.partition(".")[0]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A number that follows."""
+
+    name: str
+    unit: str
+    value: float | None
+
+
+@dataclass(frozen=True)
+class Check:
+    """A requirement with its margin, and whether it is met."""
+
+    name: str
+    unit: str
+    value: float
+    margin: float
+    met: bool
+
+
+class Shown(Protocol):
+    """A machine with numbers that a hand changes; all calls raise PlanterError where those make no machine."""
+
+    name: str
+    models: Sequence[str]
+    controls: Sequence[Control]
+
+    def scenes(self, values: Values, model: str) -> Sequence[Scene]:
+        """How it moves; the first scene is the machine's."""
+
+    def readings(self, values: Values, model: str) -> Sequence[Reading]:
+        """What a person looks at while changing it."""
+
+    def checks(self, values: Values, model: str) -> Sequence[Check]:
+        """Its requirements, none where it has none; this may take longer."""
+
+    def text(self, values: Values) -> str:
+        """The machine's file with these numbers."""
+
+
+class Kind(Protocol):
+    """Machines of a kind."""
+
+    def takes(self, source: str) -> bool:
+        """Whether a file, or a built-in name, is a machine of this kind."""
+
+    def open(self, source: str, changes: Values) -> Shown:
+        """The machine in it. Raises InputError as its room does."""
+
+
+def opened(source: str, changes: Values | None = None) -> Shown:
+    """The machine of a file or a built-in name, of whatever room. Raises InputError where no room takes it."""
+    for module in rooms.brought("show"):
+        kind: Kind = module.KIND
+        if kind.takes(source):
+            return kind.open(source, changes or {})
+    raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")
+
+
+def controls(
+    document: Document, paths: Iterable[str], meanings: Mapping[str, str], bounds: Mapping[str, tuple[float, float]]
+) -> list[Control]:
+    """Controls for numbers of a file, within bounds by path where there are any."""
+    numbers, found = document.numbers(), []
+    for path in paths:
+        value = float(numbers[path])
+        lower, upper = bounds.get(path) or _about(value)
+        found.append(Control(path, meanings.get(path, ""), units.unit(path), value, min(lower, value),
+                             max(upper, value)))  # fmt: skip
+    return found
+
+
+def _about(value: float) -> tuple[float, float]:
+    reach = REACH * abs(value) or 1.0
+    return value - reach, value + reach
+
+
+def changed(document: Any, values: Values) -> Any:
+    """A file with other numbers, if they are others."""
+    own = document.numbers()
+    others = {path: value for path, value in values.items() if own[path] != value}
+    return document.with_numbers(others) if others else document
+
+
+HAND = "assumed; set by hand"
+"""Origin of a number that a hand moved: the file's own word for it no longer holds."""
+
+
+def written(own: Document, moved: Document) -> str:
+    """The file of a machine whose numbers were moved by hand, what they were beside them."""
+    before, table = own.numbers(), moved.table()
+    was = {path: before[path] for path, value in moved.numbers().items() if path in before and before[path] != value}
+    table["origin"] = {**own.origins, **dict.fromkeys(was, HAND)}
+    notes = {path: f"was {value!r} {units.unit(path)}".rstrip() for path, value in was.items()}
+    head = f"# The machine {json.dumps(own.name)} with numbers set by hand, by planter {__version__}."
+    order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
+    return "\n".join([head, "", *lines(order, notes)]) + "\n"
