@@ -85,6 +85,11 @@ def key(name: str, si_unit: str) -> str:
     return f"{name}_{suffix}" if suffix else name
 
 
+def has_key(si_unit: str) -> bool:
+    """Whether quantities of an SI unit have a key under which they are shown."""
+    return si_unit in _SHOWN_IN or any(unit.shown == si_unit and unit.si == 1.0 for unit in _UNITS.values())
+
+
 def _unit(key: str) -> _Unit:
     found = _SUFFIX.search(key)
     return _UNITS[found[1]] if found else _NONE

@@ -206,7 +206,7 @@ def pitch(train: Train, count: int) -> dict[str, Array]:
         "sun_radius_mm": found["R1"] * _MM,
         "intermediate_radius_mm": found["R2"] * _MM,
         **{f"{axis}{gear}_mm": found[f"{axis}{gear}"] * _MM for gear in "12" for axis in "xy"},
-        "sun_curvature_1_mm": found["kappa1"] / _MM,
-        "intermediate_curvature_1_mm": found["kappa2"] / _MM,
+        "sun_curvature_per_mm": found["kappa1"] / _MM,
+        "intermediate_curvature_per_mm": found["kappa2"] / _MM,
         **({} if np.isnan(ratio).any() else {"contact_ratio": ratio}),
     }

@@ -77,6 +77,13 @@ def beside(start: DesignersSummary, optimum: DesignersSummary) -> Shown:
 COMPARED = {"motor / N m": (), "teeth / N": ("F_NP", "F_NQ"), "bearings / N": ("bearing_A1", "bearing_B1"),
             "cam / N": ("F_E",)}  # fmt: skip
 """Peaks by which devices are compared, by their heads: the largest of some forces, or the torque."""
+BORNE = {
+    "motor_torque_max_Nm": "largest torque of the motor over a turn",
+    "tooth_force_max_N": "largest normal force between teeth over a turn",
+    "bearing_force_max_N": "largest force in the bearings A1 and B1 over a turn",
+    "cam_force_max_N": "largest force of the cam on the roller over a turn",
+}
+"""The same as columns of a file, with what they mean."""
 
 
 def peaks(found: DesignersSummary) -> list[float]:

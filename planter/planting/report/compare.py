@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.kernels import generated
 from planter.planting.compare.tables import name, statement, told
-from planter.planting.designer.shown import COMPARED, peaks
+from planter.planting.designer.shown import BORNE, COMPARED, peaks
 from planter.planting.report.page import meanings
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.report import files, style
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 COLUMNS = (
     "rank", "stage1", "stage2", "feasible", "settled", "objective", "range_N", "variance_N2", "kkt_residual", "seconds",
 )  # fmt: skip
-BORNE = ("motor_torque_max_Nm", "tooth_force_max_N", "bearing_force_max_N", "cam_force_max_N")
-"""Columns of what a device has to bear."""
 
 
 @renews

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from planter.files import units
+from planter.explain import dictionary
+from planter.files import paths, units
+from planter.planting import quantities
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary
 from planter.report import labels
-from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 
 if TYPE_CHECKING:
@@ -37,6 +39,7 @@ _ELSEWHERE = (
     "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
     "proof", "target", "reached", "miss_percent", "designer", "start_designer", "statement",
 )  # fmt: skip
+NAMED = ("name", "unit", "meaning", "source", "drawn in")
 _CROSS = ("design", "machine file", "optimum")
 
 
@@ -114,8 +117,18 @@ def sections(
         [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
     )
     yield Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds"))))
+    yield Section("Names", [names(model, summary)])
     if provenance is not None:
         yield provenance_section(provenance)
+
+
+def names(model: Sidecar, summary: Summary) -> Block:
+    """Columns of a turn and numbers of the summary: unit, meaning, source, and the figures that draw them."""
+    keys = (paths.last_part(path) for path, value in paths.walk(summary) if isinstance(value, int | float))
+    columns = [one.shown for one in quantities.quantities(model) if one.side != 2]
+    known = dictionary.of_names("planting", list(dict.fromkeys([*columns, *keys])))
+    rows = [(one.key or one.name, one.unit, one.meaning, one.source, ", ".join(one.figures or ())) for one in known]
+    return Folded("columns of a turn and numbers of the summary", [Table(NAMED, rows)])
 
 
 def target(summary: Summary) -> Iterator[Block]:

@@ -17,6 +17,7 @@ CALLS = {
     "clutch geometry": ("shi2021",),
     "doctor": (),
     "example": (),
+    "explain": ("F_B1x",),
     "schema": (),
     "clutch design": ("shi2021",),
     "clutch optimise": ("shi2021", "--starts", "2"),

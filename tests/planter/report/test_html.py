@@ -78,6 +78,7 @@ def test_page_is_well_formed_and_says_what_it_is(drawings: dict[str, str]) -> No
             "At single angles",
             "Model",
             "Inputs",
+            "Names",
             "Provenance",
         )
     ]

@@ -1,0 +1,55 @@
+"""What `planter explain` returns, key by key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planter.records import Record
+
+
+@dataclass(frozen=True)
+class DefiningEquation(Record):
+    """A printed equation that defines a symbol, its verdict in the audit, and what it claims to say."""
+
+    paper: str
+    equation: str
+    verdict: str
+    claims: str
+
+
+@dataclass(frozen=True)
+class Meaning(Record):
+    """What a name means in a machine: its kind, unit, words, source, and where it stands, is drawn or is judged.
+
+    `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number; `key` is the name
+    under which files and results show a symbol.
+    """
+
+    name: str
+    kind: str
+    machine: str
+    unit: str
+    meaning: str
+    source: str
+    key: str | None = None
+    allowed: str | None = None
+    equations: list[DefiningEquation] | None = None
+    figures: list[str] | None = None
+
+
+@dataclass(frozen=True)
+class Explained(Record):
+    """`planter explain NAME`: every meaning of a name."""
+
+    name: str
+    meanings: list[Meaning]
+
+
+@dataclass(frozen=True)
+class KnownNames(Record):
+    """`planter explain`: the names that are known, by machine."""
+
+    names: dict[str, list[str]]
+
+
+COMMANDS = {"explain": Explained | KnownNames}

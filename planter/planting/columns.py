@@ -1,0 +1,21 @@
+"""Columns of the planting device's CSV files: what the models report, of both sides."""
+
+from __future__ import annotations
+
+from planter.kernels import generated
+from planter.planting import quantities
+from planter.planting.designer.shown import BORNE
+from planter.planting.functions import MODELS
+
+
+def columns() -> dict[str, tuple[str, str]]:
+    """Meaning and source of each column."""
+    found = {"phi_deg": ("carrier angle, counted for side 1", "input")}
+    for model in MODELS:
+        vectors = generated.sidecar(f"planting_{model}")["vectors"]
+        for vector in ("side", "totals"):
+            for key, entry in zip(quantities.keys(vectors[vector]), vectors[vector], strict=True):
+                found[key] = (entry["meaning"], entry["source"])
+                if vector == "side":
+                    found[quantities.second(key)] = (f"{entry['meaning']}; side 2, half a turn behind", entry["source"])
+    return found | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))

@@ -1,0 +1,153 @@
+"""Every symbol, key and column can be explained, by what said so already; figures read the columns that they claim."""
+
+import csv
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planter.explain import dictionary, outputs, tables
+from planter.kernels import generated
+from planter.planting import cycle
+from planter.planting.report import figures, gearing
+from planter.planting.report import results as report
+from planter.records import schema
+from tests.support import machines
+from tests.support.cli import answer, refusal, run
+
+NAMED = {name for one in dictionary.every() for name in (one.name, one.key) if name}
+
+
+def numeric_keys(node: Any) -> Iterator[str]:
+    """Keys of a schema, at any depth, below which a number may stand."""
+    if isinstance(node, Mapping):
+        for key, value in node.get("properties", {}).items():
+            if outputs.carries_number(value):
+                yield key
+        for value in node.values():
+            yield from numeric_keys(value)
+
+
+def test_every_key_of_every_schema_that_carries_a_number_is_explained() -> None:
+    files = list(schema.FOLDER.glob("*.json"))
+    keys = {key for path in files for key in numeric_keys(json.loads(path.read_text(encoding="utf-8")))}
+    assert len(keys) > 200
+    assert keys <= NAMED
+    assert "made_up_N" not in NAMED
+
+
+def test_every_symbol_of_every_model_is_explained_with_its_own_words() -> None:
+    known = {(one.name, one.meaning) for one in dictionary.every()}
+    for name in generated.names():
+        for vector in generated.sidecar(name).get("vectors", {}).values():
+            for entry in vector if isinstance(vector, list) else ():
+                assert (entry["name"], entry["meaning"]) in known
+
+
+@pytest.mark.parametrize("name", ["wang2017-wide", "compact"])
+def test_every_number_of_a_machine_file_is_explained(name: str) -> None:
+    for path in machines.machine(name).numbers():
+        whole = path.partition("[")[0]
+        assert {whole, whole.rpartition(".")[2]} & NAMED, path
+
+
+def test_every_column_of_the_planting_device_is_explained() -> None:
+    for model in ("exact", "printed"):
+        device = machines.device("wang2017", model)
+        columns = cycle.cycle(device, device.prologue(device.design), np.zeros(1)).columns()
+        assert columns.keys() <= NAMED
+
+
+CALLS = (
+    ("train", "sun2019-curve"), ("synthesise", "sun2019-corrected"), ("pickup", "yu2023"), ("clutch", "field"),
+    ("clutch", "geometry", "shi2021"), ("clutch", "engage", "shi2021", "--mode", "contact"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "call", [pytest.param(call, marks=[] if i == 0 else pytest.mark.long) for i, call in enumerate(CALLS)]
+)
+def test_every_column_that_a_command_writes_is_explained(call: tuple[str, ...], tmp_path: Path) -> None:
+    code, _, err = run(*call, "--out", str(tmp_path))
+    assert code == 0, err
+    written = list(tmp_path.rglob("*.csv"))
+    assert written
+    for path in written:
+        head, *rows = (row for row in csv.reader(path.open(encoding="utf-8")) if not row[0].startswith("#"))
+        numeric = [name for name, cell in zip(head, rows[0], strict=True) if _is_number(cell)]
+        assert set(numeric) <= NAMED, path.name
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+class Recorder(dict[str, Any]):
+    """Columns that remember which of them were read."""
+
+    def __init__(self, columns: Mapping[str, Any]) -> None:
+        super().__init__(columns)
+        self.read: set[str] = set()
+
+    def __getitem__(self, key: str) -> Any:
+        self.read.add(key)
+        return super().__getitem__(key)
+
+
+def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = machines.device("wang2017")
+    x, taken = device.design, report._columns(device, device.design)
+    drawn: dict[str, set[str]] = {}
+    for name, draw in (
+        ("joint_forces", lambda turn: figures.joint_forces({"exact": turn})),
+        ("tip_path", figures.tip_path),
+        ("rotation", lambda turn: figures.rotation(turn, gearing.ratios(device, x, taken["phi_deg"]))),
+    ):
+        turn = Recorder(taken)
+        draw(turn)
+        drawn[name] = turn.read
+    turn = Recorder(taken)
+    monkeypatch.setattr(report, "_columns", lambda *_: turn)
+    monkeypatch.setattr(report.figures, "joint_forces", lambda *_: None)
+    report._forces({"exact": device}, x)
+    drawn["support_force"] = turn.read
+    assert drawn == {name: set(columns) for name, columns in figures.DRAWN.items()}
+
+
+def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
+    (force,) = (one for one in dictionary.explained("F_B1x").meanings if one.machine == "planting")
+    assert (force.unit, force.key, force.figures) == ("N", "F_B1x_N", ["joint_forces"])
+    (angle,) = (one for one in dictionary.explained("mu").meanings if one.machine == "planting")
+    assert angle.equations is not None
+    assert (angle.equations[0].equation, angle.equations[0].verdict) == ("1", "confirmed")
+    (ratio,) = (one for one in dictionary.explained("gears.poisson_ratio").meanings)
+    assert ratio.allowed == "at least 0, less than 0.5, may be left out"
+    (curve,) = (one for one in dictionary.explained("R3_mm").meanings)
+    assert curve.meaning.startswith("radius of the eccentric circle")
+
+
+def test_several_meanings_are_all_told_with_their_machines() -> None:
+    machines_ = {one.machine for one in dictionary.explained("mu").meanings}
+    assert {"planting", "clutch"} <= machines_
+    assert all("machine" in one for one in answer("explain", "mu")["meanings"])
+
+
+def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
+    assert "did you mean F_B1" in refusal("explain", "F_B1z_N")
+    names = answer("explain")["names"]
+    assert "F_B1x" in names["planting"]
+    assert "x_s" in names["mapping"]
+
+
+def test_tables_fit_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("range_N", "mu", "F_B1x"):
+        tables.explained(dictionary.explained(name))
+    tables.names(dictionary.names())
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
