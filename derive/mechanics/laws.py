@@ -6,10 +6,10 @@ the momentum of all bodies together.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import sympy as sp
-from sympy import Expr
+from sympy import Expr, S
 
 from .bodies import AXES, Action, Assembly, Body
 from .frames import Frame, Motion, Point, Vec, displacement, zero
@@ -48,6 +48,23 @@ def momentum(assembly: Assembly, ground: Body) -> dict[str, Expr]:
         for part in body.parts:
             total = total + part.mass * (assembly.gravity - assembly.motion.acceleration(part.centroid, world))
     return dict(zip(AXES, total.components, strict=True))
+
+
+def kinetic(motion: Motion, bodies: Iterable[Body], world: Frame) -> Expr:
+    """Kinetic energy of bodies [J]."""
+    total = S.Zero
+    for body in bodies:
+        for part in body.parts:
+            speed, spin = velocity(motion, part.centroid, world), motion.spin(body.frame)
+            total += part.mass * speed.dot(speed) / 2 + part.momentum(spin).dot(spin) / 2
+    return total
+
+
+def potential(assembly: Assembly, bodies: Iterable[Body], origin: Point, world: Frame) -> Expr:
+    """Potential energy of the weights of bodies [J]."""
+    parts = [part for body in bodies for part in body.parts]
+    places = [assembly.motion.arm(origin, part.centroid, world) for part in parts]
+    return sp.Add(*(-part.mass * assembly.gravity.dot(place) for part, place in zip(parts, places, strict=True)))
 
 
 def velocity(motion: Motion, point: Point, world: Frame) -> Vec:

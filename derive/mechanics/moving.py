@@ -20,7 +20,7 @@ from ..quantity import Quantity, Vector
 from ..slopes import along, slope
 from .bodies import Action, Body, Part
 from .frames import Motion, Vec, zero
-from .laws import sliding, velocity
+from .laws import kinetic, potential, sliding, velocity
 from .loops import Coordinate
 from .places import places
 from .statement import MechanismError, Statement, quantity
@@ -130,15 +130,11 @@ class Free:
 
     def _report_energy(self) -> None:
         """Kinetic energy, and potential energy of weights and springs [J]."""
-        stated, world = self.stated, self.stated.world
-        kinetic, potential = S.Zero, sp.Add(*stated.potentials)
-        for body, part in self._parts():
-            speed, spin = velocity(self.motion, part.centroid, world), self.motion.spin(body.frame)
-            kinetic += part.mass * speed.dot(speed) / 2 + part.momentum(spin).dot(spin) / 2
-            place = self.motion.arm(stated.O, part.centroid, world)
-            potential -= part.mass * stated.assembly.gravity.dot(place)
-        stated.report("kinetic", "J", "kinetic energy", kinetic)
-        stated.report("potential", "J", "potential energy of weights and springs", potential)
+        stated, bodies = self.stated, self.stated.assembly.bodies
+        moving = kinetic(self.motion, bodies, stated.world)
+        stored = sp.Add(*stated.potentials) + potential(stated.assembly, bodies, stated.O, stated.world)
+        stated.report("kinetic", "J", "kinetic energy", moving)
+        stated.report("potential", "J", "potential energy of weights and springs", stored)
 
     def _inertia(self) -> list[list[Expr]]:
         """Kinetic energy's slopes in two rates each; what given actions say of accelerations."""

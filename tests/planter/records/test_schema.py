@@ -40,6 +40,7 @@ ELSEWHERE = {
     "calibrate",
     "compare",
     "derive",
+    "drive",
     "export c",
     "export cuda",
     "move",

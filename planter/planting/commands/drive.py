@@ -1,0 +1,62 @@
+"""`planter drive`: the planting device on a motor and a flywheel."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planter.planting.commands.options import MachineArgument, SamplesOption, SpeedOption, device_of
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SetOption
+
+app = typer.Typer()
+
+
+@app.command()
+def drive(
+    machine: MachineArgument,
+    stall_nm: Annotated[
+        float,
+        typer.Option("--stall-Nm", help="torque of the motor at rest, as the carrier feels it", show_default=False),
+    ],
+    idle_rpm: Annotated[
+        float,
+        typer.Option("--idle-rpm", help="speed of the carrier where the motor has no torque left", show_default=False),
+    ],
+    flywheel_kgm2: Annotated[
+        float,
+        typer.Option("--flywheel-kgm2", help="flywheel, rotor, carrier, as the carrier feels them", show_default=False),
+    ],
+    turns: Annotated[int, typer.Option(min=1, max=1000, help="turns from the start that are shown")] = 5,
+    start_rpm: Annotated[
+        float | None, typer.Option(min=1e-3, help="speed at the start [default: the machine's]", show_default=False)
+    ] = None,
+    samples: SamplesOption = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """The carrier on a motor whose torque falls with the speed: how the speed fluctuates, and the support force then.
+
+    For example: planter drive wang2017 --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.files import units
+        from planter.planting.drive import drive as drives
+        from planter.planting.drive import tables
+        from planter.planting.drive.model import Motor
+        from planter.planting.simulation import checked_samples
+
+        rad_s = units.factor("idle_rpm")
+        motor = Motor(stall_nm, idle_rpm * rad_s, flywheel_kgm2)
+        device = device_of(machine, "exact", set_, speed_rpm)
+        count = None if samples is None else checked_samples(samples)
+        found = drives.drive(device, motor, turns, None if start_rpm is None else start_rpm * rad_s, count)
+        if out is not None:
+            from planter.planting.report import drive as report
+
+            report.write(out, device, found, console.progress)
+        console.result(found.result, lambda: tables.show(console, found.result))

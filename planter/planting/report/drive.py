@@ -1,0 +1,90 @@
+"""Files of a device on a motor: summary, the turn as a table, one figure, the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.kernels import generated
+from planter.planting.cycle import weight
+from planter.planting.drive import tables
+from planter.planting.drive.drive import RPM, Drive
+from planter.planting.drive.model import NAME
+from planter.planting.model import Device
+from planter.planting.report.page import meanings
+from planter.progress import Listener
+from planter.report import bundle, files, style
+from planter.report.html import FigureSvg, Items, Section, Table, Text, page
+from planter.report.inputs import inputs, provenance_section
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FIGURE = "drive"
+CAPTION = (
+    "Speed of the carrier from the start on, then over the turn that repeats itself, and the vertical support force of "
+    "that turn beside the force at its mean speed, held constant."
+)
+
+
+def write(out: Path, device: Device, found: Drive, progress: Listener | None = None) -> None:
+    """Writes summary.json, turn.csv, figures/drive and report.html. Raises InputError for a folder that it cannot."""
+    files.output_folder(out)
+    drawn = bundle.drawn({FIGURE: speed_and_force(found, weight(device))}, progress)
+    provenance, table = files.provenance(device.machine), found.result.table()
+    summary = {**table, "input": device.machine.table(), "provenance": provenance}
+    sections = [*_told(device, found, drawn[FIGURE].svg), provenance_section(provenance)]
+    title = f"The planting device {device.machine.name} on a motor"
+    texts = {
+        "summary.json": files.summary_text(summary),
+        "turn.csv": files.cycle_csv("turn.csv", files.comments(device.machine, "machine"), found.columns()),
+        "report.html": page(title, sections, device.machine.description),
+    }
+    bundle.write(out, texts, drawn)
+
+
+def _told(device: Device, found: Drive, svg: str) -> Iterator[Section]:
+    model = generated.sidecar(NAME)
+    yield Section("Motor", [Table(("", "", "unit"), tables.motor(found.result))])
+    yield Section("Speed", [Table(("", "", "unit"), tables.speed(found.result))])
+    yield Section("Forces", [Table(tables.FORCES, tables.forces(found.result))])
+    yield Section("Figure", [FigureSvg(svg, CAPTION)])
+    yield Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])])
+    yield Section("Inputs", list(inputs(device.machine, meanings(model), besides=("bounds",))))
+
+
+@style.drawn
+def speed_and_force(found: Drive, weight_N: float) -> Figure:
+    """Speed from the start on and over a turn, support force over that turn."""
+    figure = style.new_figure(6.2)
+    begun, over, force = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
+    start, turn = found.started, found.turn
+    begun.plot(start.phi / (2 * np.pi), start.omega * RPM, color=style.BLUE, linewidth=1.0)
+    begun.set_xlim(0, start.phi[-1] / (2 * np.pi))
+    begun.set_xlabel("turns from the start")
+    over.plot(np.degrees(turn.phi), turn.omega * RPM, color=style.BLUE)
+    mean = found.result.speed.mean_rpm
+    over.axhline(mean, color=style.VERMILION, linewidth=1.0)
+    _over_a_turn(
+        over, "speed / (r/min)", [(turn.omega[-1] * RPM, "driven", style.BLUE), (mean, "mean", style.VERMILION)]
+    )
+    begun.set_ylabel("speed / (r/min)")
+    ends = [(weight_N, f"weight {weight_N:.1f} N", style.INK)]
+    for label, curve, shade in (
+        ("driven", found.driven.support, style.BLUE), ("constant speed", found.constant.support, style.VERMILION),
+    ):  # fmt: skip
+        force.plot(np.degrees(turn.phi), curve, color=shade, linewidth=1.2)
+        ends.append((float(curve[-1]), label, shade))
+    force.axhline(weight_N, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)))
+    _over_a_turn(force, "support force / N", ends)
+    return figure
+
+
+def _over_a_turn(axes: Axes, label: str, ends: list[tuple[float, str, str]]) -> None:
+    style.over_a_turn(axes)
+    axes.set_ylabel(label)
+    style.label_ends(axes, ends, 0.12)

@@ -1,0 +1,119 @@
+"""The planting device on a motor and a flywheel: energy, limits, and the models that it must agree with."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import scipy.integrate
+
+from planter.errors import ComputationError, InputError
+from planter.planting.drive import run
+from planter.planting.drive.drive import drive
+from planter.planting.drive.model import Driven, Motor
+from planter.planting.lifted import LiftedModel
+from planter.records import schema
+from tests.support import machines
+from tests.support.cli import answer
+
+SPEED = 40 * np.pi / 30
+MOTOR = Motor(6.0, 1.05 * SPEED, 0.1)
+PHI = np.radians(np.arange(0.0, 360.0, 3.0))
+
+
+@cache
+def driven(name: str = "wang2017", flywheel: float = 0.1) -> Driven:
+    return Driven(machines.device(name), replace(MOTOR, flywheel=flywheel))
+
+
+def imbalance(model: Driven, at: run.Course, more: float = 0.0) -> float:
+    """Power of the motor less the rate of all energies and what friction takes, over its own largest value."""
+    found = run.told(model, at)
+    power = found.torque * at.omega
+    return float(np.abs(power - found.stored - (1 + more) * found.lost).max() / np.abs(power).max())
+
+
+@pytest.mark.parametrize("name", ["wang2017", "random 1", "random 3"])
+def test_what_the_motor_gives_is_stored_or_lost(name: str) -> None:
+    model = driven(name)
+    at = run.course(model, SPEED, 1, 120)
+    assert np.ptp(at.omega) > 1e-2 * SPEED
+    assert imbalance(model, at) < 1e-9
+    assert imbalance(model, at, 1e-6) > 1e-9, "a millionth of the friction is noticed"
+    wrong = replace(at, rate=at.rate * (1 + 1e-6))
+    assert imbalance(model, wrong) > 1e-9, "a millionth of the acceleration is noticed"
+
+
+def test_at_constant_speed_it_is_the_exact_model() -> None:
+    device = machines.device("wang2017")
+    found = run.at_constant_speed(driven(), PHI, device.machine.si("operation.speed_rpm"))
+    assert found.support == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
+
+
+def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() -> None:
+    device, rate = machines.device("wang2017"), 3 * np.sin(PHI)
+    speed = np.full_like(PHI, device.machine.si("operation.speed_rpm"))
+    lifted = LiftedModel(device).turn(PHI, {"speed_rate": rate})
+    found = driven().state(PHI, speed, rate)
+    assert found.load == pytest.approx(lifted.totals["M_L"], abs=1e-11)
+    assert found.support == pytest.approx(lifted.totals["F_support"], abs=1e-11)
+
+
+def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> None:
+    found = drive(machines.device("wang2017"), MOTOR, turns=2, samples=720)
+    turn, result = found.turn, found.result
+    assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
+    assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=1e-5)
+    assert result.speed.min_rpm < result.speed.mean_rpm < result.speed.max_rpm
+    half = len(turn.omega) // 2
+    assert turn.omega[:half] == pytest.approx(turn.omega[half:-1], rel=1e-8), (
+        "both sides do the same, half a turn apart"
+    )
+
+
+def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
+    """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant speed."""
+    found = [drive(machines.device("wang2017"), replace(MOTOR, flywheel=j), 1).result for j in (1e4, 1e6)]
+    changes, fluctuations = zip(*((one.change_N, one.speed.fluctuation) for one in found), strict=True)
+    assert fluctuations[0] / fluctuations[1] == pytest.approx(100, rel=1e-2)
+    assert changes[1] < 1e-6
+    assert drive(machines.device("wang2017"), MOTOR, 1).result.change_N > 0.1
+
+
+def test_another_integrator_finds_the_same_speed() -> None:
+    model = driven()
+    at = run.course(model, SPEED, 1, 36)
+
+    def rates(phi: float, omega: np.ndarray) -> np.ndarray:
+        return model.acceleration(np.array([phi]), omega) / omega
+
+    found = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
+    assert found.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
+
+
+def test_a_motor_too_weak_stalls_at_an_angle() -> None:
+    with pytest.raises(ComputationError, match=r"wang2017: the motor stalls \d+ deg after the start; it needs more"):
+        drive(machines.device("wang2017"), replace(MOTOR, stall=0.05, flywheel=0.01))
+
+
+def test_what_a_motor_cannot_be_is_refused() -> None:
+    with pytest.raises(InputError, match="--flywheel-kgm2 = -1 is not allowed: it must be greater than 0"):
+        replace(MOTOR, flywheel=-1.0)
+    with pytest.raises(InputError, match="drives the exact model"):
+        Driven(machines.device("wang2017", "printed"), MOTOR)
+
+
+def test_the_command_and_its_files(tmp_path: Path) -> None:
+    motor = ("--stall-Nm", "6", "--idle-rpm", "42", "--flywheel-kgm2", "0.1")
+    found = answer("drive", "compact", *motor, "--turns", "2", "--samples", "90", "--out", str(tmp_path / "run"))
+    jsonschema.validate(found, json.loads((schema.FOLDER / "drive.json").read_text(encoding="utf-8")))
+    assert len(found["turns_rpm"]) == 3
+    written = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert {key: written[key] for key in found} == found
+    for name in ("turn.csv", "report.html", "figures/drive.svg", "figures/drive.png"):
+        assert (tmp_path / "run" / name).stat().st_size > 1000
