@@ -25,7 +25,6 @@ from mpmath import mpf
 from sympy import Expr
 
 from .chain import Chain, solve_linear
-from .datum import Datum
 from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
 from .evaluate import DIGITS, GUARD
 from .model import ClosedForm, Let, System
@@ -120,9 +119,7 @@ class Formulas:
 
     def system(self) -> System:
         """The model: all functions that were stated."""
-        data: Mapping[str, Datum] = self.given.data
-        forms = tuple(self.functions)
-        return System(self.name, self.title, self.source, self.assumptions, closed_forms=forms, data=data)
+        return System(self.name, self.title, self.source, self.assumptions, closed_forms=tuple(self.functions))
 
     @property
     def _definitions(self) -> dict[Claimed, Equation]:

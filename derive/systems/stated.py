@@ -1,4 +1,4 @@
-"""A mechanism of one's own as what papers are tried against: what it claims, and values to decide at."""
+"""Mechanisms and formulas of one's own as what papers are tried against: what they claim, values to decide at."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ from ..audit.paper import Paper
 from ..audit.subject import Subject
 from ..equations import Claimed, Equation, by_claim, defined, derived, loop, what
 from ..evaluate import DIGITS, GUARD, Point
+from ..formulas import Formulas
 from ..machine_file import scale
 from ..mechanics.mechanism import Mechanism
 from ..mechanics.statement import MechanismError
 from ..model import Lane, Let, LinearSolve, Step
 from ..quantity import Quantity
+from ..table import Quantities
 
 WALK = 36
 """Steps from the start of a turn to where loops are wanted."""
@@ -75,26 +77,15 @@ class Own(Subject):
     @cached_property
     def _own(self) -> dict[Quantity, mpf]:
         """The values that the statement gives, in SI. Raises MechanismError for one that it does not give."""
-        given, found = self.mechanism.given, {}
+        given = self.mechanism.given
         for quantity in given.values():
-            if quantity == self.mechanism.angle:
-                continue
-            if quantity.name not in given.data:
+            if quantity != self.mechanism.angle and quantity.name not in given.data:
                 raise MechanismError(f"{self.mechanism.name}: the table gives no value of {quantity}")
-            found[quantity] = mpf(str(given.data[quantity.name].value)) * scale(quantity.shown)
-        return found
+        return {q: value for q, value in own_values(given).items() if q != self.mechanism.angle}
 
     @cached_property
     def _ranges(self) -> dict[Quantity, tuple[mpf, mpf]]:
-        """Between what data are tried: their bounds, else near their values."""
-        ranges = {}
-        for quantity, value in self._own.items():
-            bounds = self.mechanism.given.data[quantity.name].bounds
-            ends = (value * (1 - SPREAD), value * (1 + SPREAD))
-            if bounds is not None:
-                ends = tuple(mpf(str(end)) * scale(quantity.shown) for end in bounds)
-            ranges[quantity] = ends
-        return ranges
+        return ranges(self.mechanism.given, self._own)
 
     def _along(self, data: Mapping[Quantity, mpf], angles: Sequence[mpf]) -> Iterator[dict[Quantity, mpf]]:
         """Values of all quantities at angles, one after another."""
@@ -149,6 +140,51 @@ def _stepped(step: Step, point: Point) -> dict[Quantity, mpf]:
     return {**dict(zip(step.symbols, mpmath.lu_solve(matrix, right), strict=True)), step.pivot: mpf(1)}
 
 
-def trial(mechanism: Mechanism, paper: Paper) -> Case:
-    """A paper on trial against a mechanism: what a file offers as CASE."""
-    return Case(paper, Own(mechanism))
+class OwnFormulas(Subject):
+    """Formulas, at random values of their data and while each datum with bounds runs from the one to the other."""
+
+    def __init__(self, formulas: Formulas) -> None:
+        self.formulas, self._own = formulas, own_values(formulas.given)
+        self._ranges = ranges(formulas.given, self._own)
+
+    def claims(self) -> Mapping[Claimed, Equation]:
+        return self.formulas.equations
+
+    def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
+        """Random data, with all that follows. Raises MechanismError where none are found of which it does."""
+        for _ in range(TRIALS):
+            data = {q: mpf(rng.uniform(*map(float, ends))) for q, ends in self._ranges.items()}
+            try:
+                return self.formulas.followed(data)
+            except (ZeroDivisionError, TypeError):
+                continue
+        raise MechanismError(f"{self.formulas.name}: its definitions have no real values near the data that are given")
+
+    def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
+        """All values along the way from the lower bounds to the upper ones."""
+        moving = {q: ends for q, ends in self._ranges.items() if self.formulas.given.data[q.name].bounds}
+        shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
+        along = ({q: low + (high - low) * share for q, (low, high) in moving.items()} for share in shares)
+        return [self.formulas.followed(self._own | data) for data in along]
+
+
+def own_values(given: Quantities) -> dict[Quantity, mpf]:
+    """The values that a table gives, in SI."""
+    return {given[name]: mpf(str(datum.value)) * scale(given[name].shown) for name, datum in given.data.items()}
+
+
+def ranges(given: Quantities, own: Mapping[Quantity, mpf]) -> dict[Quantity, tuple[mpf, mpf]]:
+    """Between what data are tried: their bounds, else near their values."""
+    found = {}
+    for quantity, value in own.items():
+        bounds = given.data[quantity.name].bounds
+        ends = (value * (1 - SPREAD), value * (1 + SPREAD))
+        if bounds is not None:
+            ends = tuple(mpf(str(end)) * scale(quantity.shown) for end in bounds)
+        found[quantity] = ends
+    return found
+
+
+def trial(stated: Mechanism | Formulas, paper: Paper) -> Case:
+    """A paper on trial against a mechanism or formulas: what a file offers as CASE."""
+    return Case(paper, OwnFormulas(stated) if isinstance(stated, Formulas) else Own(stated))
