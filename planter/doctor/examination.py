@@ -193,7 +193,7 @@ def _advice(
         and not (cache.folder and bundled.prepared(Path(cache.folder)))
     ):
         yield Advice(
-            f"the compiler of planter[compiler] prepares itself at its first use, about {bundled.PREPARATION_S} s",
+            f"the compiler of planter[compiler] prepares itself at its first use, about {bundled.preparation_s()} s",
             "planter doctor --build, or wait at the first use",
         )
     if cache.problem is not None:

@@ -23,8 +23,8 @@ from planter.kernels.cache import Refused, cache_folder, cache_path, digest, sou
 from planter.kernels.compiler import Compiler, NoCompiler, compiler
 
 __all__ = [
-    "FAST_MATH", "OPTIMISED", "SWIFT", "Compiler", "NoCompiler", "Refused", "cache_folder", "cache_path", "compiler",
-    "functions", "library", "load", "loop_flags", "place", "sound", "warn",
+    "FAST_MATH", "OPTIMISED", "SWIFT", "Compiler", "NoCompiler", "Refused", "announce", "cache_folder", "cache_path",
+    "compiler", "functions", "library", "load", "loop_flags", "place", "sound", "warn",
 ]  # fmt: skip
 
 TIMEOUT_S = 300
@@ -114,7 +114,9 @@ def functions(path: Path, *names: str) -> list[Any]:
 
 def _build(source: str, path: Path, flags: tuple[str, ...], needed: tuple[Path, ...]) -> None:
     found, system = compiler(), platforms.here()
-    _announce(found, path.parent)
+    variables = bundled.variables(path.parent) if found.bundled else {}
+    if found.bundled:
+        announce(path.parent)
     with builds.scratch(path.parent) as folder:
         text, compiled, linked = (folder / name for name in ("kernel.c", "kernel.o", path.name))
         text.write_text(source, encoding="utf-8")
@@ -122,19 +124,22 @@ def _build(source: str, path: Path, flags: tuple[str, ...], needed: tuple[Path, 
             system.compile(found.command, (*flags, *found.flags), text, compiled),
             system.link(found.command, compiled, linked, path, needed),
         ):
-            builds.run(command, TIMEOUT_S, folder, bundled.variables(path.parent) if found.bundled else {})
+            builds.run(command, TIMEOUT_S, folder, variables)
         content = linked.read_bytes()
         linked.write_bytes(content + digest(content))
         linked.chmod(0o700)
         linked.replace(path)
+    if found.bundled:
+        bundled.keep(path.parent)
 
 
-def _announce(found: Compiler, folder: Path) -> None:
-    """Say that the bundled compiler takes longer this time, and how long."""
-    if found.bundled and not bundled.prepared(folder):
+def announce(folder: Path, target: str = bundled.HERE) -> None:
+    """Say, before its first use for a target, how long the bundled compiler takes more; `folder` is the cache."""
+    if not bundled.prepared(folder, target):
         logging.getLogger("planter").warning(
-            "planter: the compiler of planter[compiler] prepares itself, once: this takes about %d s",
-            bundled.PREPARATION_S,
+            "planter: the compiler of planter[compiler] prepares itself%s, once: this takes about %d s",
+            f" for {target}" if target else "",
+            bundled.preparation_s(target),
         )
 
 

@@ -498,6 +498,31 @@ class DriveFound(Record):
     turns_rpm: list[float]
 
 
+@dataclass(frozen=True)
+class LeftOut(Record):
+    """A platform that a unit has no library for, and why."""
+
+    platform: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class UnitWritten(Record):
+    """`planter export fmu`: the unit that was written, how many variables it has, its libraries.
+
+    Where a platform has no library, the C sources inside can be compiled for it.
+    """
+
+    files: list[str]
+    fmi: str
+    guid: str
+    inputs: int
+    parameters: int
+    outputs: int
+    platforms: list[str]
+    left_out: list[LeftOut]
+
+
 COMMANDS = {
     "drive": DriveFound,
     "simulate": SimulationFound,
@@ -507,6 +532,7 @@ COMMANDS = {
     "compare": ComparisonFound,
     "export c": Written,
     "export cuda": Written,
+    "export fmu": UnitWritten,
     "optimise": OptimisationFound,
     "cam": Cam,
 }

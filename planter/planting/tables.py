@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         Requirement,
         SensitivityFound,
         SimulationFound,
+        UnitWritten,
         Validation,
         Warned,
     )
@@ -203,3 +204,12 @@ def _model_fitted(console: Console, found: ModelFitted, target: Mapping[str, flo
     for told in found.distance.unusual:
         print(f"Unusual: {told}.")
     print(f"Least force of the cam on the roller: {found.least_push_N:.4g} N.\n")
+
+
+def unit(console: Console, found: UnitWritten) -> None:
+    """What a unit for co-simulation holds, and what it does not."""
+    rows = [("file", ", ".join(found.files)), ("inputs", found.inputs), ("parameters", found.parameters),
+            ("outputs", found.outputs), ("libraries", ", ".join(found.platforms) or None)]  # fmt: skip
+    console.table("Unit for co-simulation", ("", f"FMI {found.fmi}"), rows)
+    for one in found.left_out:
+        print(f"no library for {one.platform}: {one.reason}")

@@ -66,6 +66,33 @@ def cuda(
         _written(console, out, texts.source_files(device))
 
 
+@export.command()
+def fmu(
+    machine: MachineArgument,
+    out: Annotated[
+        Path, typer.Option("--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False)
+    ],
+    model: ModelOption = Model.exact,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """A unit for co-simulation (FMI 2.0): the carrier's speed goes in, its angle, all motions and forces come out.
+
+    The speed is prescribed: nothing acts back on it. Design and machine are tunable parameters. The unit holds its C
+    sources, a library for Linux and, with planter[compiler] installed, one for Windows.
+
+    planter export fmu wang2017 --out wang2017.fmu
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting import tables
+        from planter.planting.export import fmu as unit
+
+        found = unit.write(device_of(machine, model, set_, speed_rpm), out)
+        console.result(found, lambda: tables.unit(console, found))
+
+
 def _written(console: Console, folder: Path, texts: dict[str, str]) -> None:
     from planter.report.files import output_folder, write_bytes
 

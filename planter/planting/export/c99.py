@@ -95,13 +95,14 @@ def angles_of(device: Device, samples: int) -> int:
 def description(device: Device) -> dict[str, str]:
     """What this is, as lines of a comment: `headline`, `version`, and each number of `design` and `machine`."""
     return {
-        "headline": _plain(_headline(device)), "version": __version__,
+        "headline": _plain(headline(device)), "version": __version__,
         "design": _listing("Design x:", _named(device.names, device.entries, "x")),
         "machine": _listing("Machine:", _named(None, device.sidecar["vectors"]["machine"], "machine")),
     }  # fmt: skip
 
 
-def _headline(device: Device) -> str:
+def headline(device: Device) -> str:
+    """The machine, its model and its gear stages in a line."""
     families = " and ".join(stage.sidecar["title"] for stage in device.stages)
     return f"{device.machine.name}: {device.sidecar['title']}; {families}"
 

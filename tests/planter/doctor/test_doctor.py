@@ -141,7 +141,7 @@ def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
     found = examined()
     assert (found["compiler"]["path"], found["compiler"]["bundled"]) == (cc, True)
     assert ways_of(found)["support"] == ("lanes", False)
-    assert any(f"about {bundled.PREPARATION_S} s" in a["missing"] for a in found["advice"])
+    assert any(f"about {bundled.preparation_s()} s" in a["missing"] for a in found["advice"])
 
 
 @pytest.mark.parametrize("place", ["/dev/null/cache", "open"])

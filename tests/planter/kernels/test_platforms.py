@@ -133,14 +133,16 @@ class TestWithoutACompiler:
         as_bundled(monkeypatch, self.cc, "-DSOME=1")
         assert toolchain.compiler().bundled
         toolchain.library("twice", INNER, ())
+        toolchain.library("thrice", INNER.replace("2.0", "3.0"), ())
         (said,) = [record.getMessage() for record in caplog.records]
-        assert f"prepares itself, once: this takes about {bundled.PREPARATION_S} s" in said
+        assert f"prepares itself, once: this takes about {bundled.preparation_s()} s" in said
 
     def test_prepared_it_says_nothing(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         as_bundled(monkeypatch, self.cc)
         monkeypatch.setenv(bundled.FOLDER, str(tmp_path))
+        bundled.keep(tmp_path)
         toolchain.library("twice", INNER, ())
         assert not caplog.records
 

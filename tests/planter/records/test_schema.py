@@ -43,6 +43,7 @@ ELSEWHERE = {
     "drive",
     "export c",
     "export cuda",
+    "export fmu",
     "move",
     "optimise least",
     "sweep",

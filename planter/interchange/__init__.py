@@ -1,0 +1,1 @@
+"""What other programs take: units for co-simulation, tables over time for multibody programs and Simulink."""

@@ -1,0 +1,67 @@
+"""Libraries of a unit, for any processor of their kind: for this system by its compiler, else by the bundled one."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from planter.interchange.fmi2.archive import MAIN
+from planter.kernels import builds, bundled, platforms, toolchain
+from planter.kernels.platforms import Platform
+from planter.kernels.toolchain import NoCompiler
+
+PLATFORMS: dict[str, tuple[str, Platform]] = {
+    "linux64": ("x86_64-linux-gnu.2.17", platforms.LINUX),
+    "win64": ("x86_64-windows-gnu", platforms.WINDOWS),
+}
+"""Folders of binaries, as the standard names them; the bundled compiler's name of each, and how libraries are there."""
+FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
+
+
+def build(place: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
+    """File name and content of a unit's library for a platform, from its sources. Raises NoCompiler."""
+    target, system = PLATFORMS[place]
+    own = _is_here(place) and not toolchain.compiler().bundled
+    file = f"{name}{system.suffix}"
+    with tempfile.TemporaryDirectory(prefix="planter-") as made:
+        folder = Path(made)
+        for source, text in texts.items():
+            (folder / source).write_text(text, encoding="utf-8")
+        command = toolchain.compiler().command if own else bundled.command(target)
+        if not command:
+            raise NoCompiler("planter[compiler] is not installed, which builds for other systems")
+        compiled = folder / "fmu.o"
+        steps = (
+            system.compile(command, FLAGS, folder / MAIN, compiled),
+            [*system.link(command, compiled, folder / file, folder / file), "-s"],
+        )
+        try:
+            for step in steps:
+                _run(step, folder, "" if own else target)
+            return file, (folder / file).read_bytes()
+        except (OSError, subprocess.SubprocessError) as error:
+            raise NoCompiler(f"{command[0]} did not build {file}: {_said(error)}") from error
+
+
+def _is_here(place: str) -> bool:
+    return place == "linux64" and sys.platform == "linux" and platform.machine() == "x86_64"
+
+
+def _run(command: list[str], folder: Path, target: str) -> None:
+    """One step, by the bundled compiler where there is a target."""
+    if not target:
+        builds.run(command, toolchain.TIMEOUT_S, folder)
+        return
+    cache = toolchain.cache_folder()
+    toolchain.announce(cache, target)
+    builds.run(command, toolchain.TIMEOUT_S, folder, bundled.variables(cache))
+    bundled.keep(cache, target)
+
+
+def _said(error: Exception) -> str:
+    lines = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip().splitlines()
+    return next((line for line in lines if "error" in line), lines[0] if lines else str(error))

@@ -1,0 +1,29 @@
+"""Units of SI by their base units."""
+
+import numpy as np
+import pytest
+
+from planter.interchange.variables import powers
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [("1", {}), ("rad", {"rad": 1}), ("m/s2", {"m": 1, "s": -2}), ("kg m2", {"kg": 1, "m": 2}),
+     ("N/m", {"kg": 1, "s": -2}), ("N m/rad", {"kg": 1, "m": 2, "s": -2, "rad": -1}), ("s/m", {"s": 1, "m": -1})],
+)  # fmt: skip
+def test_powers(unit: str, expected: dict[str, int]) -> None:
+    assert powers(unit) == expected
+
+
+def test_powers_add_up_in_products() -> None:
+    """A watt is a newton metre per second, a joule a watt second."""
+    for one, other in (("W", "N m/s"), ("J", "W s"), ("N", "J/m")):
+        assert powers(one) == powers(other)
+    assert powers("W") != powers("J")
+    assert np.sum(list(powers("N").values())) == 0
+
+
+@pytest.mark.parametrize("unit", ["mm", "N*m", "furlong", "m-1"])
+def test_what_is_no_unit_of_si_is_refused(unit: str) -> None:
+    with pytest.raises(ValueError, match="is no unit that is made of"):
+        powers(unit)

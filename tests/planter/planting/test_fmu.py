@@ -1,0 +1,299 @@
+"""A device as a unit for co-simulation, run by FMPy: it finds what `planter simulate` finds."""
+
+import ctypes
+import subprocess
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from planter.files import ranges, units
+from planter.interchange.fmi2 import binaries
+from planter.kernels import Array
+from planter.kernels.toolchain import NoCompiler
+from planter.planting.cycle import cycle
+from planter.planting.export import fmu
+from planter.planting.file import Machine, load
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
+from planter.planting.quantities import quantities
+from tests.support import swapped
+from tests.support.cli import answer, refusal
+from tests.support.lanes import STRICT, needs_compiler, path_of
+from tests.support.schemas import committed
+
+fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
+validation = pytest.importorskip("fmpy.validation")
+pytestmark = needs_compiler
+
+
+@pytest.fixture(scope="module")
+def quick() -> Iterator[None]:
+    """Only the library of this system, compiled with fewer passes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(binaries, "PLATFORMS", {k: v for k, v in binaries.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(binaries, "FLAGS", ("-O1", *binaries.FLAGS[1:]))
+        yield
+
+
+@pytest.fixture(scope="module")
+def written(quick: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The unit of each model, of another machine each."""
+    folder = tmp_path_factory.mktemp("units")
+    found = {}
+    for model in MODELS:
+        fmu.write(device(model), folder / f"{model}.fmu")
+        found[model] = folder / f"{model}.fmu"
+    return found
+
+
+def device(model: Model) -> Device:
+    return Device(swapped.machine() if model == "printed" else load("wang2017"), model)
+
+
+class Slave:
+    """A unit that FMPy has instantiated."""
+
+    def __init__(self, file: Path, folder: Path, name: str = "one") -> None:
+        self.description = fmpy.read_model_description(str(file))
+        if not folder.exists():
+            fmpy.extract(str(file), str(folder))
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.raw = fmpy.fmi2.FMU2Slave(
+            guid=self.description.guid, unzipDirectory=str(folder), instanceName=name,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+        )  # fmt: skip
+        self.raw.instantiate()
+        self.raw.setupExperiment(startTime=0.0)
+
+    def set(self, **values: float) -> None:
+        names = [name.replace("__", ".") for name in values]
+        self.raw.setReal([self.references[name] for name in names], list(values.values()))
+
+    def get(self, *names: str) -> Array:
+        return np.array(self.raw.getReal([self.references[name] for name in names]))
+
+    def start(self) -> None:
+        self.raw.enterInitializationMode()
+        self.raw.exitInitializationMode()
+
+
+@contextmanager
+def running(file: Path, folder: Path, **values: float) -> Iterator[Slave]:
+    slave = Slave(file, folder)
+    slave.set(**values)
+    slave.start()
+    yield slave
+    slave.raw.terminate()
+    slave.raw.freeInstance()
+
+
+def names(owner: Device) -> list[str]:
+    """Names of the outputs but the angle, as the unit has them."""
+    return [f"{fmu.PLACES[q.side]}{q.name.removesuffix('_2')}" for q in quantities(owner.sidecar)]
+
+
+def expected(owner: Device, phi: Array) -> Array:
+    """The same numbers as `simulate` has them, in SI, (quantities, n)."""
+    columns = cycle(owner, owner.prologue(owner.design), phi).columns()
+    return np.array([columns[q.shown] * units.factor(q.shown) for q in quantities(owner.sidecar)])
+
+
+def apart(found: Array, other: Array) -> float:
+    """The largest difference of rows of numbers, of the largest number of each row."""
+    return float((np.abs(found - other).max(axis=1) / np.abs(other).max(axis=1)).max())
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_fmpy_finds_nothing_wrong(model: Model, written: dict[str, Path]) -> None:
+    assert validation.validate_fmu(str(written[model])) == []
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_turn_is_that_of_simulate(model: Model, written: dict[str, Path]) -> None:
+    """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is seen."""
+    owner = device(model)
+    asked = ["phi", *names(owner)]
+    description = fmpy.read_model_description(str(written[model]))
+    experiment = description.defaultExperiment
+    result = fmpy.simulate_fmu(
+        str(written[model]),
+        output=asked,
+        stop_time=float(experiment.stopTime),
+        output_interval=float(experiment.stepSize),
+    )
+    found = np.array([result[name] for name in asked])
+    assert found.shape[1] == 1 + owner.machine.objective.samples
+    assert found[0, -1] == pytest.approx(2 * np.pi, abs=1e-12)
+    assert apart(found[1:], expected(owner, found[0])) <= 1e-10
+    faster = fmpy.simulate_fmu(
+        str(written[model]), output=asked, stop_time=float(experiment.stopTime), start_values={"speed": 5.0}
+    )
+    other = np.array([faster[name] for name in asked])
+    assert apart(other[1:], expected(owner, other[0])) > 1e-3
+
+
+def test_design_and_machine_can_be_tuned_between_steps(written: dict[str, Path], tmp_path: Path) -> None:
+    own = load("wang2017", {"mass.sun_kg": 2.5, "operation.speed_rpm": 44.0})
+    owner = Device(own)
+    x = owner.x(R3_mm=31.0, m61=0.97)
+    with running(written["exact"], tmp_path / "unit") as slave:
+        before = slave.get("F_support")
+        slave.raw.doStep(0.0, 0.1)
+        slave.set(machine__m1=2.5, speed=44 * np.pi / 30, design__R3=0.031, design__m61=0.97)
+        phi, *found = slave.get("phi", *names(owner))
+        assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
+        columns = cycle(owner, owner.prologue(x), np.array([phi])).columns()
+        wanted = [columns[q.shown][0] * units.factor(q.shown) for q in quantities(owner.sidecar)]
+        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+        assert found[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
+
+
+def own_speed() -> float:
+    return load("wang2017").si("operation.speed_rpm")
+
+
+def test_it_starts_at_an_angle_and_turns_as_fast_as_it_is_told(written: dict[str, Path], tmp_path: Path) -> None:
+    with running(written["exact"], tmp_path / "unit", phi_start=1.0, speed=3.0) as slave:
+        assert slave.get("phi") == 1.0
+        slave.raw.doStep(0.0, 0.25)
+        slave.set(speed=2.0)
+        slave.raw.doStep(0.25, 0.5)
+        assert slave.get("phi", "speed") == pytest.approx([2.75, 2.0], rel=1e-15)
+
+
+def test_two_instances_do_not_disturb_each_other(written: dict[str, Path], tmp_path: Path) -> None:
+    """Of one library."""
+    folder, unit = tmp_path / "unit", written["exact"]
+    with running(unit, folder) as one, running(unit, folder, speed=5.0) as two:
+        two.set(machine__m1=3.0)
+        for number in range(5):
+            one.raw.doStep(0.1 * number, 0.1)
+            two.raw.doStep(0.1 * number, 0.1)
+        found, speeds = one.get(*names(device("exact"))), (one.get("phi")[0], two.get("phi")[0])
+        assert speeds == pytest.approx((0.5 * own_speed(), 2.5), rel=1e-14)
+        wanted = expected(device("exact"), np.array([speeds[0]]))[:, 0]
+        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+
+
+def test_a_state_is_saved_and_restored(written: dict[str, Path], tmp_path: Path) -> None:
+    """In memory and as bytes, also by another instance; bytes of something else are refused."""
+    asked = ["phi", "speed", "design.R3", *names(device("exact"))]
+    folder, unit = tmp_path / "unit", written["exact"]
+    with running(unit, folder) as slave, running(unit, folder) as other:
+        slave.raw.doStep(0.0, 0.3)
+        slave.set(design__R3=0.0305)
+        then, saved = slave.get(*asked), slave.raw.getFMUstate()
+        stored = slave.raw.serializeFMUstate(saved)
+        slave.set(speed=6.0, design__R3=0.031)
+        slave.raw.doStep(0.3, 0.2)
+        assert np.abs(slave.get(*asked) - then).max() > 0.1
+        slave.raw.setFMUstate(saved)
+        assert slave.get(*asked).tolist() == then.tolist()
+        other.raw.setFMUstate(other.raw.deSerializeFMUstate(stored))
+        assert other.get(*asked).tolist() == then.tolist()
+        slave.raw.freeFMUstate(saved)
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            other.raw.deSerializeFMUstate(b"x" + stored[1:])
+
+
+def test_what_cannot_be_is_refused(written: dict[str, Path], tmp_path: Path) -> None:
+    with running(written["exact"], tmp_path / "unit") as slave:
+        for wrong in ({"speed": float("nan")}, {"phi": 1.0}):
+            with pytest.raises(fmpy.fmi1.FMICallException):
+                slave.set(**wrong)
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            slave.raw.doStep(0.0, -0.1)
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            slave.raw.getReal([10_000])
+        slave.raw.doStep(0.0, 0.1)
+        slave.set(design__R3=0.0)
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            slave.get("F_support")
+        slave.set(design__R3=0.03)
+        assert np.isfinite(slave.get("F_support"))
+
+
+def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) -> None:
+    owner = device("exact")
+    description = fmpy.read_model_description(str(written["exact"]))
+    assert "speed is prescribed" in description.description
+    found = {v.name: v for v in description.modelVariables}
+    for q, name in zip(quantities(owner.sidecar), names(owner), strict=True):
+        assert (found[name].unit, found[name].description, found[name].causality) == (q.unit, q.meaning, "output")
+    for entry in owner.sidecar["vectors"]["machine"]:
+        if entry["shown"] != fmu.SPEED:
+            variable = found[f"machine.{entry['name']}"]
+            assert (variable.unit, variable.variability) == (entry["unit"], "tunable")
+            assert float(variable.start) == owner.machine.si(entry["shown"])
+            assert entry["shown"] in variable.description
+    radius = found["design.R3"]
+    index = owner.names.index("R3_mm")
+    assert [float(radius.min), float(radius.max)] == [owner.lower[index], owner.upper[index]]
+    assert (radius.displayUnit, found["machine.m1"].min, found["machine.mu1"].max) == ("mm", "0.0", str(np.pi / 4))
+
+
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [("mass.sun_kg", (0, None)), ("inertia.C1_centroidal_xx_yy_zz_kg_m2[2]", (0, None)),
+     ("contact.cam_friction_angle_deg", (0, 45)), ("operation.forward_speed_m_s", (None, None))],
+)  # fmt: skip
+def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> None:
+    assert ranges.of(Machine, path) == expected
+
+
+def test_its_sources_compile_without_a_warning(written: dict[str, Path], tmp_path: Path) -> None:
+    """Those that the unit holds, by another compiler's flags."""
+    with zipfile.ZipFile(written["printed"]) as zipped:
+        zipped.extractall(tmp_path)
+    command = [path_of("gcc"), *STRICT, "-O0", "-fsyntax-only", str(tmp_path / "sources" / "fmu.c")]
+    subprocess.run(command, check=True, capture_output=True, text=True)
+
+
+def test_nothing_but_the_interface_is_seen(written: dict[str, Path], tmp_path: Path) -> None:
+    with zipfile.ZipFile(written["exact"]) as zipped:
+        library = zipped.extract("binaries/linux64/wang2017.so", tmp_path)
+    raw = ctypes.CDLL(library)
+    assert raw.fmi2DoStep
+    assert not hasattr(raw, "wang2017_quantities")
+
+
+class TestCommand:
+    @pytest.fixture(autouse=True)
+    def _quick(self, quick: None) -> None:
+        """Only one library, and fast."""
+
+    def test_the_same_bytes_each_time_and_its_record(self, written: dict[str, Path], tmp_path: Path) -> None:
+        found = answer("export", "fmu", "wang2017", "--out", str(tmp_path / "a.fmu"))
+        jsonschema.validate(found, committed("export fmu"))
+        assert (found["platforms"], found["inputs"]) == (["linux64"], 1)
+        assert (tmp_path / "a.fmu").read_bytes() == written["exact"].read_bytes()
+
+    def test_without_a_compiler_the_sources_remain(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        def none(*_: object) -> None:
+            raise NoCompiler("there is no compiler")
+
+        monkeypatch.setattr(binaries, "build", none)
+        found = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))
+        assert found["left_out"] == [{"platform": "linux64", "reason": "there is no compiler"}]
+        assert validation.validate_fmu(str(tmp_path / "a.fmu")) == []
+
+    def test_another_ending_is_refused(self, tmp_path: Path) -> None:
+        assert "ends in .fmu" in refusal("export", "fmu", "compact", "--out", str(tmp_path / "a.zip"))
+
+
+@pytest.mark.long
+def test_a_library_for_windows(tmp_path: Path) -> None:
+    """Where the extra `compiler` is installed."""
+    pytest.importorskip("ziglang")
+    found = fmu.write(device("exact"), tmp_path / "a.fmu")
+    assert found.platforms == ["linux64", "win64"]
+    with zipfile.ZipFile(tmp_path / "a.fmu") as zipped:
+        content = zipped.read("binaries/win64/wang2017.dll")
+    assert content.startswith(b"MZ")
+    assert b"fmi2DoStep" in content
