@@ -64,7 +64,7 @@ def made(
     told = Told(model.file, meanings, formulas.load(FORMULAS).sidecar, pushing, model.speed)
     holes = [hole.edge] if hole else []
     disc = part(found, "disc", tolerance, lifted, model.speed, width, hole)
-    return Made(disc, told, lambda: solids.extruded(f"cam of {model.file.name}", found.pieces, holes, width))
+    return Made(disc, told, lambda: solids.step(f"cam of {model.file.name}", found.pieces, holes, width))
 
 
 def push(model: Model, force: str) -> Push:

@@ -53,7 +53,7 @@ class Kernel:
         return import_module(f"OCP.{name}")
 
 
-def extruded(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> bytes:
+def step(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> bytes:
     """A body of a width [m] between two planes as a STEP file: the same body gives the same bytes.
 
     Raises InputError where Open CASCADE is not installed, ComputationError for an outline that bounds no body.
@@ -65,7 +65,7 @@ def extruded(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: 
 def ring(name: str, rims: Sequence[tuple[Course, Course]], base: float) -> bytes:
     """A ring whose rim is ruled from an inner course to an outer one, piece by piece, down to a plane [m], as STEP.
 
-    A course gives places (n, 3) [m] along s from 0 to 1. Raises as `extruded` does.
+    A course gives places (n, 3) [m] along s from 0 to 1. Raises as `step` does.
     """
     kernel = Kernel()
     sewing = kernel.BRepBuilderAPI.BRepBuilderAPI_Sewing(_SAME)

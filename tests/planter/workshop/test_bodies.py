@@ -49,8 +49,8 @@ def test_a_solid_reads_back_valid_where_the_outline_is(tmp_path: Path, capfd: py
     from OCP.GProp import GProp_GProps
     from OCP.STEPControl import STEPControl_Reader
 
-    content = solids.extruded("gear 'A'", lobes(), [BORE.edge], WIDTH)
-    assert content == solids.extruded("gear 'A'", lobes(), [BORE.edge], WIDTH)
+    content = solids.step("gear 'A'", lobes(), [BORE.edge], WIDTH)
+    assert content == solids.step("gear 'A'", lobes(), [BORE.edge], WIDTH)
     assert capfd.readouterr() == ("", "")
     (tmp_path / "gear.step").write_bytes(content)
     reader = STEPControl_Reader()
@@ -89,4 +89,4 @@ def _splines(shape):  # type: ignore[no-untyped-def]
 def test_a_missing_kernel_is_told_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "OCP.Message", None)
     with pytest.raises(InputError, match=r"not installed: pip install 'planter\[step\]'"):
-        solids.extruded("gear", lobes(), [], WIDTH)
+        solids.step("gear", lobes(), [], WIDTH)
