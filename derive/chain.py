@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 from sympy import Expr
 
-from .blocks import closed_set, solved
+from .blocks import BlockError, closed_set, solved
 from .equations import Claimed, Equation, among
 from .model import Let, Step
 from .quantity import Quantity
@@ -26,6 +26,20 @@ class Solve:
     unknown: Quantity
     eliminate: tuple[tuple[str, Quantity], ...] = ()
 
+    @property
+    def equations(self) -> tuple[str, ...]:
+        """The equation that is solved."""
+        return (self.equation,)
+
+    @property
+    def unknowns(self) -> tuple[Quantity, ...]:
+        return (self.unknown,)
+
+    @property
+    def involved(self) -> frozenset[str]:
+        """Every equation that is used."""
+        return frozenset({self.equation, *(number for number, _ in self.eliminate)})
+
 
 @dataclass(frozen=True)
 class Together:
@@ -33,6 +47,10 @@ class Together:
 
     equations: tuple[str, ...]
     unknowns: tuple[Quantity, ...]
+
+    @property
+    def involved(self) -> frozenset[str]:
+        return frozenset(self.equations)
 
 
 @dataclass(frozen=True)
@@ -63,9 +81,7 @@ class Chain:
     @property
     def spent(self) -> frozenset[str]:
         """Numbers of the equations that give an unknown, or help to."""
-        singles = [(s.equation, *(number for number, _ in s.eliminate)) for s in self.order if isinstance(s, Solve)]
-        together = [s.equations for s in self.order if isinstance(s, Together)]
-        return frozenset(number for some in (*singles, *together) for number in some)
+        return frozenset(number for solve in self.order for number in solve.involved)
 
     @property
     def singles(self) -> tuple[Solve, ...]:
@@ -137,10 +153,39 @@ def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], wanted:
     return Chain({e.number: e for e in equations}, order)
 
 
+def solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
+    """The order in which equations give as many of the unknowns as they can; the rest is taken as given.
+
+    So is what they give only by an equation that is not linear in it.
+    """
+    still_open, left = set(unknowns), list(equations)
+    order: list[Solve | Together] = []
+    while solve := _next(left, unknowns, still_open):
+        taken, found = _taken(solve)
+        chain = Chain({e.number: e for e in equations}, [solve])
+        try:
+            chain.steps()
+        except (ChainError, BlockError):
+            still_open -= found
+            continue
+        left = [e for e in left if e.number not in taken]
+        still_open -= found
+        order.append(solve)
+    return Chain({e.number: e for e in equations}, order)
+
+
+def _next(
+    equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]
+) -> Solve | Together | None:
+    found = _single(equations, still_open) or _common(equations, still_open)
+    if found is not None:
+        return found
+    together, given = closed_set(equations, [u for u in unknowns if u in still_open])
+    return Together(tuple(e.number for e in together), tuple(given)) if given else None
+
+
 def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
     """Numbers of the equations that are spent, and the unknowns that they give."""
-    if isinstance(solve, Solve):
-        return {solve.equation}, {solve.unknown}
     return set(solve.equations), set(solve.unknowns)
 
 

@@ -68,6 +68,12 @@ class ClaimOf:
         return str(self.family).format(*self.things)
 
 
+class Unclaimed(Claim):
+    """What an equation says of which nothing is claimed in particular."""
+
+    HOLDS = "no claim but that it holds"
+
+
 @dataclass(frozen=True)
 class Definition:
     """A name that a source gives to something: there is nothing to derive."""
@@ -108,6 +114,11 @@ class Equation:
     stated: bool = False
     rebuilt: tuple[str, ...] = ()
     witnesses: tuple[Witness, ...] = ()
+
+    @property
+    def stands_alone(self) -> bool:
+        """Whether there is no derivation to hold it against."""
+        return isinstance(self.claims, Definition | Unclaimed)
 
 
 def stated(claim: Claimed, residual: Expr, defines: Quantity | None = None) -> Equation:

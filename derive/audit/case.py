@@ -12,7 +12,7 @@ import sympy as sp
 from sympy import Expr
 
 from ..chain import Chain
-from ..equations import Claimed, ClaimError, Definition, Equation, among
+from ..equations import Claimed, ClaimError, Equation, among
 from ..evaluate import Point
 from ..quantity import Quantity
 from .directions import directions
@@ -83,7 +83,7 @@ class Case:
         return sorted((s for s in found if isinstance(s, Quantity)), key=str)
 
     def pair(self, number: str, choice: Choice = AS_READ) -> tuple[Equation, Equation | None]:
-        """A printed equation as it is read, and its derivation, in the same quantities; None for a definition.
+        """A printed equation as it is read, and its derivation in the same quantities, None for one that stands alone.
 
         Raises ClaimError where the subject derives nothing of what the equation claims to be.
         """
@@ -96,7 +96,7 @@ class Case:
         """
         printed = self.paper.equations[number]
         read = replace(printed, residual=self._read(number, choice))
-        if isinstance(printed.claims, Definition):
+        if printed.stands_alone:
             return [(read, None)]
         own = self.derived(number)
         own = replace(own, residual=own.residual.xreplace(dict(choice.derived)))

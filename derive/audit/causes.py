@@ -52,6 +52,10 @@ def told(law: Record, equations: Mapping[str, Record]) -> str:
         return ""
     first = law["shares"][0]
     record = equations[first["equation"]]
-    what = f"it lacks {_terms(record)}" if record["terms"] else f"correct: {'; or '.join(record['correction'])}"
+    what = f"it lacks {_terms(record)}" if record["terms"] else _repair(record)
     share = f"{first['shapley']:.3g} of the {law['violation']:.3g} {law['unit']}"
     return f"{share} come from ({record['equation']}), {record['claims']}: {what}."
+
+
+def _repair(record: Record) -> str:
+    return f"correct: {'; or '.join(record['correction'])}" if record["correction"] else str(record["finding"])

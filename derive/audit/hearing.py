@@ -124,14 +124,17 @@ def _one_apart(one: str, two: str) -> bool:
     return len(long) - len(short) == 1 and any(long[:i] + long[i + 1 :] == short for i in range(len(long)))
 
 
-def reasons(judgement: Judgement, printed: Equation) -> tuple[str, ...]:
-    """What is wrong, so that the same fault of two equations reads the same: edits, and what is left out."""
+def reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]) -> tuple[str, ...]:
+    """What is wrong, so that the same fault of two equations reads the same: edits, and what is left out.
+
+    ``actions`` says what forces and moments are called.
+    """
     if judgement.verdict not in FAULTS:
         return ()
     edits = [_same_wherever(edit) for edit in judgement.edits]
     edits += [f"{name} does not vanish" for name in judgement.loose]
     unlike = [f"{', '.join(map(str, judgement.unexplained))} is not derived"] if judgement.unexplained else []
-    lacking = [] if judgement.unexplained else _left_out(judgement.missing, printed.residual)
+    lacking = [] if judgement.unexplained else _left_out(judgement.missing, printed.residual, actions)
     told = [*edits, *unlike, *lacking] or [str(text) for text in judgement.corrections[0]]
     return tuple(dict.fromkeys(told))
 
@@ -144,11 +147,11 @@ def _same_wherever(edit: Edit) -> str:
     return f"{new} for {old}"
 
 
-def _left_out(missing: Iterable[Expr], printed: Expr) -> list[str]:
+def _left_out(missing: Iterable[Expr], printed: Expr, actions: Mapping[sp.Symbol, str]) -> list[str]:
     """Actions that missing terms speak of, those that the print does not name before others; else the first term."""
     terms = list(missing)
     acting = {s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS}
     acting = acting - printed.free_symbols or acting
-    named = (s.meaning.partition("; ")[0] for s in sorted(acting, key=str))
+    named = (actions.get(s, str(s)).partition("; ")[0] for s in sorted(acting, key=str))
     found = list(dict.fromkeys(f"lacks {meaning.rpartition(', ')[0] or meaning}" for meaning in named))
     return found or [f"lacks {term}" for term in terms[:1]]

@@ -8,7 +8,7 @@ import mpmath
 from sympy import Expr
 
 from ..dimensions import is_consistent
-from ..equations import Equation
+from ..equations import Equation, Unclaimed
 from ..evaluate import Point
 from ..quantity import Quantity
 from .comparison import FLIPPED, Comparison, aligned, turned
@@ -18,6 +18,7 @@ from .edits import Edit
 from .independent import explained
 from .judgement import Judgement
 from .terms import Points, value
+from .unclaimed import held
 from .wording import Said, joined
 
 PROMISING = 12
@@ -33,7 +34,7 @@ def judge(
 ) -> Judgement:
     """The verdict on one equation, both sides in the same symbols; a direction is the same a whole turn on."""
     if derived is None:
-        return defined(printed)
+        return held(printed, tuple(points), words) if isinstance(printed.claims, Unclaimed) else defined(printed)
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent, at = is_consistent(printed.residual), tuple(points)

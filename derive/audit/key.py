@@ -87,6 +87,7 @@ def of_equation(case: Case, number: str) -> str:
             str(printed.defines in case.directions),
             str(case.subject.held(printed.claims, printed.defines)) if printed.defines else "",
             *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
+            *(f"{s} {called}" for s, called in sorted(case.subject.actions().items(), key=str) if s in symbols),
             *(f"{_name(s)} {_at(s, point)}" for s in words for point in case.points),
             *(f"{_name(s)} {_along(s, case.cycle)}" for s in symbols),
         ]
@@ -99,7 +100,7 @@ def of_laws(case: Case) -> str:
     parts += [path.read_text(encoding="utf-8") for path in case.subject.files()]
     for chain in case.chains or ():
         parts += [equation(e) for e in chain.equations.values()]
-        parts += [str((s.equation, str(s.unknown), [(n, str(u)) for n, u in s.eliminate])) for s in chain.singles]
+        parts += map(str, chain.order)
         parts += [f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)]
     return _hashed(parts)
 

@@ -22,7 +22,7 @@ Values = dict[sp.Symbol, Array]
 class Law:
     """``gaps`` vanish: at every angle (``largest``), on average, or in their integral over a turn.
 
-    ``cycle`` names the motion in which it is tested.
+    ``cycle`` names the motion in which it is tested. What is asked of the violation is asked of its share of ``scale``.
     """
 
     name: str
@@ -30,6 +30,7 @@ class Law:
     gaps: tuple[Expr, ...]
     over: Literal["largest", "mean", "turn"] = "largest"
     cycle: str = "reference"
+    scale: float = 1.0
 
     def violations(self, gaps: Sequence[Array], weights: Array) -> Array:
         """By how much the law is broken, from the gaps at every angle (last axis)."""
@@ -41,12 +42,12 @@ class Law:
 
 @dataclass(frozen=True)
 class Cycle:
-    """A motion at some angles: what is known of each side, and the weights that integrate over a turn.
+    """A motion at some angles: what is known of each equal side, and the weights that integrate over a turn.
 
     ``between`` are more angles, interpolated, close enough to find the largest value of anything.
     """
 
-    sides: tuple[Values, Values]
+    sides: tuple[Values, ...]
     weights: Array
     between: Cycle | None = None
 
@@ -56,11 +57,12 @@ class Dynamics:
     """What a system states for the trial of a chain: its laws, its motions, and its derivation.
 
     ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's steps for unknowns of
-    one side that a chain may lack but a derived equation may name.
+    one side that a chain may lack but a derived equation may name; ``twins`` name a quantity on the second side, and on
+    those after it.
     """
 
     laws: tuple[Law, ...]
     cycles: Mapping[str, Cycle]
     claims: Mapping[Claimed, Equation]
     supplements: tuple[Let, ...]
-    twin: Twin
+    twins: tuple[Twin, ...] = ()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 from sympy import Expr
 
-from ..equations import Claimed, Equation, Legibility, Relation, Witness
+from ..equations import Claimed, Equation, Legibility, Relation, Unclaimed, Witness
 from ..quantity import Quantity
 
 
@@ -65,14 +65,20 @@ class Paper:
         """What papers are sorted by."""
         return self.place is None, self.place or 0, self.name
 
-    def equation(self, number: str, residual: Expr, claims: Claimed, legibility: Legibility = "printed") -> None:
-        """An equation printed as ``residual = 0``, and the balance or relation that the paper says it is."""
+    def equation(
+        self, number: str, residual: Expr, claims: Claimed = Unclaimed.HOLDS, legibility: Legibility = "printed"
+    ) -> None:
+        """An equation printed as ``residual = 0``, and the balance or relation that the paper says it is.
+
+        Without a claim it is held against values alone: whether it holds of the subject in motion.
+        """
         self._add(Equation(number, residual, f"{self.name} ({number})", claims, legibility))
 
     def defines(
-        self, number: str, symbol: Quantity, expr: Expr, claims: Claimed, legibility: Legibility = "printed"
-    ) -> None:
-        """A formula printed as ``symbol = expr``."""
+        self, number: str, symbol: Quantity, expr: Expr, claims: Claimed = Unclaimed.HOLDS,
+        legibility: Legibility = "printed",
+    ) -> None:  # fmt: skip
+        """A formula printed as ``symbol = expr``; what it claims as of `equation`."""
         self._add(Equation(number, symbol - expr, f"{self.name} ({number})", claims, legibility, defines=symbol))
 
     def inequality(

@@ -68,7 +68,7 @@ def equation(case: Case, number: str, key: str) -> Record:
         "reading": str(read),
         "depends": [{part: str(text) for part, text in one.items()} for one in depends],
         "robust": outcome.robust,
-        "reasons": list(reasons(found, printed)),
+        "reasons": list(reasons(found, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant),
         "vanishing": [_vanishing(v) for v in gone],
@@ -166,11 +166,13 @@ def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
     return {paper: dict(sorted(found.items())) for paper, found in counts.items()}
 
 
-def as_json(records: Sequence[Record], laws: Sequence[Record] = (), references: Sequence[Record] = ()) -> str:
-    """Everything but what is typeset."""
+def as_json(
+    records: Sequence[Record], laws: Sequence[Record], references: Sequence[Record], papers: Mapping[str, Record]
+) -> str:
+    """Everything but what is typeset; ``papers`` hold title and model by short name."""
     plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
     found = {"equations": plain, "laws": list(laws), "causes": causes(records), "references": list(references)}
-    return _json(found | {"summary": summary(records)})
+    return _json(found | {"papers": papers, "summary": summary(records)})
 
 
 def typeset(records: Iterable[Record]) -> str:

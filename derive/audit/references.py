@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..equations import Definition, Equation
+from ..equations import Equation
 from ..quantity import Quantity
 from .case import Case
 from .paper import Reference
@@ -29,9 +29,9 @@ def _judged(case: Case, reference: Reference) -> dict[str, Any]:
 
 
 def _meant(case: Case, number: str) -> Equation:
-    """An equation as it is derived, for of many the print is lost; a definition as it is printed."""
+    """An equation as it is derived, for of many the print is lost; one that stands alone as it is printed."""
     printed = case.paper.equations[number]
-    return printed if isinstance(printed.claims, Definition) else case.derived(number)
+    return printed if printed.stands_alone else case.derived(number)
 
 
 def _gives(equation: Equation, symbol: Quantity) -> bool:

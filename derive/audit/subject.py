@@ -11,6 +11,7 @@ import sympy as sp
 from sympy import Expr
 
 from ..equations import Claimed, Equation
+from ..model import System
 from .laws import Dynamics
 
 
@@ -44,6 +45,11 @@ class Subject(Protocol):
         """Quantities that a balance holds as differences: each with what is taken from it."""
         return {}
 
+    def actions(self) -> Mapping[sp.Symbol, str]:
+        """What forces and moments between bodies are called. Symbols themselves cannot be asked: two of one name are
+        one to SymPy, whatever either says that it means."""
+        return {}
+
     def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
         """What must vanish of the thing that a claim is about, by what ``said`` says that it is: where it is held."""
         return {}
@@ -61,6 +67,10 @@ class Subject(Protocol):
 
     def dynamics(self) -> Dynamics | None:
         """Laws that a chain of equations must obey as a whole, and the motion to test it in; None without any."""
+        return None
+
+    def model(self) -> System | None:
+        """What computes the numbers of a paper anew; None where nothing derived here does."""
         return None
 
     def files(self) -> Iterable[Path]:

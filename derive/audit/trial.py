@@ -1,13 +1,13 @@
 """Laws that a chain of equations must obey as a whole, and the equations that a broken law is due to.
 
-A chain is executed over the cycle of a machine with two equal sides, as printed and with equations exchanged for their
-derivations, many such repairs at once. All of it runs in floating point of 15 digits: the motion comes from outside,
-at any precision.
+A chain is executed over the cycle of a machine, which may have equal sides, as printed and with equations exchanged for
+their derivations, many such repairs at once. All of it runs in floating point of 15 digits: the motion comes from
+outside, at any precision.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain as joined
@@ -17,16 +17,16 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from sympy import Expr
 
-from ..chain import Chain, Solve
+from ..chain import Chain, Solve, Together
 from ..equations import Equation, among
+from .formula import Formula, Programme
 from .laws import Array, Cycle, Dynamics, Law, Values
 
 Repairs = frozenset[str]
 
 TOLERANCE = 1e-7
-"""Largest violation [N, J] of a law that counts as kept.
+"""Largest violation [N, J] of a law that counts as kept, as a share of the law's scale.
 
 Forces of up to 1e3 in 15 digits leave 1e-12 of rounding, and a chain loses at most four digits more in its small
 denominators; the rule of quadrature leaves less than 2e-8 (shown by the derivation, which must keep every law).
@@ -45,24 +45,6 @@ DIGITS = 4
 
 class LawError(ValueError):
     """The derivation itself breaks a law, so that nothing can be said of the print."""
-
-
-@dataclass(frozen=True)
-class Formula:
-    """An expression made executable on arrays."""
-
-    expr: Expr
-
-    @cached_property
-    def symbols(self) -> list[sp.Symbol]:
-        return sorted(self.expr.free_symbols, key=str)
-
-    @cached_property
-    def _function(self) -> Callable[..., Any]:
-        return sp.lambdify(self.symbols, self.expr, modules="numpy", cse=True)
-
-    def __call__(self, values: Mapping[sp.Symbol, Array]) -> Array:
-        return np.asarray(self._function(*(values[s] for s in self.symbols)), dtype=float)
 
 
 @dataclass(frozen=True)
@@ -85,12 +67,12 @@ class Share:
 
 @dataclass
 class Trial:
-    """A printed chain (one side, then what both sides share) held to the laws of a machine."""
+    """A printed chain (one side, then what all sides share) held to the laws of a machine."""
 
     side: Chain
     frame: Chain
     dynamics: Dynamics
-    _formulas: dict[tuple[str, Repairs], Formula] = field(default_factory=dict)
+    _programmes: dict[tuple[Solve | Together, Repairs], Programme] = field(default_factory=dict)
 
     def violations(self, law: Law, repairs: Sequence[Iterable[str]]) -> Array:
         """By how much the chain breaks a law after each set of repairs, at the angles that decide."""
@@ -101,7 +83,7 @@ class Trial:
         return self._sizes(law, [frozenset()])[0]
 
     def broken(self, law: Law, repairs: Iterable[str] = ()) -> bool:
-        return not self.violations(law, [repairs])[0] <= TOLERANCE
+        return not self.violations(law, [repairs])[0] <= TOLERANCE * law.scale
 
     def _violations(self, law: Law, repairs: Sequence[Iterable[str]], cycle: Cycle) -> Array:
         sets = [frozenset(chosen) for chosen in repairs]
@@ -110,45 +92,52 @@ class Trial:
         return law.violations([np.broadcast_to(gap(found), shape) for gap in self._gaps[law.name]], cycle.weights)
 
     def run(self, sets: Sequence[Repairs], cycle: Cycle) -> Values:
-        """Every quantity of both sides and of what they share: by set of repairs, where it depends on it, and angle."""
-        count = len(cycle.weights)
-        one, two = cycle.sides
-        values = {s: np.concatenate([one[s], two[s]]) for s in one}
+        """Every quantity of all sides and of what they share: by set of repairs, where it depends on it, and angle."""
+        count, sides = len(cycle.weights), cycle.sides
+        values = {s: np.concatenate([side[s] for side in sides]) for s in sides[0]}
         self._execute(self.side, sets, values)
         for symbol in self._supplements:
             self._supply(symbol, values)
-        values = {s: np.broadcast_to(v, (*v.shape[:-1], 2 * count) if v.ndim else 2 * count) for s, v in values.items()}
-        both = {s: v[..., :count] for s, v in values.items()}
-        both |= {self.dynamics.twin(s): v[..., count:] for s, v in values.items()}
-        self._execute(self.frame, sets, both)
-        return both
+        whole = count * len(sides)
+        values = {s: np.broadcast_to(v, (*v.shape[:-1], whole) if v.ndim else whole) for s, v in values.items()}
+        every = {s: v[..., :count] for s, v in values.items()}
+        for k, twin in enumerate(self.dynamics.twins[: len(sides) - 1], 1):
+            every |= {twin(s): v[..., k * count : (k + 1) * count] for s, v in values.items()}
+        self._execute(self.frame, sets, every)
+        return every
 
     def _execute(self, chain: Chain, sets: Sequence[Repairs], values: Values) -> None:
-        for solve in chain.singles:
-            chosen = [_involved(solve) & repairs for repairs in sets]
+        for solve in chain.order:
+            chosen = [solve.involved & repairs for repairs in sets]
             variants = sorted(set(chosen), key=sorted)
-            found = [self._evaluated(self.formula(chain, solve, variant), values) for variant in variants]
+            found = [self._evaluated(self.programme(chain, solve, variant), values) for variant in variants]
             masks = [np.array([c == variant for c in chosen])[:, None] for variant in variants]
-            values[solve.unknown] = found[0] if len(found) == 1 else np.select(masks, found)
+            for unknown in solve.unknowns:
+                forms = [one[unknown] for one in found]
+                values[unknown] = forms[0] if len(forms) == 1 else np.select(masks, forms)
 
-    def _evaluated(self, formula: Formula, values: Values) -> Array:
-        """A value; unknowns of the derivation that it names are found first."""
-        for symbol in formula.symbols:
+    def _evaluated(self, programme: Programme, values: Values) -> Values:
+        """Its unknowns; those of the derivation that it names are found first."""
+        for symbol in programme.symbols:
             if symbol not in values and symbol in self._supplements:
                 self._supply(symbol, values)
-        return formula(values)
+        return programme(values)
 
     def _supply(self, symbol: sp.Symbol, values: Values) -> None:
-        values[symbol] = self._evaluated(self._supplements[symbol], values)
+        formula = self._supplements[symbol]
+        for needed in formula.symbols:
+            if needed not in values and needed in self._supplements:
+                self._supply(needed, values)
+        values[symbol] = formula(values)
 
-    def formula(self, chain: Chain, solve: Solve, repairs: Repairs) -> Formula:
-        """What a step of a chain gives for its unknown."""
-        key = solve.equation, _involved(solve) & repairs
-        if key not in self._formulas:
+    def programme(self, chain: Chain, solve: Solve | Together, repairs: Repairs) -> Programme:
+        """What a step of a chain gives for its unknowns."""
+        key = solve, solve.involved & repairs
+        if key not in self._programmes:
             for number in key[1]:
                 chain = chain.replace(number, self._derived(number))
-            self._formulas[key] = Formula(replace(chain, order=[solve]).lets()[0].expr)
-        return self._formulas[key]
+            self._programmes[key] = Programme(replace(chain, order=[solve]).steps(), solve.unknowns)
+        return self._programmes[key]
 
     def _derived(self, number: str) -> Equation:
         return replace(among(self.dynamics.claims, self._printed(number).claims), number=number)
@@ -157,12 +146,12 @@ class Trial:
         return (self.side.equations if number in self.side.equations else self.frame.equations)[number]
 
     @property
-    def _steps(self) -> list[tuple[Chain, Solve]]:
-        return [(chain, solve) for chain in (self.side, self.frame) for solve in chain.singles]
+    def _steps(self) -> list[tuple[Chain, Solve | Together]]:
+        return [(chain, solve) for chain in (self.side, self.frame) for solve in chain.order]
 
     @cached_property
     def _supplements(self) -> dict[sp.Symbol, Formula]:
-        solved = {solve.unknown for _, solve in self._steps}
+        solved = {unknown for _, solve in self._steps for unknown in solve.unknowns}
         return {let.symbol: Formula(let.expr) for let in self.dynamics.supplements if let.symbol not in solved}
 
     @cached_property
@@ -172,32 +161,31 @@ class Trial:
     @property
     def numbers(self) -> list[str]:
         """The equations that the chain executes, in the order of the print."""
-        executed = {solve.equation for _, solve in self._steps}
+        executed = {number for _, solve in self._steps for number in solve.equations}
         return [number for number in {**self.side.equations, **self.frame.equations} if number in executed]
 
     @cached_property
     def suspects(self) -> list[str]:
         """The equations that do not hold of the derivation's own forces and moments, at some angle of the cycle."""
         derived = self.run([frozenset(self.numbers)], self.dynamics.cycles["reference"])
-        wrong = {solve.equation for chain, solve in self._steps if self._differs(chain, solve, derived)}
+        wrong = {n for chain, solve in self._steps if self._differs(chain, solve, derived) for n in solve.equations}
         return [number for number in self.numbers if number in wrong]
 
-    def _differs(self, chain: Chain, solve: Solve, run: Values) -> bool:
-        printed, derived = self.formula(chain, solve, frozenset())(run), run[solve.unknown]
-        size = max(np.max(np.abs(printed)), np.max(np.abs(derived)))
-        return bool(np.max(np.abs(printed - derived)) > SAME * size)
+    def _differs(self, chain: Chain, solve: Solve | Together, run: Values) -> bool:
+        printed = self.programme(chain, solve, frozenset())(run)
+        return any(_apart(value, run[unknown]) for unknown, value in printed.items())
 
     def concerned(self, law: Law) -> list[str]:
         """The suspects that a law can depend on at all, through any printed or derived step."""
         needs: dict[sp.Symbol, set[sp.Symbol]] = {s: set(f.symbols) for s, f in self._supplements.items()}
         for chain, solve in self._steps:
-            forms = [self.formula(chain, solve, frozenset(some)) for some in _subsets(sorted(_involved(solve)))]
-            needs[solve.unknown] = {s for form in forms for s in form.symbols}
-        needs |= {self.dynamics.twin(s): {s} for s in [*needs]}
+            forms = [self.programme(chain, solve, frozenset(some)) for some in _subsets(sorted(solve.involved))]
+            needs |= {unknown: {s for form in forms for s in form.symbols} for unknown in solve.unknowns}
+        needs |= {twin(s): {s} for twin in self.dynamics.twins for s in [*needs]}
         reached = {s for gap in self._gaps[law.name] for s in gap.symbols}
         while new := set().union(*(needs.get(s, set()) for s in reached)) - reached:
             reached |= new
-        asked = set().union(*(_involved(solve) for _, solve in self._steps if solve.unknown in reached))
+        asked = set().union(*(solve.involved for _, solve in self._steps if reached.intersection(solve.unknowns)))
         return [number for number in self.suspects if number in asked]
 
     def causes(self, law: Law) -> Causes:
@@ -239,7 +227,7 @@ class Trial:
         """Of some sets those whose repair restores a law and breaks none that the print keeps."""
         found: list[tuple[str, ...]] = []
         while some := list(islice(sets, AT_ONCE)):
-            whole = self.violations(law, some) <= TOLERANCE
+            whole = self.violations(law, some) <= TOLERANCE * law.scale
             found += [s for s, restored in zip(some, whole, strict=True) if restored and not self._breaks(s)]
         return found
 
@@ -274,8 +262,10 @@ class Trial:
         return [float(size) for part in some for size in self._violations(law, part, cycle)]
 
 
-def _involved(solve: Solve) -> Repairs:
-    return frozenset({solve.equation, *(number for number, _ in solve.eliminate)})
+def _apart(printed: Array, derived: Array) -> bool:
+    """Whether values differ by more than rounding; what is no number does."""
+    size = max(np.max(np.abs(printed)), np.max(np.abs(derived)))
+    return not np.max(np.abs(printed - derived)) <= SAME * size
 
 
 def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
@@ -298,11 +288,11 @@ def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
         "caused_by": list(causes.sets[0]) if causes.sets else [],
         "or_by": [list(chosen) for chosen in causes.sets[1:]],
         "search": "exhaustive" if causes.exhaustive else "elimination",
-        "shares": [_rounded(share) for share in trial.shares(law, causes.sets[0])] if causes.sets else [],
+        "shares": [_rounded(share, law) for share in trial.shares(law, causes.sets[0])] if causes.sets else [],
     }
 
 
-def _rounded(share: Share) -> dict[str, Any]:
+def _rounded(share: Share, law: Law) -> dict[str, Any]:
     sizes = {name: getattr(share, name) for name in ("alone", "without", "shapley")}
-    shown = {name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE else 0.0 for name, v in sizes.items()}
+    shown = {name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE * law.scale else 0.0 for name, v in sizes.items()}
     return {"equation": share.equation, **shown}

@@ -44,14 +44,21 @@ def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> di
     known, shown = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
     own = list(modules)
     records, laws = judged(own, record.keyed(known.get("equations", []), shown), known.get("laws", []))
-    titles = {case.paper.name: case.paper.reference for case in cases(own).values()}
+    papers = {case.paper.name: _about(case) for case in cases(own).values()}
+    titles = {name: about["title"] for name, about in papers.items()}
     cross = [found for case in cases(own).values() for found in references(case)]
     texts = (
-        record.as_json(records, laws, cross),
+        record.as_json(records, laws, cross, papers),
         record.typeset(records),
         page.as_page(records, titles, laws, cross),
     )
     return dict(zip(FILES, texts, strict=True))
+
+
+def _about(case: Case) -> dict[str, str]:
+    """Title of a paper, and the name of the model that computes its numbers anew, if there is one."""
+    model = case.subject.model()
+    return {"title": case.paper.reference, "model": "" if model is None else model.name}
 
 
 def _read(file: Path) -> dict[str, Any]:

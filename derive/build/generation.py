@@ -67,10 +67,17 @@ def models(rooms: Iterable[ModuleType]) -> list[System]:
 
 def _code_of(what: str, rooms: Sequence[ModuleType], targets: Sequence[Target]) -> dict[str, str]:
     found, families, judged = models(rooms), _families(rooms), _judged(rooms)
+    found += _tried_against(rooms, {one.name for one in found})
     if not found and not families and not judged:
         raise OwnError(f"{what}: {NOTHING}")
     written = texts(found, families, [*targets, *offered(rooms, "TARGET")]) if found or families else {}
     return written | judged
+
+
+def _tried_against(rooms: Sequence[ModuleType], known: Collection[str]) -> list[System]:
+    """The models that papers of modules are tried against, each once, but for those that are known."""
+    subjects = (case.subject.model() for case in cases(rooms).values())
+    return list({one.name: one for one in subjects if one is not None and one.name not in known}.values())
 
 
 def _judged(rooms: Sequence[ModuleType]) -> dict[str, str]:

@@ -18,9 +18,10 @@ from ..equations import Balance
 from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from ..slopes import along, slope
+from . import laws
 from .bodies import Action, Body, Part
 from .frames import Motion, Vec, zero
-from .laws import kinetic, potential, sliding, velocity
+from .laws import kinetic, potential, velocity
 from .loops import Coordinate
 from .places import places
 from .statement import MechanismError, Statement, quantity
@@ -55,7 +56,7 @@ class Free:
         self.state = Vector("state", (*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates)))
         self.accelerations = Vector("accelerations", tuple(c.acceleration for c in self.coordinates))
         self.inputs: tuple[Vector | Quantity, ...] = (time, stated.data(time), self.state)
-        self._moving = self._followed()
+        self._moving = stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)})
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         self._refuse()
@@ -96,12 +97,12 @@ class Free:
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         """What is told of a state, its accelerations and, where it needs them, the joints' actions."""
         stated = self.stated
-        self._report_energy()
+        reports = [*stated.reports, *self._energies()]
         stated.name_accelerations()
         actions = Vector("actions", tuple(stated.assembly.unknowns))
-        known = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in stated.reports)]
+        known = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in reports)]
         told = Vector("outputs", stated.chosen(known, reported))
-        steps = sorted_steps(needed((*stated.defined, *stated.reports), frozenset(told)))
+        steps = sorted_steps(needed((*stated.defined, *reports), frozenset(told)))
         taken = frozenset(told).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
         if not taken & frozenset(actions):
@@ -128,13 +129,13 @@ class Free:
             found.append(let(pushed, rest))
         return [step for step in found if step.expr != 0]
 
-    def _report_energy(self) -> None:
+    def _energies(self) -> tuple[Let, Let]:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, bodies = self.stated, self.stated.assembly.bodies
         moving = kinetic(self.motion, bodies, stated.world)
         stored = sp.Add(*stated.potentials) + potential(stated.assembly, bodies, stated.O, stated.world)
-        stated.report("kinetic", "J", "kinetic energy", moving)
-        stated.report("potential", "J", "potential energy of weights and springs", stored)
+        held = quantity("potential", "J", "potential energy of weights and springs")
+        return let(quantity("kinetic", "J", "kinetic energy"), moving), let(held, stored)
 
     def _inertia(self) -> list[list[Expr]]:
         """Kinetic energy's slopes in two rates each; what given actions say of accelerations."""
@@ -183,24 +184,12 @@ class Free:
         return total
 
     def _given_loads(self) -> list[tuple[Vec, Vec]]:
-        motion, world = self.motion, self.stated.world
-        found = []
-        for action in self._given():
-            spin = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
-            bodies = action.on, action.by
-            slip = sliding(self.motion, bodies, self.stated.ground, self.stated.anchor, action.at)
-            found += [(action.force.resolved(world), slip), (action.moment.resolved(world), spin)]
-        return found
+        stated = self.stated
+        return [p for a in self._given() for p in laws.of_action(self.motion, a, stated.ground, stated.anchor)]
 
     def _body_loads(self) -> list[tuple[Vec, Vec]]:
-        motion, world = self.motion, self.stated.world
-        found = []
-        for body, part in self._parts():
-            fall = self.stated.assembly.gravity - motion.acceleration(part.centroid, world)
-            found.append((part.mass * fall, velocity(motion, part.centroid, world)))
-            own = motion.spin(body.frame)
-            found.append((-motion.derivative(part.momentum(own)), own))
-        return found
+        assembly = self.stated.assembly
+        return [pair for body in assembly.bodies for pair in laws.of_body(assembly, body, self.stated.ground)]
 
     def _parts(self) -> list[tuple[Body, Part]]:
         return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]
@@ -232,16 +221,6 @@ class Free:
             if not speed.free_symbols & {c.rate for c in self.coordinates}:
                 raise MechanismError(f"{self.stated.name}: {name} holds none of the coordinates")
         return held
-
-    def _followed(self) -> dict[Quantity, Expr]:
-        """Named steps that hold rates or accelerations, told in those of the coordinates."""
-        speeds = {q for c in self.coordinates for q in (c.rate, c.acceleration)}
-        found: dict[Quantity, Expr] = {}
-        for step in (*self.stated.named, *self.stated.reports):
-            plain = step.expr.xreplace(found)
-            if plain.free_symbols & speeds:
-                found[step.symbol] = plain
-        return found
 
     def _plain(self, expr: Expr) -> Expr:
         return sp.sympify(expr).xreplace(self._moving)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
 import sympy as sp
@@ -144,6 +144,15 @@ class Statement:
             name = f"a_{word(body.name)}{number}_{axis}"
             named.append(S.Zero if component == 0 else self.name_(name, "m/s2", meaning, component))
         self.motion.accelerations[centroid] = Vec(self.world, triple(named))
+
+    def told_in(self, speeds: Collection[Quantity]) -> dict[Quantity, Expr]:
+        """Named steps that hold some rates or accelerations, each told in those."""
+        found: dict[Quantity, Expr] = {}
+        for step in (*self.named, *self.reports):
+            plain = step.expr.xreplace(found)
+            if plain.free_symbols & set(speeds):
+                found[step.symbol] = plain
+        return found
 
     def chosen(self, known: Iterable[Quantity], asked: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
         """What is asked for among what is known, all of it without a question; raises MechanismError."""

@@ -9,12 +9,9 @@ from ..chain import Chain, ordered
 from ..equations import Equation
 from ..model import ClosedForm, Lane, Let, LinearSolve, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
-from . import laws
+from .lawful import LAW, lawful
 from .places import places
 from .statement import MechanismError, Statement
-
-LAW = "law_"
-"""Beginning of the names of what vanishes."""
 
 
 def along(
@@ -24,16 +21,16 @@ def along(
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
-    steps = motion(stated)
+    steps, reports = motion(stated), list(stated.reports)
     if reported is None or any(str(asked).startswith(LAW) for asked in reported):
-        _report_laws(stated)
-    outputs = stated.chosen(_known(stated, steps, reported is None), reported)
+        reports += lawful(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
+    outputs = stated.chosen(_known(stated, steps, reports, reported is None), reported)
     found = forces(stated)
     tested = [s for s in needed((*steps, *found), frozenset(outputs)) if isinstance(s, LinearSolve)]
     pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
     counts = [s.symbol for s in found if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
-    needs = sorted_steps(needed((*steps, *found, *stated.reports), frozenset(told)))
+    needs = sorted_steps(needed((*steps, *found, *reports), frozenset(told)))
     lane = Lane(angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
     drawn = places(stated, (angle, data, *stated.loops.inputs), _found(stated))
     return lane, (*stated.loops.functions(angle, data, stated.named), drawn)
@@ -51,11 +48,10 @@ def motion(stated: Statement) -> tuple[Step, ...]:
     return (*loops, *stated.defined)
 
 
-def _known(stated: Statement, steps: Sequence[Step], told: bool) -> list[Quantity]:
+def _known(stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool) -> list[Quantity]:
     """What can be reported; on its own only what has a meaning to a person is."""
     named = [s.symbol for s in (stated.named if told else steps) if isinstance(s, Let)]
-    reports = [report.symbol for report in stated.reports]
-    return [*stated.loops.all, *named, *stated.assembly.unknowns, *reports]
+    return [*stated.loops.all, *named, *stated.assembly.unknowns, *(report.symbol for report in reports)]
 
 
 def forces(stated: Statement) -> tuple[Step, ...]:
@@ -72,17 +68,3 @@ def solved(stated: Statement, equations: Sequence[Equation], unknowns: Sequence[
             f"is lacking: nothing is left to keep {'; '.join(left)}"
         )
     return chain
-
-
-def _report_laws(stated: Statement) -> None:
-    power = laws.power(stated.assembly, stated.ground, stated.anchor)
-    stated.report(f"{LAW}power", "W", "power of all forces and of inertia, which vanishes", power)
-    found = laws.momentum(stated.assembly, stated.ground)
-    for axis in stated.axes:
-        meaning = f"rate of momentum less outer forces, {axis}, which vanishes"
-        stated.report(f"{LAW}force_{axis}", "N", meaning, found[axis])
-    for tag, (inner, outer, at) in stated.rolling.items():
-        slip = laws.sliding(stated.motion, (inner, outer), stated.ground, stated.anchor, at)
-        for axis, component in zip(stated.axes, slip.components, strict=False):
-            meaning = f"sliding of the pitch curves at {tag}, {axis}, which vanishes"
-            stated.report(f"{LAW}roll_{tag}{axis}", "m/s", meaning, component)

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cache
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from planter import rooms
@@ -35,7 +36,7 @@ _TIE = 1e-9
 
 @dataclass(frozen=True)
 class Number:
-    """A number as a paper prints it, and how it is computed anew."""
+    """A number as a paper prints it, at a place, and how it is computed anew."""
 
     paper: str
     quantity: str
@@ -45,6 +46,7 @@ class Number:
     arguments: Mapping[str, Any]
     needs: Sequence[str] = field(default_factory=tuple)
     reading: str = ""
+    place: str = ""
 
     def hit_by(self, value: float) -> bool:
         """Whether a value is the printed one at the printed precision."""
@@ -72,8 +74,7 @@ def data() -> dict[str, Any]:
     They stand in files `NAME.toml` of the rooms' `printed`, whose modules enter the formulas in the registry.
     """
     for room in rooms.brought("printed"):
-        for found in sorted(pkgutil.iter_modules(room.__path__)):
-            import_module(f"{room.__name__}.{found.name}")
+        load(room)
     files = [file for folder in rooms.folders("printed").values() for file in folder.iterdir()]
     read = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name)
             for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
@@ -81,6 +82,12 @@ def data() -> dict[str, Any]:
     single: dict[str, Any] = {key: {name: read[name][key] for name in papers} for key in ("disclosed", "assumed")}
     rows = {kind: [{"paper": name, **row} for name in papers for row in read[name].get(kind, ())] for kind in ROWS}
     return {"papers": {name: read[name]["title"] for name in papers}, **single, **rows}
+
+
+def load(room: ModuleType) -> None:
+    """Have the modules of a room's `printed` enter their formulas in the registry."""
+    for found in sorted(pkgutil.iter_modules(room.__path__)):
+        import_module(f"{room.__name__}.{found.name}")
 
 
 def papers() -> dict[str, str]:
@@ -128,7 +135,8 @@ def numbers(table: Mapping[str, Any]) -> Iterator[Number]:
             quantity = row["quantity"].format_map(own)
             arguments = {**row.get("with", {}), **own}
             origin = (row["paper"], quantity, row["unit"], text, row["by"], arguments)
-            yield Number(*origin, row.get("needs", ()), own.get("reading", row.get("reading", "")))
+            reading = own.get("reading", row.get("reading", ""))
+            yield Number(*origin, row.get("needs", ()), reading, row.get("place", "").format_map(own))
 
 
 def recompute(number: Number, table: Mapping[str, Any]) -> Recomputed:
@@ -182,14 +190,19 @@ def hits(one: Recomputed, of_paper: Sequence[Recomputed]) -> int:
 
 
 def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
-    """A judged number as the interface gives it; `printed_text` holds the digits that are printed."""
+    """A judged number as the interface gives it; `printed_text` holds the digits that are printed.
+
+    `difference` is what was computed less what is printed.
+    """
     number = one.number
     return {
         "paper": number.paper,
+        "place": number.place,
         "quantity": number.quantity,
         "unit": number.unit,
         "printed": float(number.printed),
         "recomputed": one.value,
+        "difference": None if one.value is None else one.value - float(number.printed),
         "verdict": judgement,
         "assumed_inputs": list(one.assumed),
         "needs": list(number.needs),

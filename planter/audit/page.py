@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ from typing import Any
 from planter.audit import article, fronts, markup, tables
 from planter.audit.consequences import HEADLINE
 from planter.audit.markup import Cell, Raw, mark
-from planter.kernels import generated
 from planter.report import files
 from planter.report.folder import renews
 from planter.report.html import Keys, Section, page
@@ -27,6 +26,7 @@ TITLES = {
     "claims": "Statements",
     "numbers": "Numbers",
 }
+TRANSCRIBED = "Judged are the equations as they were transcribed, each against an independent derivation."
 SOURCE = (
     "Judged is the machine-read text of each paper: pieces that cannot be read were completed and are named, and a "
     "finding that one character decides may be an error of reading. Where a paper leaves open what a symbol means, "
@@ -37,26 +37,29 @@ _ORDER = ("not reproduced", "not recomputable", "consistent", "reproduced")
 
 
 @renews
-def write(out: str | Path, result: Mapping[str, Any]) -> None:
-    """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
+def write(out: str | Path, result: Mapping[str, Any], typeset: Entry) -> None:
+    """Writes summary.json and report.html, formulas as `typeset` has them by paper and equation.
+
+    Raises InputError for a folder that it cannot write.
+    """
     folder = files.output_folder(out)
     files.write_summary(folder / "summary.json", {**result, "provenance": {"planter": __version__}})
-    files.write_text(folder / "report.html", html(result))
+    files.write_text(folder / "report.html", html(result, typeset))
     if "front" in result:
         fronts.write(folder, result["front"])
 
 
-def html(result: Mapping[str, Any]) -> str:
+def html(result: Mapping[str, Any], typeset: Entry) -> str:
     """The page of an audit."""
     subtitle = "Every equation, law, statement and number of the papers, as printed, derived anew and judged"
-    return page("Formula audit", list(sections(result)), subtitle, markup.STYLE)
+    return page("Formula audit", list(sections(result, typeset)), subtitle, markup.STYLE)
 
 
-def sections(result: Mapping[str, Any]) -> Iterator[Section]:
+def sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Section]:
     """A summary, each paper, and what the words mean."""
     yield Section("Summary", [Raw(summary(result))])
     for name, counted in result["summary"].items():
-        yield Section(counted["title"], [Raw(paper(name, result))])
+        yield Section(counted["title"], [Raw(paper(name, result, typeset.get(name, {})))])
     if "front" in result:
         yield from fronts.sections(result["front"])
     yield Section("What the words mean", [Keys(MEANINGS)])
@@ -66,7 +69,11 @@ def summary(result: Mapping[str, Any]) -> str:
     """How often each verdict was given, and what matters most in a few sentences for each paper."""
     rows = [(s["title"], tables.tally(s["equations"]), f"{s['at_fault']} equations, {s['causes']} causes",
              tables.tally(s["numbers"])) for s in result["summary"].values()]  # fmt: skip
-    parts = [markup.paragraph(SOURCE), markup.table(("paper", "equations", "at fault", "numbers"), rows, "tight")]
+    whole = all(e["legibility"] == "printed" and not e["rebuilt"] for e in result["equations"])
+    parts = [
+        markup.paragraph(TRANSCRIBED if whole else SOURCE),
+        markup.table(("paper", "equations", "at fault", "numbers"), rows, "tight"),
+    ]
     for name, counted in result["summary"].items():
         found = list(findings({part: _of(result.get(part, ()), name) for part in PARTS}))
         if found:
@@ -78,7 +85,7 @@ def findings(mine: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
     """What matters most of one paper: broken laws, false statements, headline numbers that change, what follows."""
     broken = [e for e in mine["laws"] if e["caused_by"]]
     if broken and broken[0].get("owed"):
-        yield f"{broken[0]['law'][:1].upper()}{broken[0]['law'][1:]}: {broken[0]['owed']}"
+        yield f"{_begun(broken[0]['law'])}: {broken[0]['owed']}"
     if broken:
         listed = "; ".join(f"{e['law']} (by {tables.amount(e['violation'], e['unit'])})" for e in broken)
         yield f"Of {len(mine['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
@@ -95,26 +102,24 @@ def findings(mine: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
         yield f"Not so: {entry['claim']}. {tables.measured(entry)}."
 
 
-def paper(name: str, result: Mapping[str, Any]) -> str:
+def paper(name: str, result: Mapping[str, Any], typeset: Entry) -> str:
     """All of one paper, with a line of contents."""
+    bodies = _BODIES | {"equations": lambda found: equations(found, typeset)}
     mine = {part: _of(result.get(part, ()), name) for part in PARTS}
     there = [part for part in PARTS if mine[part]]
     links = "".join(f'<a href="#{name}-{part}">{TITLES[part]}</a>' for part in there)
-    bodies = (f'<h3 id="{name}-{part}">{TITLES[part]}</h3>{_BODIES[part](mine[part])}' for part in there)
-    return f'<nav class="paper" aria-label="{escape(name)}">{links}</nav>\n' + "\n".join(bodies)
+    shown = (f'<h3 id="{name}-{part}">{TITLES[part]}</h3>{bodies[part](mine[part])}' for part in there)
+    return f'<nav class="paper" aria-label="{escape(name)}">{links}</nav>\n' + "\n".join(shown)
 
 
-def equations(found: Sequence[Entry]) -> str:
-    """All equations in a table, then the trial of each that has something to it, then the rest in short."""
+def equations(found: Sequence[Entry], typeset: Entry) -> str:
+    """All equations in a table, then the trial of each that has something to it, then the rest in short.
+
+    `typeset` holds their formulas as MathML, as they were written when they were judged.
+    """
     loud = [e for e in found if e["verdict"] not in article.QUIET]
     quiet = [e for e in found if e["verdict"] in article.QUIET]
-    return "\n".join([article.overview(found), *(article.trial(e, typeset(e)) for e in (*loud, *quiet))])
-
-
-def typeset(entry: Entry) -> Entry:
-    """The formulas of an equation's trial as MathML, as they were written when it was judged."""
-    found: Entry = generated.sidecar("audit_mathml")[entry["paper"]][entry["equation"]]
-    return found
+    return "\n".join([article.overview(found), *(article.trial(e, typeset[e["equation"]]) for e in (*loud, *quiet))])
 
 
 def laws(found: Sequence[Entry]) -> str:
@@ -126,11 +131,18 @@ def laws(found: Sequence[Entry]) -> str:
 
 
 def _shares(law: Entry) -> str:
-    """What each equation that a broken law is laid to does to it, and the sentence that names the first."""
+    """The sentence that names what a broken law is laid to, and, of several equations, what each does to it."""
+    if len(law["shares"]) == 1:
+        return markup.paragraph(f"{_begun(law['law'])}: {law['owed']}")
     rows = [(s["equation"], *(float(s[key]) for key in ("alone", "without", "shapley"))) for s in law["shares"]]
     head = ("equation", f"its repair alone takes away [{law['unit']}]", "it alone leaves", "Shapley value")
     title = f"<h4>{escape(law['law'])}</h4>"
     return f"{title}{markup.paragraph(law['owed'])}{markup.table(head, rows, 'tight')}"
+
+
+def _begun(text: str) -> str:
+    """A sentence with a capital."""
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def causes(found: Sequence[Entry]) -> str:
@@ -182,17 +194,25 @@ def numbers(found: Sequence[Entry]) -> str:
     parts = []
     for verdict in (v for v in _ORDER if any(e["verdict"] == v for e in found)):
         mine = [e for e in found if e["verdict"] == verdict]
-        rows = [(e["quantity"], e["unit"], Raw(escape(e["printed_text"])), e["recomputed"], notes.mark(tables.basis(e)))
+        rows = [(e["quantity"], e["place"], e["unit"], Raw(escape(e["printed_text"])), e["recomputed"],
+                 e["difference"] if verdict == "not reproduced" else "", notes.mark(tables.basis(e)))
                 for e in mine]  # fmt: skip
         parts.append(f"<h4>{mark(verdict).markup} {len(mine)}</h4>")
-        parts.append(markup.table(("quantity", "unit", "printed", "recomputed", "note"), rows, "tight"))
+        head = ("quantity", "place", "unit", "printed", "recomputed", "differs by", "note")
+        parts.append(markup.table(*_filled(head, rows), "tight"))
     listed = "".join(f"<li>{escape(text)}</li>" for text in notes.texts)
     return "\n".join([*parts, f'<ol class="notes">{listed}</ol>' if listed else ""])
 
 
-_BODIES = {
-    "consequences": consequences, "laws": laws, "causes": causes, "references": references, "equations": equations,
-    "claims": claims, "numbers": numbers,
+def _filled(head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tuple[list[str], list[list[Cell]]]:
+    """A table without the columns that hold nothing."""
+    kept = [k for k in range(len(head)) if any(row[k] != "" for row in rows)]
+    return [head[k] for k in kept], [[row[k] for k in kept] for row in rows]
+
+
+_BODIES: dict[str, Callable[[Sequence[Entry]], str]] = {
+    "consequences": consequences, "laws": laws, "causes": causes, "references": references, "claims": claims,
+    "numbers": numbers,
 }  # fmt: skip
 
 
@@ -214,7 +234,7 @@ MEANINGS = {
     "repaired, and the mean over all orders of repair",
     "reproduced": "equal at the printed precision, from disclosed inputs only",
     "consistent": "equal, and the assumed inputs hit more printed values than they are many",
-    "not reproduced": "differs, from disclosed inputs only",
+    "not reproduced": "differs, from disclosed inputs only: by what was computed less what is printed",
     "not recomputable": "rests on inputs that the paper does not disclose",
     "by the print": "computed with the equations as printed, misprints included",
     "as derived": "computed with the same inputs from the equations derived here",

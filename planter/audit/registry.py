@@ -35,6 +35,9 @@ class Inputs:
         self._assumed = assumed
         self.assumed: list[str] = []
 
+    def __contains__(self, name: str) -> bool:
+        return name in self._known or name in self._assumed
+
     def __getitem__(self, name: str) -> Any:
         if name in self._known:
             return self._known[name]

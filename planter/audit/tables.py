@@ -67,10 +67,11 @@ def _laws(console: Console, found: Sequence[Entry]) -> None:
     laws = ((e["law"], e["violation"], e["unit"], blamed(e)) for e in found)
     console.table("Laws", ("law", "broken by", "unit", "restored by repairing"), laws)
     for law in found:
-        if law.get("shares"):
+        if len(law.get("shares", ())) > 1:
             rows = ((s["equation"], s["alone"], s["without"], s["shapley"]) for s in law["shares"])
             console.table(f"{law['law']} [{law['unit']}]", ("", "repaired alone", "left alone", "Shapley"), rows)
-            _say(law["owed"])
+        if law.get("owed"):
+            _say(f"{law['law'][:1].upper()}{law['law'][1:]}: {law['owed']}")
 
 
 @dataclass
@@ -90,12 +91,22 @@ class Notes:
 
 
 def _numbers(console: Console, found: list[Entry]) -> None:
+    if not found:
+        return
     notes = Notes()
-    keys = ("quantity", "unit", "printed_text", "recomputed", "verdict")
-    rows = [(*(cell_text(e[key]) for key in keys), notes.mark(basis(e))) for e in found]
-    console.table("Numbers", ("quantity", "unit", "printed", "computed", "verdict", ""), rows)
+    keys = ("quantity", "unit", "printed_text", "recomputed")
+    places = any(e["place"] for e in found)
+    rows = [(*((e["place"],) if places else ()), *(cell_text(e[key]) for key in keys), _apart(e), e["verdict"],
+             notes.mark(basis(e))) for e in found]  # fmt: skip
+    head = ("quantity", "unit", "printed", "computed", "differs by", "verdict", "")
+    console.table("Numbers", (*(("place",) if places else ()), *head), rows)
     if notes.texts:
         console.table("", ("", "numbers rest on"), ((notes.mark(text), text) for text in notes.texts))
+
+
+def _apart(number: Entry) -> str:
+    """What was computed less what is printed, where that is more than its digits say."""
+    return f"{number['difference']:+.3g}" if number["verdict"] == "not reproduced" and number["difference"] else ""
 
 
 def _consequences(console: Console, found: list[Entry]) -> None:

@@ -23,28 +23,34 @@ def audit(paper: str | None = None) -> dict[str, Any]:
     Raises InputError for a paper that is not one of those audited.
     """
     wanted = list(numbers.papers()) if paper is None else [checked(paper)]
-    verdicts = committed()
-    equations, laws, causes, references = (
-        _of(verdicts.get(part, ()), wanted) for part in ("equations", "laws", "causes", "references")
-    )
-    judged = _of(numbers.judged(paper), wanted)
-    trial = {"equations": equations, "laws": laws, "numbers": judged}
+    found = gathered(committed(), numbers.judged(paper), {name: numbers.papers()[name] for name in wanted})
+    drawn = consequences.drawn(paper, numbers.data(), found)
+    return found | {"claims": _of(claims.judged(paper), wanted), "consequences": drawn}
+
+
+def gathered(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]) -> dict[str, Any]:
+    """The verdicts on some papers with those on their numbers, without statements of their texts."""
+    parts = ("equations", "laws", "causes", "references")
+    equations, laws, causes, references = (_of(verdicts.get(part, ()), list(titles)) for part in parts)
+    mine = _of(judged, list(titles))
     return {
-        **trial,
-        "causes": _of([*causes, *numbers.causes(judged)], wanted),
+        "equations": equations,
+        "laws": laws,
+        "numbers": mine,
+        "causes": _of([*causes, *numbers.causes(mine)], list(titles)),
         "references": references,
-        "claims": _of(claims.judged(paper), wanted),
-        "consequences": consequences.drawn(paper, numbers.data(), trial),
+        "claims": [],
+        "consequences": [],
         "summary": {
             name: {
-                "title": numbers.papers()[name],
+                "title": title,
                 "equations": counts(_of(equations, [name])),
                 "at_fault": sum(1 for e in _of(equations, [name]) if e["verdict"] in consequences.FAULTY),
-                "causes": len(_of(causes, [name])) + len(numbers.causes(_of(judged, [name]))),
+                "causes": len(_of(causes, [name])) + len(numbers.causes(_of(mine, [name]))),
                 "laws_violated": sum(1 for law in _of(laws, [name]) if law["caused_by"]),
-                "numbers": counts(_of(judged, [name])),
+                "numbers": counts(_of(mine, [name])),
             }
-            for name in wanted
+            for name, title in titles.items()
         },
     }
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from planter.cli.results import Derived
-from planter.errors import ComputationError, InputError
+from planter.files import derivation
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption
 
@@ -42,14 +40,6 @@ def derive(
     """Derive a mechanism of your own and write its functions. FILE is run as Python: hand in none that you mistrust."""
     console = Console(as_json)
     with console.outcome():
-        if not source.exists():
-            raise InputError(f"{source}: there is no such file or folder")
-        folder = out or (source if source.is_dir() else source.parent) / "generated"
-        command = [sys.executable, "-P", "-m", "derive", str(source), "--out", str(folder)]
-        command += [part for name in target or () for part in ("--target", name)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            error = InputError if done.returncode == InputError.exit_code else ComputationError
-            raise error(done.stderr.strip())
+        folder = derivation.derived(source, out, target or ())
         written = sorted(str(path) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
         console.result(Derived(str(folder), written), lambda: print("\n".join(written)))

@@ -54,7 +54,7 @@ class Centrifuge(Subject):
                     for back in (0, np.pi))
         law = Law("support is the weight", "N", (R - 2 * m * g,))
         cycle = Cycle((one, two), np.full(24, np.pi / 12))
-        return Dynamics((law,), {"reference": cycle}, self.claims(), (), lambda s: quantity(f"{s.name}_2", s.unit))
+        return Dynamics((law,), {"reference": cycle}, self.claims(), (), (lambda s: quantity(f"{s.name}_2", s.unit),))
 
 
 PAPER = Paper("centrifuge2024", "Made up 2024")

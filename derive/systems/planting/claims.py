@@ -215,6 +215,13 @@ def moving() -> frozenset[Quantity]:
     return twins.own(derivation.device()) | set(BETWEEN)
 
 
+@cache
+def actions() -> dict[sp.Symbol, str]:
+    """What the mechanism calls its forces and moments, those of side 2 as those of side 1."""
+    unknowns = derivation.build_side().mechanism.unknowns
+    return {symbol: u.meaning for u in unknowns for symbol in (u, q.twin(u))}
+
+
 def common(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
     """Two balances in the same quantities: what only one of them names is written by what both do."""
     given = _given(printed, derived)

@@ -47,7 +47,7 @@ def dynamics() -> Dynamics:
     """The laws of the device with its motion and its derivation."""
     reference = _cycle()
     return Dynamics(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.claims(),
-                   claims.supplements(), q.twin)  # fmt: skip
+                   claims.supplements(), (q.twin,))  # fmt: skip
 
 
 def laws() -> tuple[Law, ...]:

@@ -39,6 +39,9 @@ class PlantingDevice(Subject):
     def folds(self) -> Mapping[sp.Symbol, Expr]:
         return claims.OFFSETS
 
+    def actions(self) -> Mapping[sp.Symbol, str]:
+        return claims.actions()
+
     def zero(self) -> Mapping[sp.Symbol, str]:
         return assumptions.ZERO
 

@@ -196,7 +196,7 @@ def test_of_several_things_left_out_the_shared_one_is_the_cause() -> None:
 def test_the_three_equations_with_the_body_left_behind_are_one_slip() -> None:
     own = CASES["shi2021"]
     kindest = {n: heard(own, n).kindest for n in ("B1", "B2", "12")}
-    (reason,) = {reasons(hearing.judgement, hearing.printed) for hearing in kindest.values()}
+    (reason,) = {reasons(hearing.judgement, hearing.printed, {}) for hearing in kindest.values()}
     assert len(reason) == 1
 
 

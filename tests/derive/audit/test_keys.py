@@ -18,8 +18,11 @@ import sympy as sp
 from derive import papers
 from derive.__main__ import GENERATED
 from derive.audit import key, page, record, verdicts
+from derive.audit.hearing import reasons
+from derive.audit.judgement import Judgement
 from derive.discovery import modules
 from derive.papers import shi2021, wang2017, yu2023
+from derive.quantity import Quantity
 from derive.systems.planting import laws
 from tests.support.made_up import tampered
 
@@ -131,6 +134,20 @@ def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pyte
     assert before not in {key.of_equation(other, number) for other in others}
 
 
+def test_what_actions_are_called_changes_the_key_and_the_record_and_what_a_symbol_says_does_not() -> None:
+    own, number = wang2017.CASE, "25"
+    called = own.subject.actions()
+    force = next(s for s in called if str(s) == "F_Ex")
+    other = replace(own, subject=tampered(own.subject, actions=lambda _: called | {force: "push of the cam, x"}))
+    assert key.of_equation(other, number) != key.of_equation(own, number)
+    judgement, printed = Judgement("incomplete", "", missing=(sp.sin(1) * force,)), own.paper.equations[number]
+    renamed = Quantity(force.name, force.unit, "something else", "test")
+    for symbol in (force, renamed):
+        found = Judgement("incomplete", "", missing=(sp.sin(1) * symbol,))
+        assert reasons(found, printed, called) == (f"lacks {called[force].rpartition(', ')[0]}",)
+    assert reasons(judgement, printed, other.subject.actions()) == ("lacks push of the cam",)
+
+
 def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
     names = {path.relative_to(ROOT / "derive").as_posix() for path in key.sources(["derive.audit.record"])}
     assert {"audit/record.py", "audit/judge.py", "audit/edits.py", "audit/terms.py", "audit/subject.py"} <= names
@@ -168,7 +185,8 @@ def test_the_committed_records_are_those_of_this_code() -> None:
 def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
     content = json.loads(committed)
-    assert record.as_json(content["equations"], content["laws"], content["references"]) == committed
+    parts = (content[part] for part in ("equations", "laws", "references", "papers"))
+    assert record.as_json(*parts) == committed
     typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
     shown = json.loads(typeset)
     assert record.typeset(record.keyed(content["equations"], shown).values()) == typeset

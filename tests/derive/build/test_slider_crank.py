@@ -83,7 +83,11 @@ def test_friction_follows_both_signs_of_the_guides_force(folder: Path, friction:
 
 def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) -> None:
     found = turn(model(folder, mu=0.2, omega_rpm=700.0), 90).result
-    assert [law.violation for law in found.laws] == pytest.approx([0, 0, 0, 0], abs=1e-9)
+    assert {law.law.partition(",")[0] for law in found.laws} >= {
+        "power of all forces and of inertia", "rate of angular momentum less outer moments",
+        "virtual work where phi alone moves", "virtual work where beta alone moves",
+    }  # fmt: skip
+    assert max(law.violation for law in found.laws) < 1e-9
     assert found.work["M_in_J"] == pytest.approx(found.work["guide_J"], rel=1e-9)
     assert found.work["guide_J"] > 0.1
 

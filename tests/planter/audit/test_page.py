@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from planter.audit import article, page, tables, verdicts
+from planter.kernels import generated
 from tests.support.cli import below
 
 run, answer, _ = below("audit")
@@ -55,7 +56,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 def test_texts_on_the_page_are_escaped() -> None:
     result = copy.deepcopy(verdicts.audit("yu2023"))
     result["equations"][0] |= {"printed": "</p><script>x</script> = 0", "verdict": "misprint", "finding": "a < b & c"}
-    text = page.html(result)
+    text = page.html(result, generated.sidecar("audit_mathml"))
     tree(text)
     assert "<script" not in text
 

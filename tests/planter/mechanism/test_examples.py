@@ -23,7 +23,7 @@ def test_an_example_is_short(path: object) -> None:
 @pytest.mark.parametrize("name", ["transplanting_arm", "cam_follower", "slider_crank", "planetary_train"])
 def test_a_turn_keeps_the_laws(name: str) -> None:
     laws = turn(Model(own.file(name)), 90).result.laws
-    assert {"W", "N"} <= {law.unit for law in laws} <= {"W", "N", "1", "m/s"}
+    assert {"W", "N", "N m"} <= {law.unit for law in laws} <= {"W", "N", "N m", "1", "m/s"}
     assert max(law.violation for law in laws) < 1e-9
 
 

@@ -118,7 +118,7 @@ def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
     result = answer("turn", str(file), "--samples", "45", "--out", str(tmp_path / "run"), "--set", "omega_rad_s=20")
     jsonschema.validate(result, json.loads((schema.FOLDER / "turn.json").read_text(encoding="utf-8")))
     assert (result["machine"], result["samples"]) == ("four_bar", 45)
-    assert {law["unit"] for law in result["laws"]} == {"W", "N"}
+    assert {law["unit"] for law in result["laws"]} == {"W", "N", "N m"}
     assert max(law["violation"] for law in result["laws"]) < 1e-9
     assert result["work"]["M_in_J"] == pytest.approx(0, abs=1e-4)
     assert result["quantities"]["gamma_deg"].keys() == {"unit", "min", "max", "mean", "rms", "min_deg", "max_deg"}

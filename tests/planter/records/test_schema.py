@@ -14,6 +14,7 @@ from tests.support.cli import answer, refusal
 from tests.support.schemas import committed
 
 CALLS = {
+    "audit": ("yu2023",),
     "clutch geometry": ("shi2021",),
     "doctor": (),
     "example": (),

@@ -1,0 +1,32 @@
+"""Derives a user's file: it is run as Python by a process of its own, and text comes back."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from planter.errors import ComputationError, InputError
+
+GENERATED = "generated"
+
+
+def derived(source: Path, out: Path | None = None, targets: Iterable[str] = ()) -> Path:
+    """The folder with what was derived of a file or folder: that which is given, else ``generated`` beside it.
+
+    ``targets`` are languages that are written besides those that always are.
+    Raises InputError for what is wrong with the user's file, with the place in it, ComputationError for anything else.
+    """
+    if not source.exists():
+        raise InputError(f"{source}: there is no such file or folder")
+    folder = out or (source if source.is_dir() else source.parent) / GENERATED
+    command = [sys.executable, "-P", "-m", "derive", str(source), "--out", str(folder)]
+    command += [part for name in targets for part in ("--target", name)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    said = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
+    if done.returncode == InputError.exit_code:
+        raise InputError(said[0])
+    if done.returncode:
+        raise ComputationError(said[-1])
+    return folder

@@ -1,0 +1,120 @@
+"""Measures of a mechanism's quantities, over a turn or over a time, with true extremes rather than sampled ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.mechanism.dynamics import Dynamics
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.measures import Measure
+from planter.mechanism.model import Model
+from planter.numerics import extremes
+
+LOOKED_AT = 720
+"""Samples of a turn among which extremes are looked for."""
+AVERAGED = 7200
+"""Samples of a turn that a mean is taken of: right to rounding where all is smooth, to 1e-4 of a jump elsewhere."""
+INSTANTS = 2001
+"""Instants of a motion."""
+TOLERANCE = 1e-10
+
+
+def told(file: MechanismFile) -> dict[str, str]:
+    """SI units of the quantities that measures may be of, by name."""
+    vectors = file.model.sidecar["vectors"]
+    return {e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())}
+
+
+def turns(file: MechanismFile) -> bool:
+    """Whether an angle drives the mechanism."""
+    return "speed" in file.model.sidecar
+
+
+def felt(file: MechanismFile, name: str) -> frozenset[str]:
+    """Keys of the values that a quantity can depend on; of a free motion all."""
+    keys = [entry["shown"].rpartition(".")[2] for entry in file.entries]
+    if not turns(file):
+        return frozenset(keys)
+    lane = file.model.function("lane")
+    given = {key: ca.SX.sym(key, lane.size1_in(key)) for key in lane.name_in()}
+    data = given.setdefault("data", ca.SX.sym("data", len(keys)))
+    if "hoisted" in given:
+        prologue = file.model.function("prologue")
+        given["hoisted"] = prologue(*(given[key] for key in prologue.name_in()))
+    output = lane(*(given[key] for key in lane.name_in()))[file.model.outputs("lane").index(name)]
+    return frozenset(key for key, does in zip(keys, ca.which_depends(output, data), strict=True) if does)
+
+
+def measure(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
+    """A measure in SI; of so many samples where a number is told, else the true one.
+
+    Raises InputError for a measure that the mechanism does not have, ComputationError where it does not move so.
+    """
+    return _of_turn(file, one, samples, until_s) if turns(file) else _of_motion(file, one, samples, until_s)
+
+
+def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
+    if one.in_time or until_s is not None:
+        raise InputError(f"{one} is not allowed: an angle drives {file.name}, so that measures are of a turn")
+    model = Model(file)
+
+    def values(angles: Array) -> Array:
+        found = model(angles)[one.name]
+        return np.abs(found) if one.size else found
+
+    if one.kind == "at":
+        return float(values(np.radians([one.angle or 0.0]))[0])
+    if samples is not None:
+        return _sampled(one, values(2 * np.pi * np.arange(samples) / samples))
+    if one.kind in ("max", "min", "range"):
+        places = 2 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
+        high = extremes.largest(values, places, closed=True).value if one.kind != "min" else 0.0
+        low = extremes.least(values, places, closed=True).value if one.kind != "max" else 0.0
+        return high - low if one.kind == "range" else high + low
+    return _sampled(one, values(2 * np.pi * np.arange(AVERAGED) / AVERAGED))
+
+
+def _of_motion(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
+    """Extremes and means are those of a spline through the instants."""
+    end = one.angle if one.kind == "at" else until_s
+    if end is None or (one.kind == "at" and not one.in_time):
+        raise InputError(f"{one} is not allowed: {file.name} moves by itself: say NAME at SECONDS s, or until_s")
+    times = np.linspace(0.0, end, INSTANTS if samples is None else samples) if end else np.array([0.0])
+    dynamics = Dynamics(file)
+    run = dynamics.run(times, TOLERANCE)
+    found = (dict(zip(dynamics.names, run.states, strict=True)) | run.results).get(one.name)
+    if found is None:
+        raise InputError(f"{one} is not allowed: the balances do not determine {one.name}")
+    if one.kind == "at":
+        return float(found[-1])
+    values = np.abs(found) if one.size else found
+    return _sampled(one, values) if samples is not None else _of_spline(one, times, values)
+
+
+def _of_spline(one: Measure, times: Array, values: Array) -> float:
+    """A measure of the spline through values (n,) at times (n,)."""
+    spline, end = CubicSpline(times, values), times[-1]
+    if one.kind in ("max", "min", "range"):
+        turning = spline.derivative().roots(extrapolate=False)
+        return _sampled(one, spline(np.concatenate([[0.0, end], turning[np.isfinite(turning)]])))
+    mean = float(spline.integrate(0.0, end)) / end
+    if one.kind == "mean":
+        return mean
+    square = float(CubicSpline(times, values**2).integrate(0.0, end)) / end
+    return float(np.sqrt(square)) if one.kind == "rms" else square - mean**2
+
+
+def _sampled(one: Measure, values: Array) -> float:
+    """A measure of samples."""
+    known: dict[str, Callable[[Array], Any]] = {
+        "max": np.max, "min": np.min, "range": np.ptp, "mean": np.mean, "variance": np.var,
+        "rms": lambda x: np.sqrt(np.mean(x**2)),
+    }  # fmt: skip
+    return float(known[one.kind](values))

@@ -1,0 +1,1 @@
+"""Printed numbers of papers about mechanisms of one's own."""
