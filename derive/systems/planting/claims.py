@@ -218,7 +218,7 @@ def moving() -> frozenset[Quantity]:
 @cache
 def actions() -> dict[sp.Symbol, str]:
     """What the mechanism calls its forces and moments, those of side 2 as those of side 1."""
-    unknowns = derivation.build_side().mechanism.unknowns
+    unknowns = derivation.device().assembly.unknowns
     return {symbol: u.meaning for u in unknowns for symbol in (u, q.twin(u))}
 
 
