@@ -20,7 +20,6 @@ from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y,
 from .mechanics.friction import creeping, dahl
 from .mechanics.impact import Impact, ImpactLaw
 from .mechanics.kinematics import FollowerLaw, GearStage
-from .mechanics.lagrange import accelerations
 from .mechanics.mechanism import Mechanism
 from .mechanics.slopes import Followed
 from .mechanics.twins import Sides
@@ -79,7 +78,6 @@ __all__ = [
     "Y",
     "Z",
     "about_pin",
-    "accelerations",
     "clip",
     "creeping",
     "dahl",

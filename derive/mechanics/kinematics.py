@@ -71,23 +71,25 @@ class Kinematics(Statement):
         value = quantity(name, unit, meaning)
         rate = quantity(f"{name}_dot", _RATES[unit][0], f"{meaning}, rate")
         acceleration = quantity(f"{name}_ddot", _RATES[unit][1], f"{meaning}, acceleration")
-        if equals is not None:
-            return self.follow((value, rate, acceleration), equals)
-        self.loops.coordinates.append(Coordinate(value, rate, acceleration))
-        self.motion.rates |= {value: rate, rate: acceleration}
-        return value
+        return self.follow((value, rate, acceleration), equals)
 
     def follow(
-        self, symbols: tuple[Quantity, Quantity, Quantity], equals: Expr, at_start: Expr | None = None
+        self,
+        symbols: tuple[Quantity, Quantity, Quantity],
+        equals: Expr | None = None,
+        at_start: Expr | None = None,
     ) -> Quantity:
         """A coordinate, its rate and its acceleration by quantities of one's own.
 
         ``at_start`` is what it is where the angle is zero.
         """
         value, rate, acceleration = symbols
-        velocity = self.motion.rate(equals)
-        for symbol, expr in ((value, equals), (rate, velocity), (acceleration, self.motion.rate(velocity))):
-            self.let(symbol, expr)
+        if equals is None:
+            self.loops.coordinates.append(Coordinate(value, rate, acceleration))
+        else:
+            velocity = self.motion.rate(equals)
+            for symbol, expr in ((value, equals), (rate, velocity), (acceleration, self.motion.rate(velocity))):
+                self.let(symbol, expr)
         self.motion.rates |= {value: rate, rate: acceleration}
         self.start |= {} if at_start is None else {value: at_start}
         return value

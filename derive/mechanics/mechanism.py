@@ -111,6 +111,10 @@ class Mechanism(Joints):
         """
         return twins.along(self, sides, inputs, forces, frame)
 
+    def accelerations(self) -> tuple[Expr, ...]:
+        """Those of the coordinates of a mechanism that moves by itself, in symbols; raises MechanismError."""
+        return moving.accelerations(self, TIME)
+
     def system(self, reported: Sequence[str | Quantity] | None = None) -> System:
         """The model: what is reported (everything, unless told) along the angle, or what an integrator needs.
 

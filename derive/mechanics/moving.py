@@ -41,6 +41,13 @@ def freely(stated: Statement, time: Quantity, reported: Sequence[str | Quantity]
     return Free(stated, time).functions(reported)
 
 
+def accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
+    """Those of the coordinates, in symbols. Raises MechanismError where loops or rolling hold them."""
+    if held := [*stated.loops.gaps, *stated.slips]:
+        raise MechanismError(f"{stated.name}: accelerations in symbols are those without {', '.join(held)}")
+    return Free(stated, time).solved()
+
+
 class FreeMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
@@ -88,6 +95,10 @@ class Free:
         forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
         drawn = places(self.stated, self.inputs, self.stated.named)
         return (self._start(), *forms, *self._outputs(reported), drawn)
+
+    def solved(self) -> tuple[Expr, ...]:
+        """Accelerations of the coordinates, if nothing holds them."""
+        return tuple(sp.Matrix(self._inertia()).LUsolve(sp.Matrix(self._forces())))
 
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start

@@ -1,10 +1,12 @@
-"""Contacts that give way, friction, Lagrange's equations, slopes along named steps: on made-up mechanisms."""
+"""Contacts that give way, friction, accelerations in symbols, slopes along named steps: on made-up mechanisms."""
 
 import pytest
 import sympy as sp
 from sympy import cos, sin
 
-from derive import Followed, Impact, ImpactLaw, Quantity, accelerations, creeping, dahl
+from derive import Followed, Impact, ImpactLaw, Mechanism, Quantity, creeping, dahl, quantities
+from derive.mechanics.laws import kinetic
+from derive.mechanics.statement import MechanismError
 
 
 def q(name: str, unit: str = "m") -> Quantity:
@@ -76,18 +78,28 @@ def test_bristles_bend_up_to_their_limit() -> None:
 
 
 def test_a_pendulum_on_a_cart_keeps_its_energy_without_forces() -> None:
-    place, angle = q("place"), q("angle", "rad")
-    rates = q("place_dot", "m/s"), q("angle_dot", "rad/s")
-    m, arm, g = q("m", "kg"), q("arm"), q("g", "m/s2")
-    along, up = rates[0] + arm * cos(angle) * rates[1], arm * sin(angle) * rates[1]
-    kinetic = m * rates[0] ** 2 / 2 + m * (along**2 + up**2) / 2
-    potential = -m * g * arm * cos(angle)
-    forces = (q("push", "N"), sp.S.Zero)
-    found = accelerations(kinetic, potential, (place, angle), rates, forces)
+    given = quantities("m | kg | bob | 1\n arm | m | arm | 1\n g | m/s2 | free fall | 9.81\n push | N | push | 1")
+    m = Mechanism("cart", given, gravity=given.g)
+    place, angle = m.coordinate("place", "m", "cart"), m.coordinate("angle", "rad", "arm, from below")
+    cart, rod = m.point("cart", m.O, m.world, place), m.frame("rod", angle)
+    trolley = m.body("cart", m.world, given.m, cart)
+    bob = m.body("bob", rod, given.m, m.point("bob", cart, rod, 0, -given.arm))
+    m.pin("cart", bob, trolley, cart)
+    m.force("push", trolley, cart, m.vector(m.world, given.push))
+    found = m.accelerations()
+    rates = [m.motion.rates[s] for s in (place, angle)]
     moving = dict(zip((place, angle, *rates), (*rates, *found), strict=True))
-    gained = sum(((kinetic + potential).diff(s) * rate for s, rate in moving.items()), sp.S.Zero)
-    assert sp.simplify(gained - forces[0] * rates[0]) == 0
-    assert sp.simplify(found[0].subs({angle: 0, rates[1]: 0}) - forces[0] / m) == 0
+    energy = kinetic(m.motion, m.bodies, m.world) - given.m * given.g * given.arm * cos(angle)
+    gained = sum((energy.diff(s) * rate for s, rate in moving.items()), sp.S.Zero)
+    assert sp.simplify(gained - given.push * rates[0]) == 0
+    assert sp.simplify(found[0].subs({angle: 0, rates[1]: 0}) - given.push / given.m) == 0
+
+
+def test_accelerations_in_symbols_are_those_of_what_nothing_holds() -> None:
+    m = Mechanism("held", quantities("r | m | radius | 1"))
+    m.constrain("rope", m.coordinate("x", "m", "place") - 1, {})
+    with pytest.raises(MechanismError, match="held: accelerations in symbols are those without gap_rope"):
+        m.accelerations()
 
 
 def test_slopes_along_named_steps_are_those_of_the_whole() -> None:

@@ -1,6 +1,6 @@
 """Motion of both clutches: what the linkage prescribes, the contacts they share, slides, equations of motion, powers.
 
-Equations of motion from kinetic and potential energy (Lagrange), under the generalised forces of the contacts.
+Equations of motion of the bodies that are free to move, under the generalised forces of the contacts.
 """
 
 from __future__ import annotations
@@ -9,17 +9,19 @@ import sympy as sp
 from sympy import Expr, S, sqrt
 
 from ....branches import clip, switch
-from ....mechanics.frames import Point, Vec, displacement
+from ....mechanics.frames import Vec, displacement
 from ....mechanics.friction import dahl, square
-from ....mechanics.lagrange import accelerations
+from ....mechanics.laws import kinetic
+from ....mechanics.mechanism import Mechanism
 from ....mechanics.slopes import Followed
 from ....model import ClosedForm, System, let
 from ....quantity import Vector
+from ....table import Quantities
 from .. import quantities as clutch
 from ..motion import MESH, crank_angle, gear_rate
 from ..slider import CRANK, pin_distance
 from . import quantities as q
-from .bodies import BODY, END, INPUT, MOTION, ON_SLIDES, OVER_INPUT, WORLD, O, contact
+from .bodies import BODY, END, INPUT, MOTION, ON_SLIDES, OVER_INPUT, SHAFT, WORLD, O, contact
 from .quantities import found, given
 
 ASSUMPTIONS = (
@@ -120,54 +122,57 @@ def linkage() -> ClosedForm:
     return contact("linkage", (), (), q.way - q.pushed, q.way_dot - q.pushed_dot, ())
 
 
-def kinetic() -> Expr:
-    """Energy of motion; that of the body's and the input's rotation stays the same."""
-
-    def moving(mass: Expr, point: Point) -> Expr:
-        velocity = MOTION.derivative(displacement(O, point, WORLD))
-        return mass * velocity.dot(velocity) / 2
-
-    return moving(body, BODY) + moving(shaft_mass, END) + sleeve * q.way_dot**2 / 2 + inertia * q.output_dot**2 / 2
-
-
-def potential() -> Expr:
-    """Of the sleeve's spring and the bent shaft."""
-    way = sp.Dummy("way")
+def mechanism() -> Mechanism:
+    """What moves freely, and all that acts on it; nothing weighs, and the body keeps its rotation."""
+    m = Mechanism("clutch_motion", Quantities({}, {}), spatial=True, world=WORLD)
+    for symbols in zip(q.PLACES, q.RATES, ACCELERATIONS, strict=False):
+        m.follow(symbols)
+    m.motion.rates |= {q.angle: q.angle_dot, q.pushed: q.pushed_dot}
+    on_x, on_y, on_way, on_output, on_shaft_x, on_shaft_y, *_ = q.FORCES
+    at = m.point("centre of the sleeve", O, WORLD, z=q.way)
+    place, way = displacement(O, END, WORLD), sp.Dummy("way")
     spring = sp.integrate(preload + spring_rate * way, (way, 0, q.way))
-    bent = displacement(O, END, WORLD)
-    return spring + shaft_stiffness * bent.dot(bent) / 2
+    bent = shaft_stiffness * place.dot(place) / 2
+    m.potentials += [spring, bent]
+
+    half = m.body("body", INPUT, body, BODY)
+    ring = m.body("sleeve", WORLD, sleeve, at)
+    shaft = m.body("output shaft", SHAFT, shaft_mass, END, inertia)
+    m.force("contacts of the body", half, BODY, m.vector(WORLD, on_x + push_x, on_y + push_y))
+    m.force("slides", half, BODY, m.vector(WORLD, *HELD))
+    m.force("contacts and spring of the sleeve", ring, at, m.vector(WORLD, z=on_way - spring.diff(q.way)))
+    m.torque("contacts and load", shaft, m.ground, on_output - load * spun)
+    m.force("contacts of the shaft", shaft, END, m.vector(WORLD, on_shaft_x, on_shaft_y))
+    m.force("bending", shaft, END, -m.vector(WORLD, *(bent.diff(s) for s in (q.shaft_x, q.shaft_y))))
+    m.force("damping", shaft, END, -shaft_damping * m.velocity(END))
+    return m
 
 
 def motion() -> ClosedForm:
     """Accelerations, rates of the bristles, works per time and energy, from what all contacts do together."""
-    rates, free = q.RATES.quantities, slice(q.FREE)
     sliding, bent = ON_SLIDES.components[:2], Vec(INPUT, (*BENT, S.Zero))
     bristle_rates, lost = dahl(sliding, BENT, lock_stiffness, limit, creep)
     held = (-lock_stiffness * bent).resolved(WORLD)
     seated = clip(1 - q.way / lock_travel, S.Zero, S.One)
-    bending = MOTION.derivative(displacement(O, END, WORLD))
-    rayleigh = shaft_damping * bending.dot(bending) / 2
-    pushes = {rates[0]: HELD[0] + push_x, rates[1]: HELD[1] + push_y, q.output_dot: -load * spun}
-    forces = [
-        on + pushes.get(rate, S.Zero) - rayleigh.diff(rate)
-        for on, rate in zip(q.FORCES.quantities[free], rates[free], strict=True)
-    ]
-    solved = accelerations(kinetic(), potential(), q.PLACES.quantities[free], rates[free], forces)
+    m = mechanism()
+    bending = m.velocity(END)
+    powers = _powers(lost, shaft_damping * bending.dot(bending))
+    in_springs = sp.Add(*m.potentials) + lock_stiffness * square(BENT) / 2 + q.stored
     steps = (
         let(spun, q.output_dot / sqrt(q.output_dot**2 + load_speed**2)),
         let(limit, slide + lock * seated),
         *(let(name, component) for name, component in zip(HELD, held.components, strict=False)),
-        *(let(name, expr, "Lagrange's equation") for name, expr in zip(ACCELERATIONS, solved, strict=True)),
+        *(let(name, expr, "Lagrange's equation") for name, expr in zip(ACCELERATIONS, m.accelerations(), strict=True)),
         *(let(name, expr, "Dahl's bristles") for name, expr in zip(BENT_RATES, bristle_rates, strict=True)),
-        *(let(name, expr) for name, expr in zip(POWERS, _powers(lost, rayleigh), strict=True)),
-        let(energy, kinetic() + potential() + lock_stiffness * square(BENT) / 2 + q.stored),
+        *(let(name, expr) for name, expr in zip(POWERS, powers, strict=True)),
+        let(energy, kinetic(m.motion, m.bodies, WORLD) + in_springs),
     )
     outputs = Vector("motion", (*ACCELERATIONS, *BENT_RATES, *POWERS, energy))
     inputs = (q.PLACES, q.RATES, BRISTLES, SUMS, MASSES, SPRINGS, LOADS, SLIDES)
     return ClosedForm("motion", inputs, steps, outputs)
 
 
-def _powers(lost: Expr, rayleigh: Expr) -> tuple[Expr, ...]:
+def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
     """In the order of `POWERS`. What prescribes a coordinate gives what the contacts take there."""
     carried = MOTION.derivative(displacement(O, BODY, WORLD)) - OVER_INPUT
     held = Vec(WORLD, (*HELD, S.Zero)).dot(carried)
@@ -180,7 +185,7 @@ def _powers(lost: Expr, rayleigh: Expr) -> tuple[Expr, ...]:
         q.damped,
         q.rubbed,
         lost,
-        2 * rayleigh,
+        damped,
     )
 
 
