@@ -13,7 +13,8 @@ PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("records",), ("files", "kernels", "terminal"), ("numerics", "report"),
-    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("sweeps",), ("explain", "mechanism"),
+    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("sweeps",), ("tolerance",),
+    ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
 DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",), ("build",))

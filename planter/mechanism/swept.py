@@ -17,6 +17,9 @@ from planter.mechanism import file
 if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.model import Model
+    from planter.progress import Listener
+    from planter.tolerance.room import Settings
+    from planter.tolerance.spread import Spread
 
 MEASURES: dict[str, Callable[[Array], Any]] = {
     "max": np.max, "min": np.min, "range": np.ptp, "mean": np.mean, "std": np.std,
@@ -30,6 +33,9 @@ class Room:
 
     choices: Mapping[str, Sequence[str]] = {}
     usual: Sequence[str] = ()
+    banded: Sequence[str] = ()
+    curves: Sequence[str] = ()
+    paths: Sequence[tuple[str, str]] = ()
 
     def takes(self, source: str) -> bool:
         """A mechanism's file, or its name as `planter turn` takes it."""
@@ -39,8 +45,9 @@ class Room:
         except (PlanterError, OSError, ValueError):
             return False
 
-    def load(self, source: str) -> MechanismFile:
-        return file.load(source)
+    def load(self, source: str, changes: Mapping[str, float]) -> MechanismFile:
+        """The file, some numbers set."""
+        return file.load(source, changes)
 
     def inputs(self, machine: MechanismFile) -> dict[str, str]:
         """Its values."""
@@ -49,6 +56,21 @@ class Room:
     def outputs(self, machine: MechanismFile) -> dict[str, str]:
         """Measures of its results over a turn."""
         return {name: f"{entry['meaning']}: {kind} over a turn" for name, entry, kind in outputs(machine)}
+
+    def nominal(self, machine: MechanismFile) -> dict[str, float]:
+        """Its values."""
+        own = machine.numbers()
+        return {entry["shown"]: own[entry["shown"]] for entry in machine.entries}
+
+    def tolerances(self, machine: MechanismFile) -> dict[str, dict[str, Any]]:
+        """None that could be assumed of any mechanism."""
+        return {}
+
+    def robust(
+        self, machine: MechanismFile, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
+        progress: Listener | None,
+    ) -> None:  # fmt: skip
+        """None: what is to be small, `planter optimise --least` asks."""
 
     def frozen(self, machine: MechanismFile) -> dict[str, Any]:
         """Its table, and where its functions are."""
@@ -93,6 +115,13 @@ class Mechanism:
     def evaluated(self, points: Array, threads: int) -> Array:
         """Outputs (m, k) at points (m, n): NaN in rows whose loops do not close, or that have no forces."""
         return np.array([self._row(point) for point in points]).reshape(len(points), len(self._asked))
+
+    def slopes(self, point: Array) -> None:
+        """None: exact ones are those of bounded values alone."""
+
+    def curves(self, keys: Sequence[str], points: Array) -> dict[str, Array]:
+        """None are usual."""
+        return {}
 
     def _row(self, point: Array) -> list[float]:
         try:

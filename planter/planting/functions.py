@@ -22,9 +22,10 @@ MODELS: tuple[Model, ...] = ("exact", "printed")
 
 @dataclass(frozen=True)
 class Prologue:
-    """What a design fixes: h, and its Jacobian in the design."""
+    """What a design fixes on a machine with data c: h, and its Jacobian in the design."""
 
     x: Array
+    c: Array
     h: Array
     dh: Array
 

@@ -170,10 +170,14 @@ class Device:
         hessian, _ = ca.hessian(ca.dot(weights, f(x, c)), x)
         return Kernel(ca.Function("prologue_hessian", [x, c, weights], [hessian], ["x", "c", "weights"], ["hessian"]))
 
-    def prologue(self, x: Array) -> Prologue:
-        """What of a turn hangs on the design x (p,) [SI] alone, with its derivatives: made once, used at all angles."""
-        found = self.prologue_kernel(x=x, c=self.constants)
-        return Prologue(np.asarray(x, dtype=float), found["h"][:, 0], found["dh"])
+    def prologue(self, x: Array, c: Array | None = None) -> Prologue:
+        """What of a turn hangs on the design x (p,) [SI] alone, with its derivatives: made once, used at all angles.
+
+        `c` are data of a machine that differs from the device's own in nothing else.
+        """
+        data = self.constants if c is None else c
+        found = self.prologue_kernel(x=x, c=data)
+        return Prologue(np.asarray(x, dtype=float), data, found["h"][:, 0], found["dh"])
 
     @cached_property
     def cycle_kernel(self) -> Kernel:

@@ -174,7 +174,7 @@ class SupportForce:
 
     def _inputs(self, at: Prologue, phi: Array) -> dict[str, Array]:
         lanes = np.add.outer(self.shares.offsets, np.asarray(phi, dtype=float)).reshape(1, -1)
-        return {"phi": lanes, "x": at.x, "c": self.device.constants, "h": at.h}
+        return {"phi": lanes, "x": at.x, "c": at.c, "h": at.h}
 
     def _tiled(self, weights: Array) -> Array:
         return np.tile(weights, len(self.shares.offsets)).reshape(1, -1)

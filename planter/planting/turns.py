@@ -82,9 +82,20 @@ class Turns:
     def gradient(self, x: Array) -> tuple[float, Array]:
         """The objective (31) [-] of a design x (p,) and its gradient (p,) [1/SI]: extremes stay at their samples."""
         self._check(x, self.device.design.shape)
+        return self._gradient(x, self.device.constants)
+
+    def gradients(self, designs: Array, data: Array) -> tuple[Array, Array]:
+        """Objectives (m,) and gradients (m, p) of designs (m, p), each on a machine with other data (m, c) [SI]."""
+        self._check(designs, (len(designs), *self.device.design.shape))
+        self._check(data, (len(designs), *self.device.constants.shape))
+        found = [self._gradient(x, c) for x, c in zip(designs, np.ascontiguousarray(data), strict=True)]
+        values, gradients = zip(*found, strict=True)
+        return np.array(values), np.array(gradients)
+
+    def _gradient(self, x: Array, c: Array) -> tuple[float, Array]:
         if self._native:
-            return self._native.gradient(x)
-        force, slopes = self.device.force.slopes(self.device.prologue(x), self.angles)
+            return self._native.gradient(x, c)
+        force, slopes = self.device.force.slopes(self.device.prologue(x, c), self.angles)
         turn = Weighed(self.objective, force)
         return turn.value, turn.gradient(slopes[:, 1:])
 
@@ -153,18 +164,19 @@ class Native:
         self._value, self._slopes, self._many = toolchain.functions(path, "turn_value", "turn_gradient", "turn_values")
         self._many.restype = ctypes.c_long
         self._many.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
-        self._lent = _Lent(turns)
+        self._lent, self._constants = _Lent(turns), turns.device.constants
 
     def value(self, x: Array) -> float:
         own = self._lent.memory
-        own.design[:] = x
+        own.design[:], own.data[:] = x, self._constants
         if self._value(*own.pointers[:3]):
             raise self._failure(x)
         return float(own.found[0])
 
-    def gradient(self, x: Array) -> tuple[float, Array]:
+    def gradient(self, x: Array, c: Array) -> tuple[float, Array]:
+        """`c` (n,) are the data of the machine, contiguous."""
         own = self._lent.memory
-        own.design[:] = x
+        own.design[:], own.data[:] = x, c
         if self._slopes(*own.pointers):
             raise self._failure(x)
         return float(own.found[0]), own.gradient.copy()
@@ -172,8 +184,9 @@ class Native:
     def many(self, designs: Array) -> Array:
         """Rows of `FIELDS`, (m, 4), for contiguous designs (m, p)."""
         found = np.empty((len(designs), len(FIELDS)))
-        turn = ctypes.addressof(self._lent.memory.turn)
-        failed = self._many(turn, len(designs), designs.ctypes.data, found.ctypes.data)
+        own = self._lent.memory
+        own.data[:] = self._constants
+        failed = self._many(ctypes.addressof(own.turn), len(designs), designs.ctypes.data, found.ctypes.data)
         if failed:
             raise self._failure(designs[failed - 1])
         return found
@@ -190,6 +203,7 @@ class _Memory:
 
     def __init__(self, turns: Turns) -> None:
         self._arrays = _arrays(turns)
+        self.data = self._arrays["c"]
         self.turn = _record(turns, self._arrays)
         self.design = np.zeros(len(turns.device.design))
         self.found, self.gradient = np.zeros(len(FIELDS)), np.zeros(len(self.design))

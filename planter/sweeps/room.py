@@ -32,8 +32,8 @@ class Room(Protocol):
     def takes(self, source: str) -> bool:
         """Whether a file, or a built-in name, is a machine of this kind."""
 
-    def load(self, source: str) -> Document:
-        """The machine in a file."""
+    def load(self, source: str, changes: Mapping[str, float]) -> Document:
+        """The machine in a file, some of its numbers set."""
 
     def inputs(self, machine: Any) -> Mapping[str, str]:
         """What can be varied, by path, with its meaning."""
@@ -57,13 +57,13 @@ class Room(Protocol):
 class Held:
     """A machine with the room that it belongs to, by which it was found."""
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, source: str, changes: Mapping[str, float] | None = None) -> None:
         found = next((module for module in rooms.brought("swept") if module.ROOM.takes(source)), None)
         if found is None:
             raise InputError(f"{source}: there is no such machine that can be swept: it must be a machine's file, or "
                              "the name of a built-in one")  # fmt: skip
         self.module, self.room, self.source = found.__name__, found.ROOM, source
-        self.machine = self.room.load(source)
+        self.machine = self.room.load(source, changes or {})
 
     @cached_property
     def inputs(self) -> Mapping[str, str]:

@@ -47,6 +47,11 @@ class Measure:
                 return weights.weight_range * (found["max"] - found["min"]) + spread
         return found[self.kind]
 
+    def value(self, values: Array, weights: Weights) -> float:
+        """Its value for the samples (n,) of the quantity in its shown unit."""
+        found = (values.max(), values.min(), values.mean(), values.var())
+        return float(self.of(dict(zip(FOUND, map(np.array, found), strict=True)), weights))
+
     def slope(self, values: Array, weights: Weights) -> Array:
         """Its derivative (n,) in each of the samples (n,) of the quantity; extremes stay at their samples."""
         variance, count = Variance(values), len(values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,20 +17,12 @@ from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.swept.measures import FOUND, Measure, key_of, known
 from planter.planting.swept.mounting import DEVIATIONS, Mounting
+from planter.planting.swept.slopes import Place, Slopes
 from planter.planting.swept.turning import Turning
 
 SLICE = 1_000
 """Rows that a thread takes at a time."""
 Ends = Mapping[str, tuple[float, float]]
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an input stands: in the design, the data or the deviations, at an index; SI per shown unit."""
-
-    vector: str
-    index: int
-    factor: float
 
 
 def places(device: Device) -> dict[str, Place]:
@@ -47,7 +39,7 @@ class Planting:
     def __init__(self, machine: Machine, model: Model, inputs: Ends, outputs: Sequence[str]) -> None:
         self.machine, self.device = machine, Device(_between(machine, inputs), model)
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
-        self._places = [places(self.device)[name] for name in inputs]
+        self.places = [places(self.device)[name] for name in inputs]
         self.mounting, self.weights = Mounting(self.device), weights(machine)
         self.measures: list[Measure] = [measures(self.device)[name] for name in outputs]
         keys = tuple(dict.fromkeys(measure.key for measure in self.measures))
@@ -57,7 +49,7 @@ class Planting:
         """Designs (m, p), data (m, c) and deviations (m, 2) in SI, of points (m, n) in shown units."""
         own = {"design": self.own_design, "data": self.device.constants, "deviations": np.zeros(len(DEVIATIONS))}
         found = {name: np.tile(values, (len(points), 1)) for name, values in own.items()}
-        for place, column in zip(self._places, np.asarray(points, dtype=float).T, strict=True):
+        for place, column in zip(self.places, np.asarray(points, dtype=float).T, strict=True):
             found[place.vector][:, place.index] = column * place.factor
         return found["design"], found["data"], found["deviations"]
 
@@ -81,6 +73,28 @@ class Planting:
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(run, starts))
         return found
+
+    def slopes(self, point: Array) -> tuple[Array, Array]:
+        """Outputs (k,) at a point (n,) and their exact slopes (k, n) in the inputs; extremes stay at their samples."""
+        return self._slopes(point)
+
+    @cached_property
+    def _slopes(self) -> Slopes:
+        return Slopes(self)
+
+    def curves(self, keys: Sequence[str], points: Array) -> dict[str, Array]:
+        """Quantities over a turn, a row (m, n) for each point (m, inputs), in shown units; `phi_deg` (n,) beside them.
+
+        Raises ComputationError where one is not finite.
+        """
+        turning = Turning(self.device, keys, self.machine.objective.samples)
+        turning.kernel.compile()
+        designs, data, deviations = self.vectors(points)
+        turns = [turning.whole(x, c) for x, c in zip(self.mounting(designs, deviations), data, strict=True)]
+        order = np.argsort(np.mod(turning.phi, 2 * np.pi), kind="stable")
+        found = np.array(turns)[:, :, order]
+        shown = {key: found[:, k] / units.factor(key) for k, key in enumerate(keys)}
+        return shown | {"phi_deg": np.degrees(np.mod(turning.phi, 2 * np.pi)[order])}
 
     def _slice(self, points: Array) -> Array:
         designs, data, deviations = self.vectors(points)

@@ -90,6 +90,13 @@ class Turning:
         rows = self.kernel(phi=self.phi, x=x, c=c, h=h)["rows"]
         return [self.fold(row) if folded else row for row, folded in zip(rows, self.folded, strict=True)]
 
+    def whole(self, x: Array, c: Array) -> Array:
+        """Each quantity in all lanes, (k, lanes): totals are the same half a turn later. Raises as `values`."""
+        return np.array([
+            np.tile(row, len(OFFSETS)) if folded else row
+            for row, folded in zip(self.values(x, c), self.folded, strict=True)
+        ])  # fmt: skip
+
     def fold(self, row: Array) -> Array:
         """The sum of the shares (..., lanes) at each angle, (..., angles)."""
         found: Array = row.reshape(*row.shape[:-1], len(OFFSETS), -1).sum(axis=-2)

@@ -1,0 +1,102 @@
+"""Command of tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planter.errors import InputError
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
+
+app = typer.Typer()
+
+HELP = """What a machine's tolerances do to its turn: bands, the inputs that matter, a robust design.
+
+Machines are drawn from the tolerances (Monte Carlo); Sobol' indices say which input causes how much of an output's
+variance; first-order bands from exact gradients stand beside; the robust design has the least mean plus --sigmas
+standard deviations of the objective. Without --tolerances usual ones are assumed. FILE is TOML:
+
+\b
+    [tolerances]
+    "mass.*" = { percent = 2 }                        # normal, ends at 3 sigma
+    "planet_xy_mm[0]" = { plus_minus = 0.5, distribution = "triangular" }
+    speed_rpm = { from = 35, to = 45 }                # uniform
+    "deviation.*" = { plus_minus = 0.05 }             # centre distances
+
+Names are those of --set, or patterns; of several that fit the last counts. `planter sweep --list MACHINE` tells all
+inputs and outputs. With --out, turns are kept as they are found, and the same command goes on where it was ended.
+
+\b
+    planter tolerance wang2017 --out run
+    planter tolerance wang2017 --tolerances docs/examples/tolerances.toml --sigmas 2
+    planter tolerance wang2017 --output support_range_N --samples 1000000 --indices 0 --no-robust
+"""
+
+
+@app.command(help=HELP)
+def tolerance(
+    machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
+    tolerances: Annotated[
+        Path | None, typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False)
+    ] = None,
+    output: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="watch this output (repeatable)", show_default=False)
+    ] = None,
+    choose: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=TEXT", help="an input that is no number, as model=printed", show_default=False),
+    ] = None,
+    samples: Annotated[int, typer.Option(min=100, max=100_000_000, help="turns that are drawn")] = 100_000,
+    indices: Annotated[
+        int, typer.Option(min=0, max=2**20, help="points of the Sobol' indices, a power of 2; 0: none")
+    ] = 2048,
+    robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also the robust design")] = True,
+    sigmas: Annotated[float, typer.Option(min=0, max=10, help="standard deviations beside the mean")] = 3,
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="processes [default: one a core]", show_default=False)
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="a Dask scheduler whose workers do it", show_default=False)
+    ] = None,
+    seed: SeedOption = 0,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    console = Console(as_json)
+    with console.outcome():
+        from planter.report.folder import renewing
+        from planter.sweeps.room import Held
+        from planter.sweeps.run import Means
+        from planter.tolerance import command, tables
+        from planter.tolerance.file import Tolerances
+        from planter.tolerance.room import Settings
+
+        held = Held(machine, changes(set_))
+        asked = command.Asked(output or (), samples, indices, seed, Settings(sigmas, seed=seed) if robust else None)
+        given = command.usual(held) if tolerances is None else Tolerances.load(tolerances)
+        source = str(tolerances) if tolerances is not None else f"{machine}: usual tolerances"
+        with renewing(out):
+            found = command.tolerance(held, _chosen(held.choices, choose), given, source, asked, out,
+                                      Means(workers, cluster), console.progress)  # fmt: skip
+            if out is not None:
+                from planter.tolerance.report import results
+
+                results.write(out, found, console.progress)
+        console.result(found.result, lambda: tables.tolerance(console, found.result))
+
+
+def _chosen(known: Mapping[str, Sequence[str]], given: Sequence[str] | None) -> dict[str, str]:
+    """What the inputs that are no numbers are: as given, else the usual. Raises InputError for what is not known."""
+    found = {name: texts[0] for name, texts in known.items()}
+    for one in given or ():
+        name, _, text = one.partition("=")
+        if text not in known.get(name, ()):
+            allowed = " or ".join(f"{name}={text}" for name, texts in known.items() for text in texts)
+            raise InputError(f"--choose {one} is not allowed: it must be {allowed or 'left out'}")
+        found[name] = text
+    return found

@@ -1,0 +1,206 @@
+"""Tolerances of planting devices: slopes are slopes, bands agree where they must, the robust design is one."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.planting import simulation
+from planter.planting.file import Machine
+from planter.planting.model import Device
+from planter.planting.swept import ROOM
+from planter.planting.swept.robust import Robust
+from planter.planting.swept.robust_search import optimum
+from planter.planting.swept.subject import Planting
+from planter.sweeps.room import Held
+from planter.tolerance.command import Asked, tolerance, usual
+from planter.tolerance.file import Tolerances
+from planter.tolerance.room import Settings
+from planter.tolerance.spread import Spread
+from planter.tolerance.statistics import first_order
+from tests.support.cli import answer, refusal, run
+from tests.support.schemas import committed
+
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tolerances.toml"
+OUTPUTS = (
+    "objective", "support_range_N", "support_variance_N2", "support_mean_N", "M_L_max_Nm", "M_L_rms_Nm", "M_L_std_Nm",
+    "tip_y_min_mm", "F_E_max_N",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def held(kernel_cache: None) -> Held:
+    return Held("wang2017", {"objective.samples": 60})
+
+
+@pytest.fixture(scope="module")
+def spreads(held: Held) -> dict[str, Spread]:
+    return usual(held).spreads(held, "usual")
+
+
+def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") -> Planting:
+    ends = {name: (one.low, one.high) for name, one in spreads.items()}
+    return ROOM.subject(ROOM.frozen(machine), {"model": model}, ends, OUTPUTS)
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_slopes_are_those_of_differences(held: Held, spreads: dict[str, Spread], model: str) -> None:
+    own = subject(held.machine, spreads, model)
+    centre, steps = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
+    steps = 1e-3 * steps
+    values, slopes = own.slopes(centre)
+    np.testing.assert_allclose(values, own.evaluated(centre[None], 1)[0], rtol=1e-9)
+    there, back = (own.evaluated(centre + sign * np.diag(steps), 1) for sign in (1, -1))
+    wanted = ((there - back) / (2 * steps[:, None])).T
+    size = np.abs(wanted * steps).max(axis=1, keepdims=True) / steps
+    np.testing.assert_array_less(np.abs(slopes - wanted), 2e-5 * size)
+
+
+def test_bands_of_first_order_are_those_of_monte_carlo_where_tolerances_vanish(
+    held: Held, spreads: dict[str, Spread]
+) -> None:
+    own = subject(held.machine, spreads)
+    names, small = list(spreads), 0.01
+    centre, std = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
+    _, slopes = own.slopes(centre)
+    rng = np.random.default_rng(1)
+    half = centre + small * std * rng.choice([-1.0, 1.0], (2000, len(names)))
+    found = own.evaluated(np.vstack([half, 2 * centre - half]), 2).std(axis=0)
+    np.testing.assert_allclose(found, small * first_order(slopes, list(spreads.values())), rtol=0.06)
+
+
+def test_usual_tolerances_are_those_of_a_workshop_and_the_papers_speeds(spreads: dict[str, Spread]) -> None:
+    groups = (
+        "mass.",
+        "centroid.",
+        "nozzle.C",
+        "design.theta",
+        "design.m",
+        "deviation.a1",
+        "deviation.a2",
+        "contact.cam",
+    )
+    assert not [group for group in groups if not any(name.startswith(group) for name in spreads)]
+    assert spreads["operation.speed_rpm"] == Spread("uniform", 35, 45)
+
+
+@pytest.fixture(scope="module")
+def robust(held: Held, spreads: dict[str, Spread]) -> Robust:
+    return Robust(held.machine, "exact", spreads, Settings(machines=16))
+
+
+def test_the_gradient_of_mean_and_deviation_is_that_of_differences(robust: Robust) -> None:
+    device = robust.device
+    x, width = device.design, device.upper - device.lower
+    _, slope = robust.value(x, 3.0)
+    for j in range(len(x)):
+        step = np.zeros(len(x))
+        step[j] = 1e-4 * width[j]
+        there, back = (robust.value(x + sign * step, 3.0)[0] for sign in (1, -1))
+        assert abs(slope[j] * width[j] - (there - back) / 2e-4) < 2e-6 * max(1.0, np.abs(slope * width).max())
+
+
+def test_a_gradient_without_the_deviations_part_is_found_out(robust: Robust) -> None:
+    at = robust.at(robust.device.design)
+    width = robust.device.upper - robust.device.lower
+    assert np.abs(3 * at.std_slope * width).max() > 1e-3
+
+
+def test_each_machine_is_one_that_simulate_knows(robust: Robust, held: Held, spreads: dict[str, Spread]) -> None:
+    """The objective's mean is that of machines written down one by one, centre distances as they should be."""
+    kept = {name: one for name, one in spreads.items() if not name.startswith("deviation.")}
+    few = Robust(held.machine, "exact", kept, Settings(machines=4))
+    names = [entry["shown"] for entry in few.device.sidecar["vectors"]["machine"]]
+    scale = few.subject.places
+    found = []
+    for data, moved in zip(few.data, few.moved, strict=True):
+        changes = {place_name: data[place.index] / place.factor for place_name, place in
+                   zip(few.subject.inputs, scale, strict=True)}  # fmt: skip
+        changes |= {f"design.{k}": v for k, v in few.device.named(few.device.design + moved).items()}
+        found.append(simulation.simulate(Device(held.machine.with_numbers(changes))).result.objective)
+    assert set(few.subject.inputs) <= set(names)
+    at = few.at(few.device.design)
+    np.testing.assert_allclose([at.mean, at.std], [np.mean(found), np.std(found)], rtol=1e-9)
+
+
+def test_without_tolerances_it_is_the_objective(held: Held) -> None:
+    none = Robust(held.machine, "exact", {}, Settings(machines=3))
+    value, slope = none.value(none.device.design, 3.0)
+    wanted, gradient = none.turns.gradient(none.device.design)
+    assert np.isclose(value, wanted, rtol=1e-12)
+    np.testing.assert_allclose(slope, gradient, rtol=1e-9)
+
+
+def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
+    held: Held, spreads: dict[str, Spread]
+) -> None:
+    found = optimum(held.machine, "exact", spreads, Settings(machines=32, starts=1), None)
+    assert found.objective == found.best_robust.robust
+    assert found.best_robust.robust <= min(found.best_nominal.robust, found.own.robust)
+    assert found.best_nominal.nominal <= min(found.best_robust.nominal, found.own.nominal) + 1e-9
+    device = Device(held.machine)
+    x = device.x(**found.design)
+    assert ((x >= device.lower - 1e-12) & (x <= device.upper + 1e-12)).all()
+    assert np.isclose(found.best_robust.mean + 3 * found.best_robust.std, found.objective)
+
+
+def test_rows_do_not_hang_on_the_workers(held: Held, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = Asked(["support_range_N"], 300, 16, robust=None)
+    alone = tolerance(held, {}, usual(held), "usual", asked).result
+    monkeypatch.setattr("planter.sweeps.run.cores", lambda: 3)
+    again = tolerance(held, {}, usual(held), "usual", asked).result
+    assert alone.hash == again.hash
+    assert alone.outputs == again.outputs
+    assert alone.sobol == again.sobol
+
+
+SAID = {
+    "both ways": ({"mass.sun_kg": {"percent": 2, "plus_minus": 0.1}}, "it must have either plus_minus, or percent, or"),
+    "no way": ({"mass.sun_kg": {}}, "it must have either plus_minus"),
+    "upside down": ({"speed_rpm": {"from": 45, "to": 35}}, "it must have from less than to"),
+    "an unknown law": ({"m31": {"percent": 1, "distribution": "cauchy"}}, "'normal', 'uniform' or 'triangular'"),
+    "an unknown input": ({"planet_gk": {"percent": 1}}, "did you mean mass.planet_kg"),
+    "a pattern that fits nothing": ({"masses.*": {"percent": 1}}, "tolerances.masses.* is not allowed"),
+    "per cent of nothing": ({"deviation.a1_mm": {"percent": 1}}, "deviation.a1_mm is 0, it must be given plus_minus"),
+    "negative": ({"m31": {"plus_minus": -1}}, "greater than 0"),
+}
+
+
+@pytest.mark.parametrize(("table", "told"), SAID.values(), ids=SAID.keys())
+def test_tolerances_that_are_not_allowed_are_told_in_a_sentence(held: Held, table: dict, told: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Tolerances.read({"tolerances": table}, "mine.toml").spreads(held, "mine.toml")
+    assert told in refused.value.message
+    assert refused.value.message.startswith("mine.toml: ")
+
+
+def test_of_several_entries_the_last_counts(held: Held) -> None:
+    table = {"mass.*": {"percent": 1}, "mass.planet_kg": {"plus_minus": 0.3}}
+    found = Tolerances.read({"tolerances": table}, "mine").spreads(held, "mine")
+    assert len(found) == 6
+    assert np.allclose([found["mass.planet_kg"].low, found["mass.planet_kg"].high], [0.9, 1.5])
+
+
+def test_the_command_with_the_documented_example(held: Held, tmp_path: Path) -> None:
+    common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
+    found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
+    jsonschema.validate(found, committed("tolerance"))
+    assert found["rows"], found["index_rows"] == (500, 16 * (len(found["inputs"]) + 2))
+    assert {"support_N", "M_L_Nm"} <= {path.stem.removeprefix("turn-") for path in (tmp_path / "figures").glob("*.svg")}
+    assert json.loads((tmp_path / "summary.json").read_text())["hash"] == found["hash"]
+    again = answer(*common, "--tolerances", str(tmp_path / "tolerances.toml"), "--no-robust")
+    for name, band in found["outputs"].items():
+        assert np.isclose(again["outputs"][name]["std"], band["std"], rtol=1e-6)
+    code, out, _ = run(*common, "--no-robust")
+    assert code == 0
+    assert max(map(len, map(str.rstrip, out.splitlines()))) <= 80
+
+
+def test_the_commands_refusals() -> None:
+    assert "it must be a power of 2" in refusal("tolerance", "wang2017", "--indices", "100")
+    assert "--choose model=correct is not allowed" in refusal("tolerance", "wang2017", "--choose", "model=correct")
+    assert "did you mean support_range_N" in refusal("tolerance", "wang2017", "--output", "support_rnage_N")
+    assert "there is no such machine" in refusal("tolerance", "yu2023")

@@ -1,0 +1,90 @@
+"""Distributions against SciPy's, Sobol' indices of functions whose indices are known, bands of known samples."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from planter.errors import ComputationError
+from planter.tolerance.job import Drawn, Saltelli
+from planter.tolerance.spread import Spread
+from planter.tolerance.statistics import bands, first_order, indices
+
+LAWS = {
+    "uniform": stats.uniform(2, 6),
+    "triangular": stats.triang(0.5, 2, 6),
+    "normal": stats.truncnorm(-3, 3, loc=5, scale=1),
+}
+
+
+@pytest.mark.parametrize("kind", LAWS)
+def test_distributions_are_those_of_scipy(kind: str) -> None:
+    spread, law, shares = Spread(kind, 2, 8), LAWS[kind], np.linspace(0, 1, 21)  # type: ignore[arg-type]
+    np.testing.assert_allclose(spread.at(shares), law.ppf(shares), rtol=1e-9)
+    assert np.isclose(spread.std, law.std(), rtol=1e-6)
+    assert np.isclose(spread.centre, law.mean())
+
+
+def test_any_block_of_points_is_the_same_block() -> None:
+    spreads = [Spread("normal", -1, 1), Spread("uniform", 2, 8)]
+    mixed = Saltelli(spreads, 64, 3)
+    whole = mixed.block(0, mixed.rows)
+    assert mixed.rows == 4 * 64
+    assert np.array_equal(mixed.block(50, 200), whole[50:200])
+    a, b, first, second = whole.reshape(4, 64, 2)
+    assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
+    assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
+    drawn = Drawn(spreads, 20_000, 3)
+    assert np.array_equal(drawn.block(10_000, 10_050), Drawn(spreads, 30_000, 3).block(10_000, 10_050))
+    assert not np.array_equal(drawn.block(10_000, 10_050), drawn.block(0, 50))
+
+
+def test_an_additive_function_has_the_indices_of_its_parts() -> None:
+    spreads = [Spread("normal", -3, 3), Spread("uniform", 0, 2), Spread("triangular", -1, 1), Spread("uniform", 5, 9)]
+    weights = np.array([1.0, 2.0, -1.5, 0.0])
+    mixed = Saltelli(spreads, 4096, 1)
+    rows = mixed.block(0, mixed.rows) @ weights
+    shares = indices(["y"], list("abcd"), rows[:, None], 4096, 0)["y"]
+    parts = weights**2 * np.array([one.std for one in spreads]) ** 2
+    for name, part in zip("abcd", parts / parts.sum(), strict=True):
+        assert abs(shares[name].first - part) < 0.01
+        assert abs(shares[name].total - part) < 0.01
+    assert (shares["d"].first, shares["d"].total) == (0, 0)
+    slopes = first_order(weights[None], spreads)
+    assert np.isclose(slopes[0] ** 2, parts.sum())
+
+
+def test_ishigamis_function_has_its_printed_indices() -> None:
+    """Ishigami and Homma (1990), a = 7, b = 0.1."""
+    mixed = Saltelli([Spread("uniform", -np.pi, np.pi)] * 3, 8192, 1)
+    x, y, z = mixed.block(0, mixed.rows).T
+    rows = np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+    found = indices(["f"], list("xyz"), rows[:, None], 8192, 0)["f"]
+    for name, first, total in (("x", 0.3139, 0.5576), ("y", 0.4424, 0.4424), ("z", 0.0, 0.2437)):
+        assert abs(found[name].first - first) < 0.02
+        assert abs(found[name].total - total) < 0.01
+        assert abs(found[name].total - total) < 2 * found[name].total_error + 1e-3
+
+
+def test_an_output_that_feels_nothing_has_no_indices() -> None:
+    mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
+    found = indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
+    assert (found.first, found.total, found.first_error) == (0, 0, 0)
+
+
+def test_bands_are_those_of_the_rows_that_have_a_result() -> None:
+    rows = np.column_stack([np.arange(101.0), np.ones(101)])
+    rows[7] = np.nan
+    band = bands(["a", "b"], rows, np.array([50.0, 1.0]), None, [])["a"]
+    there = np.delete(np.arange(101.0), 7)
+    assert (band.missing, band.nominal, band.first_order_std) == (1, 50, None)
+    assert np.allclose([band.mean, band.std, band.p5], [there.mean(), there.std(ddof=1), np.percentile(there, 5)])
+    with pytest.raises(ComputationError, match="101 of 101 machines have no turn"):
+        bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])
+
+
+def test_indices_need_every_row() -> None:
+    mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
+    rows = np.arange(float(mixed.rows))[:, None]
+    rows[3] = np.nan
+    with pytest.raises(ComputationError, match="1 of 192 machines have no turn"):
+        indices(["f"], ["x"], rows, 64, 0)
