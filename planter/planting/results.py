@@ -499,6 +499,17 @@ class DriveFound(Record):
 
 
 @dataclass(frozen=True)
+class MotionWritten(Record):
+    """`planter export motion`: the files that were written, how many columns and rows, and how long they last."""
+
+    files: list[str]
+    format: str
+    columns: int
+    rows: int
+    end_s: float
+
+
+@dataclass(frozen=True)
 class LeftOut(Record):
     """A platform that a unit has no library for, and why."""
 
@@ -533,6 +544,7 @@ COMMANDS = {
     "export c": Written,
     "export cuda": Written,
     "export fmu": UnitWritten,
+    "export motion": MotionWritten,
     "optimise": OptimisationFound,
     "cam": Cam,
 }

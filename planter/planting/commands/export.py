@@ -1,19 +1,23 @@
-"""Commands that write a machine as source text, to compile elsewhere: below `planter export`."""
+"""Commands that write a machine for other programs: below `planter export`."""
 
 from __future__ import annotations
 
+import enum
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, Model, ModelOption, SpeedOption, device_of
-from planter.planting.results import Written
+from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, SpeedOption, device_of
+from planter.planting.results import MotionWritten, Written
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, SetOption
 
 export = typer.Typer(
-    help="A machine as source text to compile elsewhere.", invoke_without_command=True, rich_markup_mode=None
+    help="A machine for other programs: source text, a unit for co-simulation, tables over time.",
+    invoke_without_command=True,
+    rich_markup_mode=None,
 )
 app = typer.Typer()
 app.add_typer(export, name="export")
@@ -66,6 +70,45 @@ def cuda(
         _written(console, out, texts.source_files(device))
 
 
+class Format(enum.StrEnum):
+    adams = "adams"
+    solidworks = "solidworks"
+    simulink = "simulink"
+    csv = "csv"
+
+
+@export.command()
+def motion(
+    machine: MachineArgument,
+    out: FolderOption,
+    format_: Annotated[Format, typer.Option("--format", help="the program that is to read it")] = Format.csv,
+    turns: Annotated[int, typer.Option(help="how many turns of the carrier")] = 1,
+    samples: SamplesOption = None,
+    model: ModelOption = Model.exact,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """All motions and forces over time, for multibody programs and Simulink; dictionary.csv says units and meanings.
+
+    adams: motion.cmd, which makes splines for AKISPL and CUBSPL (mm, N, N mm, deg, s). solidworks: a CSV file of time
+    and value for each quantity, for motors and forces by data points. simulink: motion.mat for the block From File (SI,
+    rad). csv: motion.csv.
+
+    planter export motion wang2017 --format adams --turns 2 --out adams
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.interchange.tables.formats import FORMATS
+        from planter.planting.export.motion import over_time
+
+        told = over_time(device_of(machine, model, set_, speed_rpm), turns, samples)
+        files = FORMATS[format_](told)
+        paths = _write(out, files)
+        found = MotionWritten(paths, format_.value, len(told.columns), len(told.time), float(told.time[-1]))
+        console.result(found, lambda: print("\n".join(paths)))
+
+
 @export.command()
 def fmu(
     machine: MachineArgument,
@@ -93,11 +136,16 @@ def fmu(
         console.result(found, lambda: tables.unit(console, found))
 
 
-def _written(console: Console, folder: Path, texts: dict[str, str]) -> None:
+def _write(folder: Path, files: Mapping[str, bytes]) -> list[str]:
+    """Writes files into a folder, and says where they are."""
     from planter.report.files import output_folder, write_bytes
 
     target = output_folder(folder)
-    for name, text in texts.items():
-        write_bytes(target / name, text.encode())
-    paths = [str(target / name) for name in texts]
+    for name, content in files.items():
+        write_bytes(target / name, content)
+    return [str(target / name) for name in files]
+
+
+def _written(console: Console, folder: Path, texts: Mapping[str, str]) -> None:
+    paths = _write(folder, {name: text.encode() for name, text in texts.items()})
     console.result(Written(paths), lambda: print("\n".join(paths)))

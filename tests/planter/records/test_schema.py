@@ -45,6 +45,7 @@ ELSEWHERE = {
     "export c",
     "export cuda",
     "export fmu",
+    "export motion",
     "move",
     "optimise least",
     "sweep",

@@ -1,0 +1,20 @@
+"""SolidWorks Motion: data points of motors and forces, a file for each quantity.
+
+As the program's help has it: one point a line, time and value, with a comma between them; there is no header. The name
+of a file ends in the unit.
+"""
+
+from __future__ import annotations
+
+from planter.interchange.tables.motion import DICTIONARY, Motion, as_shown, dictionary
+
+
+def files(motion: Motion) -> dict[str, bytes]:
+    """A file for each quantity, and the dictionary of all."""
+    told = [as_shown(column, f"{column.key}.csv") for column in motion.columns[1:]]
+    time = motion.time.tolist()
+    points = {
+        one.place: "".join(f"{t!r},{v!r}\n" for t, v in zip(time, one.values.tolist(), strict=True)).encode()
+        for one in told
+    }
+    return points | {DICTIONARY: dictionary("file", motion.notes, told)}

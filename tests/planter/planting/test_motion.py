@@ -1,0 +1,61 @@
+"""`planter export motion`: the numbers of `simulate` over time."""
+
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from planter.interchange.tables.formats import FORMATS
+from planter.planting.cycle import angles, cycle
+from planter.planting.export.motion import over_time
+from planter.planting.file import load
+from planter.planting.functions import MODELS, Model
+from planter.planting.model import Device
+from planter.report.files import read_cycle_csv
+from tests.support.cli import answer, refusal
+from tests.support.schemas import committed
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_turn_has_the_bits_of_simulate(model: Model, tmp_path: Path) -> None:
+    device = Device(load("compact"), model)
+    samples = device.machine.objective.samples
+    found = answer("export", "motion", "compact", "--model", model, "--out", str(tmp_path))
+    jsonschema.validate(found, committed("export motion"))
+    _, columns = read_cycle_csv(tmp_path / "motion.csv")
+    expected = cycle(device, device.prologue(device.design), angles(samples)).columns()
+    assert list(columns) == ["time_s", *expected]
+    np.testing.assert_allclose(columns["phi_deg"][:-1], expected.pop("phi_deg"), rtol=1e-15)
+    for key, values in expected.items():
+        assert columns[key][:-1].tolist() == values.tolist()
+    assert (found["columns"], found["rows"]) == (len(columns), samples + 1)
+    assert columns["time_s"][-1] == pytest.approx(60 / device.machine.operation.speed_rpm, rel=1e-14)
+
+
+def test_turns_follow_one_another() -> None:
+    """Forces repeat, angles go on; time is angle over speed, and another speed is another time."""
+    told = over_time(Device(load("wang2017", {"operation.speed_rpm": 30.0})), turns=3, samples=24)
+    found = {column.name: column.values for column in told.columns}
+    assert len(told.time) == 73
+    assert told.time[-1] == pytest.approx(6.0, rel=1e-14)
+    np.testing.assert_allclose(found["phi"], told.time * np.pi, rtol=1e-14)
+    np.testing.assert_allclose(found["F_support"][:25], found["F_support"][48:], rtol=1e-9)
+    np.testing.assert_allclose(found["phi72"][48:] - found["phi72"][:25], -4 * np.pi, rtol=1e-12)
+    assert np.abs(np.diff(found["F_support"])).max() > 0.01
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_is_written(form: str, tmp_path: Path) -> None:
+    found = answer("export", "motion", "wang2017", "--format", form, "--samples", "8", "--out", str(tmp_path))
+    assert found["format"] == form
+    assert {Path(file).name for file in found["files"]} == {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [(("--turns", "0"), "between 1 and 555 with 360 samples"), (("--turns", "99999"), "--turns = 99999"),
+     (("--samples", "4"), "between 8 and")],
+)  # fmt: skip
+def test_what_cannot_be_is_refused(given: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    assert said in refusal("export", "motion", "wang2017", *given, "--out", str(tmp_path))
