@@ -54,6 +54,9 @@ def move(
     least_squares: Annotated[
         bool, typer.Option("--least-squares", help="also actions of joints that hold something twice, the least ones")
     ] = False,
+    stiff: Annotated[
+        bool, typer.Option("--stiff", help="implicit steps (Radau IIA), for stiff springs and strong dampers")
+    ] = False,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
@@ -64,7 +67,7 @@ def move(
         from planter.mechanism import dynamics, file, motion, tables
 
         machine = file.load(mechanism, changes(set_))
-        found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest, least_squares)
+        found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest, least_squares, stiff)
         if out is not None:
             from planter.mechanism.report import results
 

@@ -9,13 +9,14 @@ decomposition with column pivoting takes first.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
 import scipy.integrate
 import scipy.linalg
+import scipy.optimize
 from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError
@@ -29,6 +30,8 @@ PASSAGE = 1e-3
 """Rows that fall below this share of the weakest one at the start are left out while a singular pose is passed."""
 ON = 1e-12
 """Gaps below this, in SI units, are closed."""
+ASIDE = 1e-7
+"""Step of the implicit integrator's differences, in parts of a state and one."""
 MOST = 30
 
 
@@ -190,16 +193,20 @@ class Dynamics:
             ) from None
         return found[: self.size], found[self.size :]
 
-    def run(self, times: Array, tolerance: float = 1e-10, state: Array | None = None, least: bool = False) -> Run:
-        """The motion at times (n,) [s] that rise, from the first of them on; by DOP853, projected after each step.
+    def run(
+        self, times: Array, tolerance: float = 1e-10, state: Array | None = None, least: bool = False,
+        stiff: bool = False,
+    ) -> Run:  # fmt: skip
+        """The motion at times (n,) [s] that rise, from the first of them on, projected after each step.
 
-        With ``least`` actions of joints that hold something twice are those of least squares. Raises ComputationError
-        where the integrator gives up.
+        By DOP853, or by the implicit Radau IIA where springs and dampers are ``stiff``. With ``least`` actions of
+        joints that hold something twice are those of least squares. Raises ComputationError where the integrator gives
+        up.
         """
         with threadpool_limits(1, "blas"):
-            return self._run(times, tolerance, state, least)
+            return self._run(times, tolerance, state, least, stiff)
 
-    def _run(self, times: Array, tolerance: float, state: Array | None, least: bool) -> Run:
+    def _run(self, times: Array, tolerance: float, state: Array | None, least: bool, stiff: bool) -> Run:
         """The motion, its many small linear systems by one thread each: more would wait for one another."""
         times = np.asarray(times, dtype=float)
         at = self.projected(times[0], self.start() if state is None else state)
@@ -208,7 +215,12 @@ class Dynamics:
         def rates(time: float, y: Array) -> Array:
             return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
 
-        solver = scipy.integrate.DOP853(rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
+        def by_state(time: float, y: Array) -> Array:
+            found: Array = scipy.optimize.approx_fprime(y, lambda near: rates(time, near), ASIDE * (1 + np.abs(y)))
+            return found
+
+        method = partial(scipy.integrate.Radau, jac=by_state) if stiff else scipy.integrate.DOP853
+        solver = method(rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
         states = [at]
         while solver.status == "running":
             if (message := solver.step()) is not None:

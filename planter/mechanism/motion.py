@@ -30,14 +30,16 @@ class Motion:
 
 
 def move(
-    dynamics: Dynamics, until: float, points: int, tolerance: float, rest: bool = False, least: bool = False
-) -> Motion:
+    dynamics: Dynamics, until: float, points: int, tolerance: float, rest: bool = False, least: bool = False,
+    stiff: bool = False,
+) -> Motion:  # fmt: skip
     """The motion from the start to a time [s] at equal steps; with `rest` also a state of rest and its eigenvalues.
 
-    With `least` actions that the balances leave undetermined are those of least squares; without they are not told.
+    With `stiff` the integrator is an implicit one. With `least` actions that the balances leave undetermined are those
+    of least squares; without they are not told.
     Raises ComputationError as `Dynamics` does.
     """
-    run = dynamics.run(np.linspace(0.0, until, points), tolerance, least=least)
+    run = dynamics.run(np.linspace(0.0, until, points), tolerance, least=least, stiff=stiff)
     vectors = dynamics.formulas.sidecar["vectors"]
     values = dict(zip(dynamics.names, run.states, strict=True)) | run.results
     told = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]

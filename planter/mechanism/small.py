@@ -41,14 +41,16 @@ class Linear:
 def equilibrium(dynamics: Dynamics, state: Array | None = None) -> Array:
     """A state of rest (2k,) near one, the start unless told. Raises ComputationError where none is found."""
     at = dynamics.start() if state is None else state
-    size, count = dynamics.size, len(dynamics.equations(0.0, at).gaps)
+    here = dynamics.equations(0.0, at)
+    size, count = dynamics.size, len(here.gaps)
+    pulls = np.linalg.lstsq(here.slopes[:count].T, -here.forces, rcond=None)[0]
 
     def residual(x: Array) -> Array:
         now = dynamics.equations(0.0, np.concatenate([x[:size], np.zeros(size)]))
         return np.concatenate([now.forces + now.slopes[:count].T @ x[size:], now.gaps])
 
-    first = np.concatenate([at[:size], np.zeros(count)])
-    found = scipy.optimize.least_squares(residual, first, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    first = np.concatenate([at[:size], pulls])
+    found = scipy.optimize.least_squares(residual, first, xtol=1e-15, ftol=None, gtol=None)
     if np.abs(found.fun).max() > AT_REST:
         raise ComputationError(f"{dynamics.file.name}: no state of rest is found near the given one")
     return np.concatenate([found.x[:size], np.zeros(size)])
