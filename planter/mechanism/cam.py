@@ -16,7 +16,7 @@ from planter.workshop.bores import Bore
 from planter.workshop.cams.files import Made, Told
 from planter.workshop.cams.lifting import Push, lift_off
 from planter.workshop.cams.part import part
-from planter.workshop.cams.profile import Columns, Profile
+from planter.workshop.cams.profile import Columns, Profile, check_roller
 
 FORMULAS = "disc_cam"
 PIECES = 12
@@ -37,6 +37,7 @@ def profile(model: Model, roller: float, x: str, y: str) -> Profile:
     Each is a sum of terms such as `y_0 + s`: lengths of the turn, values of the file, numbers in mm. `roller` [m].
     Raises InputError for a term that is none of these, GeometryError, from `Profile.check`, for too large a roller.
     """
+    check_roller(roller)
     places, disc = [_sum(model, "--x", x), _sum(model, "--y", y)], formulas.load(FORMULAS)
 
     def course(angles: Array) -> Columns:

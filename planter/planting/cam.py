@@ -17,7 +17,7 @@ from planter.workshop import solids
 from planter.workshop.cams.files import Made, Told
 from planter.workshop.cams.lifting import Push, lift_off
 from planter.workshop.cams.part import part
-from planter.workshop.cams.profile import Columns, Profile
+from planter.workshop.cams.profile import Columns, Profile, check_roller
 
 CAM = "planting_end_face"
 Section = Callable[[Array], Columns]
@@ -31,6 +31,7 @@ class EndFace:
     """
 
     def __init__(self, device: Device, roller: float) -> None:
+        check_roller(roller)
         self.device, self.roller = device, roller
         module = generated.module(CAM)
         self._prologue = Kernel(module.prologue())

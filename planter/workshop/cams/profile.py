@@ -25,6 +25,13 @@ _CROSSING = 1e-5
 """Crossings of a contour are looked for on chords that stray by this much [m]."""
 
 
+def check_roller(radius: float) -> None:
+    """Raise InputError for a radius [m] that no roller has."""
+    if not 0 < radius <= LARGEST_ROLLER:
+        allowed = f"it must be over 0, {LARGEST_ROLLER * 1e3:g} at most"
+        raise InputError(f"--roller-mm = {radius * 1e3:g} is not allowed: {allowed}")
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A smooth piece of a contour from one angle of the cam to another, which may be the smaller."""
@@ -66,11 +73,6 @@ class Profile:
     breaks: tuple[float, ...]
     closed: bool
     pitch: tuple[str, str]
-
-    def __post_init__(self) -> None:
-        if not 0 < self.roller <= LARGEST_ROLLER:
-            allowed = f"it must be over 0, {LARGEST_ROLLER * 1e3:g} at most"
-            raise InputError(f"--roller-mm = {self.roller * 1e3:g} is not allowed: {allowed}")
 
     @cached_property
     def pieces(self) -> tuple[Stretch, ...]:

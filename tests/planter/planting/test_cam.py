@@ -119,6 +119,7 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
             "wang2017: a roller of a radius of 9 mm cuts off its own contour at a cam angle of 257.",
         ),
         (("--roller-mm", "0"), "--roller-mm = 0 is not allowed: it must be over 0, 1000 at most"),
+        (("--roller-mm", "nan"), "--roller-mm = nan is not allowed"),
         (("--roller-mm", "5", "--width-mm", "60"), "less than the base cylinder's diameter of 60 mm"),
         (("--roller-mm", "5", "--step"), "--step needs --out DIR to write the solid to"),
         (("--roller-mm", "5", "--force", "F_E"), "--force goes with --y alone, for a mechanism of your own"),

@@ -10,7 +10,7 @@ from planter.errors import GeometryError, InputError
 from planter.kernels import Array, formulas
 from planter.workshop import biarcs
 from planter.workshop.cams.lifting import lift_off
-from planter.workshop.cams.profile import Profile
+from planter.workshop.cams.profile import Profile, check_roller
 
 ROLLER, PITCH, OFFSET = 0.009, 0.03, 0.008
 BREAKS = tuple(np.linspace(0, 2 * np.pi, 9).tolist())
@@ -59,7 +59,7 @@ def test_a_roller_that_cuts_in_is_refused_with_its_place() -> None:
     with pytest.raises(GeometryError, match=r"a roller of a radius of 30.03 mm .* has a radius of 30 mm"):
         profile(1.001 * PITCH).check()
     with pytest.raises(InputError, match=r"--roller-mm = -1 is not allowed"):
-        profile(-1e-3)
+        check_roller(-1e-3)
 
 
 def test_a_roller_touches_the_disc_wherever_it_is() -> None:
