@@ -29,7 +29,7 @@ from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by
 from .evaluate import DIGITS, GUARD
 from .model import ClosedForm, Let, System
 from .quantity import Quantity, Vector
-from .table import Quantities
+from .table import NOTHING, Quantities
 
 Wanted = Let | Claimed | tuple[Claimed, Quantity]
 """A step, a definition by what it claims to be, or any equation by its claim with what it is solved for."""
@@ -45,12 +45,12 @@ class Formulas:
     """
 
     def __init__(
-        self, name: str, equations: Iterable[Equation] = (), *, given: Quantities | None = None, title: str = "",
+        self, name: str, equations: Iterable[Equation] = (), *, given: Quantities = NOTHING, title: str = "",
         source: str = "own", assumptions: Iterable[str] = (), told: str = "{}_outputs",
         bind: Mapping[sp.Symbol, Expr] | None = None, lacking: frozenset[Claim] = frozenset(),
     ) -> None:  # fmt: skip
         self.name, self.title, self.source = name, title or name.replace("_", " ").capitalize(), source
-        self.assumptions, self.given = tuple(assumptions), given or Quantities({}, {})
+        self.assumptions, self.given = tuple(assumptions), given
         self.equations, self.bind, self.lacking = by_claim(equations), dict(bind or {}), lacking
         self.told, self.functions = told, list[ClosedForm]()
         if made := sorted(map(str, lacking & self.equations.keys())):

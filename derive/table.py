@@ -50,11 +50,15 @@ class Quantities(Mapping[str, Quantity]):
         return found
 
 
-def quantities(text: str, source: str = "own") -> Quantities:
+NOTHING = Quantities({}, {})
+
+
+def quantities(text: str, source: str = "own", section: str = SECTION) -> Quantities:
     """The quantities of a table: ``name | unit | meaning | value | lower upper``, the last two only for data.
 
     Units are those of SI or of ``SHOWN``; values stand in the unit of their line. Lines may end in a comment (#).
-    Raises TableError that names the line.
+    ``section`` is that of a machine file which shows the values; without one nothing does. Raises TableError that names
+    the line.
     """
     known: dict[str, Quantity] = {}
     data: dict[str, Datum] = {}
@@ -63,7 +67,7 @@ def quantities(text: str, source: str = "own") -> Quantities:
         if cells == [""]:
             continue
         try:
-            quantity = _quantity(cells, source)
+            quantity = _quantity(cells, source, section)
             if quantity.name in known:
                 raise TableError(f"{quantity.name} stands twice")
             known[quantity.name] = quantity
@@ -74,7 +78,7 @@ def quantities(text: str, source: str = "own") -> Quantities:
     return Quantities(known, data)
 
 
-def _quantity(cells: list[str], source: str) -> Quantity:
+def _quantity(cells: list[str], source: str, section: str) -> Quantity:
     if not 3 <= len(cells) <= 5 or not all(cells[:3]):
         raise TableError("a line says name | unit | meaning, and for data also | value | lower upper")
     name, shown, meaning = cells[:3]
@@ -86,7 +90,8 @@ def _quantity(cells: list[str], source: str) -> Quantity:
             f"{shown} is no unit: {error.args[0]} is not known; SI units and {', '.join(SHOWN)} are"
         ) from None
     ending = _ENDINGS.get(shown, shown.replace("/", "_").replace(" ", "_"))
-    return Quantity(name, unit, meaning, source, f"{SECTION}.{name}_{ending}" if ending else f"{SECTION}.{name}")
+    place = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
+    return Quantity(name, unit, meaning, source, place if section else "")
 
 
 def _datum(cells: list[str]) -> Datum:

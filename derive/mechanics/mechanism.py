@@ -9,7 +9,7 @@ from sympy import Expr, S
 
 from ..model import Input, Lane, Let, Step, System
 from ..quantity import Quantity
-from ..table import Quantities
+from ..table import NOTHING, Quantities
 from . import moving, turning, twins
 from .bodies import AXES
 from .frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit
@@ -31,7 +31,7 @@ class Mechanism(Joints):
     def __init__(
         self,
         name: str,
-        given: Quantities,
+        given: Quantities = NOTHING,
         *,
         angle: Quantity | None = None,
         speed: Quantity | None = None,

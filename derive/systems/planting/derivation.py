@@ -21,7 +21,6 @@ from ...mechanics.mechanism import Mechanism
 from ...mechanics.twins import Sides
 from ...model import ClosedForm, Lane, Let, System
 from ...quantity import Quantity, Vector
-from ...table import Quantities
 from . import quantities as q
 from .flanks import FLANK
 
@@ -159,7 +158,7 @@ def device(
     hinge_axis: Axis = Y,
 ) -> Mechanism:  # fmt: skip
     """One side with all that acts in it, and what it shares with the other: sun and carrier (wang2017 2.1-2.2)."""
-    m = Mechanism("planting", Quantities({}, {}), angle=q.phi, speed=q.omega, gravity=q.g, spatial=True, world=WORLD)
+    m = Mechanism("planting", angle=q.phi, speed=q.omega, gravity=q.g, spatial=True, world=WORLD)
     m.motion.rates |= {q.omega: speed_rate} if speed_rate != 0 else {}
     opposite = Point(f"{hinge.name} outer", hinge, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.z_A))))
     half, image = Half.of("inner half", hinge, 1, hinge_axis), Half.of("outer half", opposite, -1, hinge_axis)

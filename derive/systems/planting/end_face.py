@@ -14,7 +14,7 @@ from ...mechanics.frames import Motion, Vec, Y, displacement
 from ...mechanics.kinematics import Kinematics
 from ...model import Lane, Let, System
 from ...quantity import Quantity, Vector
-from ...table import Quantities
+from ...table import NOTHING
 from . import quantities as q
 from .derivation import ASSUMPTIONS as DEVICE
 from .derivation import B1, CARRIER, PLANET, A, Half
@@ -43,7 +43,7 @@ ROLLER = Vector("roller", (cams.reach, station))
 def lane() -> Lane:
     """Contour of a section and its places on the cam, whose x lies along the planet's x' at the cam angle zero."""
     motion = Motion({q.delta: S.One, q.alpha: S.One})
-    k = Kinematics("end face", Quantities({}, {}), q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
+    k = Kinematics("end face", NOTHING, q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
     cam = q.delta, q.delta
     k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
     k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))

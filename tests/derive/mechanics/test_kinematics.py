@@ -14,7 +14,6 @@ from derive.model import Call
 from derive.quantity import OpenVector, Quantity
 from derive.systems.planting import derivation
 from derive.systems.planting import quantities as q
-from derive.table import Quantities
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:
@@ -33,7 +32,7 @@ CONTACT = {name: quantity(f"{name}7") for name in ("r", "dr", "ratio", "dratio",
 
 
 def mechanism() -> Mechanism:
-    return Mechanism("test", Quantities({}, {}), angle=phi, speed=omega)
+    return Mechanism("test", angle=phi, speed=omega)
 
 
 def lets(m: Mechanism) -> dict[Quantity, sp.Expr]:

@@ -12,7 +12,6 @@ from derive.mechanics.mechanism import Mechanism
 from derive.quantity import Quantity
 from derive.systems.planting import derivation
 from derive.systems.planting import quantities as q
-from derive.table import Quantities
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:
@@ -34,7 +33,7 @@ def moving() -> Motion:
 
 def mechanism(gravity: Quantity | int = 0) -> Mechanism:
     """Bodies in space in that motion."""
-    m = Mechanism("test", Quantities({}, {}), angle=turn, speed=spin, gravity=gravity, spatial=True)
+    m = Mechanism("test", angle=turn, speed=spin, gravity=gravity, spatial=True)
     m.motion.rates |= moving().rates
     return m
 

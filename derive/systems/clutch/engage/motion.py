@@ -16,7 +16,6 @@ from ....mechanics.mechanism import Mechanism
 from ....mechanics.slopes import Followed
 from ....model import ClosedForm, System, let
 from ....quantity import Vector
-from ....table import Quantities
 from .. import quantities as clutch
 from ..motion import MESH, crank_angle, gear_rate
 from ..slider import CRANK, pin_distance
@@ -124,7 +123,7 @@ def linkage() -> ClosedForm:
 
 def mechanism() -> Mechanism:
     """What moves freely, and all that acts on it; nothing weighs, and the body keeps its rotation."""
-    m = Mechanism("clutch_motion", Quantities({}, {}), spatial=True, world=WORLD)
+    m = Mechanism("clutch_motion", spatial=True, world=WORLD)
     for symbols in zip(q.PLACES, q.RATES, ACCELERATIONS, strict=False):
         m.follow(symbols)
     m.motion.rates |= {q.angle: q.angle_dot, q.pushed: q.pushed_dot}
