@@ -88,3 +88,9 @@ def test_the_paper_of_the_example_is_judged_by_its_formulas(tmp_path: Path) -> N
     found = {e["equation"]: e for e in json.loads((tmp_path / "audit.json").read_text())["equations"]}
     assert {n: e["verdict"] for n, e in found.items()} == {"1": "confirmed", "2": "misprint", "3": "confirmed"}
     assert "sign of r" in found["2"]["correction"]
+
+
+def test_a_table_shows_its_values_nowhere_where_it_names_no_section() -> None:
+    text = "a | mm | length | 3\n b | 1 | share"
+    assert [s.shown for s in quantities(text).values()] == ["values.a_mm", "values.b"]
+    assert [(s.shown, s.source) for s in quantities(text, "a paper", section="").values()] == [("", "a paper")] * 2

@@ -10,8 +10,9 @@ import sympy as sp
 from sympy import Expr, Matrix, S, cos, pi, sin, sqrt
 
 from ...branches import switch, wrap
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import ClosedForm, Let, System, let
+from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from .geometry import chord_direction, radial
 
@@ -100,18 +101,18 @@ def _coordinates() -> dict[str, tuple[Expr, Expr]]:
     return {name: (pair[0].subs(x_A, held), pair[1].subs(x_A, held)) for name, pair in found.items()}
 
 
-def _path() -> ClosedForm:
+def _path(f: Formulas) -> None:
     places = _coordinates()
     steps = [
         let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "the loop A-C-B closes") for symbol in PLACES
     ]
-    return ClosedForm("path", (THETA, SHAPE), (*_shape(), *steps), Vector("path", PLACES))
+    f.function("path", (THETA, SHAPE), *_shape(), *steps, gives=PLACES)
 
 
-def _ellipse() -> ClosedForm:
+def _ellipse(f: Formulas) -> None:
     """Centre, axes and direction of C's path, centre + cos(theta) u + sin(theta) v, and what follows at the side."""
     x, y = (sp.expand(sp.expand_trig(e)) for e in _coordinates()["C"])
-    u, v = (Matrix([x.coeff(f(THETA)), y.coeff(f(THETA))]) / WIDTH for f in (cos, sin))
+    u, v = (Matrix([x.coeff(wave(THETA)), y.coeff(wave(THETA))]) / WIDTH for wave in (cos, sin))
     rest = [sp.expand(e - WIDTH * (a * cos(THETA) + b * sin(THETA))) for e, a, b in zip((x, y), u, v, strict=True)]
     named = {u[0]: COSINE, v[0]: SINE}
     u, v = (Matrix([named.get(e, e) for e in column]) for column in (u, v))
@@ -134,7 +135,7 @@ def _ellipse() -> ClosedForm:
         ),
     )
     outputs = (*CENTRE, MAJOR, MINOR, AXIS, TANGENCY, FILLET, LEAD, RHO, ARC)
-    return ClosedForm("ellipse", (SHAPE,), (*_shape(), *steps), Vector("ellipse", outputs))
+    f.function("ellipse", (SHAPE,), *_shape(), *steps, gives=outputs)
 
 
 def _slid() -> dict[str, tuple[Expr, Expr]]:
@@ -149,7 +150,7 @@ def _slid() -> dict[str, tuple[Expr, Expr]]:
     return {p: (held[x] + arm[0], held[y] + arm[1]) for p, arm in (*arms.items(), ("M", (S.Zero, S.Zero)))}
 
 
-def _trammel() -> tuple[ClosedForm, ClosedForm]:
+def _trammel(f: Formulas) -> None:
     """Path of a vertex while any two others slide on any two sides: places, and the ellipse."""
     places = _slid()
     steps = [
@@ -157,7 +158,7 @@ def _trammel() -> tuple[ClosedForm, ClosedForm]:
         for symbol in PLACES
     ]
     x, y = (sp.expand(sp.expand_trig(e)) for e in places["C"])
-    u, v = (Matrix([x.coeff(f(ROTATION)), y.coeff(f(ROTATION))]) for f in (cos, sin))
+    u, v = (Matrix([x.coeff(wave(ROTATION)), y.coeff(wave(ROTATION))]) for wave in (cos, sin))
     rest = [sp.simplify(e - a * cos(ROTATION) - b * sin(ROTATION)) for e, a, b in zip((x, y), u, v, strict=True)]
     form = u * u.T + v * v.T
     mean, apart = form.trace() / 2, sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2)
@@ -167,10 +168,8 @@ def _trammel() -> tuple[ClosedForm, ClosedForm]:
         let(MINOR, sp.Abs(u.row_join(v).det()) / MAJOR, "eigenvalues of u u' + v v'"),
         let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
     )
-    return (
-        ClosedForm("slid", (ROTATION, TRAMMEL), tuple(steps), Vector("slid", PLACES)),
-        ClosedForm("slid_ellipse", (TRAMMEL,), oval, Vector("slid_ellipse", (*CENTRE, MAJOR, MINOR, AXIS))),
-    )
+    f.function("slid", (ROTATION, TRAMMEL), *steps)
+    f.function("slid_ellipse", (TRAMMEL,), *oval)
 
 
 def support_steps() -> tuple[Let, ...]:
@@ -186,31 +185,27 @@ def support_steps() -> tuple[Let, ...]:
     )
 
 
-def _support() -> ClosedForm:
+def _support(f: Formulas) -> None:
     beyond = sp.Abs(INSIDE) - ARC / 2
     steps = (*support_steps(), let(RADIUS, switch(-beyond, S.Zero, WIDTH)))
-    return ClosedForm("support", (PSI, SHAPE), steps, Vector("support", (SUPPORT, RADIUS)))
+    f.function("support", (PSI, SHAPE), *steps, gives=(SUPPORT, RADIUS))
 
 
-def _harmonic() -> ClosedForm:
+def _harmonic(f: Formulas) -> None:
     """Fourier coefficient of the radius of curvature h + h'', and from it that of the support h: divide by 1 - k^2."""
     k, psi = sp.Dummy("k", positive=True), sp.Dummy("psi", real=True)
     mean = 2 * sp.integrate(cos(k * psi), (psi, ARC / 2, ARC)) * WIDTH / ARC
     amplitude = (mean / (1 - k**2)).subs(k, ORDER * VERTICES)
-    return ClosedForm(
-        "harmonic", (ORDER, SHAPE), (*_shape(), let(HARMONIC, amplitude)), Vector("harmonic", (HARMONIC,))
-    )
+    f.function("harmonic", (ORDER, SHAPE), *_shape(), let(HARMONIC, amplitude), gives=(HARMONIC,))
 
 
 def exact() -> System:
     """A Reuleaux polygon in a regular polygon, from first principles."""
-    return System(
-        "clutch_rotor",
-        "Reuleaux polygon in a regular polygon",
-        "derived (kinematics)",
-        ASSUMPTIONS,
-        closed_forms=(_path(), _ellipse(), *_trammel(), _support(), _harmonic()),
-    )
+    title, source = "Reuleaux polygon in a regular polygon", "derived (kinematics)"
+    f = Formulas("clutch_rotor", title=title, source=source, assumptions=ASSUMPTIONS, told="{}")
+    for part in (_path, _ellipse, _trammel, _support, _harmonic):
+        part(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import sympy as sp
 from sympy import S, pi, sqrt
 
+from ...formulas import Formulas
 from ...mechanics.frames import Frame, Vec, X, Y, unit
-from ...model import ClosedForm, System, let
-from ...quantity import Quantity, Vector
+from ...model import System, let
+from ...quantity import Quantity
 from . import quantities as q
 from .derivation import PLANET, WORLD
 
@@ -38,16 +39,16 @@ place = _found("place", "m", "the nearest place that counts")
 clearance = _found("clearance", "m", "horizontal distance of the half from the plant")
 
 
-def axis() -> ClosedForm:
+def axis(f: Formulas) -> None:
     """The nozzle's axis through its tip: its tilt, and where it passes a level."""
     way = sp.Dummy("way")
     x, y, _ = unit(PLANET, X).resolved(WORLD).components
     (there,) = sp.solve(q.y_tip + way * y - soil, way)
     steps = (let(tilt, q.alpha - pi / 2), let(cut, q.x_tip + there * x))
-    return ClosedForm("axis", (q.x_tip, q.y_tip, q.alpha, soil), steps, Vector("passing", (tilt, cut)))
+    f.function("axis", (q.x_tip, q.y_tip, q.alpha, soil), *steps, told="passing")
 
 
-def half() -> ClosedForm:
+def half(f: Formulas) -> None:
     """Of a half, what is lower than the plant's top counts."""
     closed = unit(PLANET, X).resolved(WORLD)
     opened = unit(Frame("half", PLANET, Y, q.theta1), X).resolved(WORLD)
@@ -68,13 +69,16 @@ def half() -> ClosedForm:
         let(clearance, sqrt(square.subs(s, place) + hair**2)),
     )
     inputs = (q.x_tip, q.y_tip, q.alpha, q.theta1, plant, top, hair, q.MACHINE)
-    return ClosedForm("half", inputs, steps, Vector("apart", (clearance,)))
+    f.function("half", inputs, *steps, gives=(clearance,), told="apart")
 
 
 def exact() -> System:
     """The nozzle in the soil."""
-    return System("planting_nozzle", "Nozzle of the planting device in the soil", "derived (geometry)", ASSUMPTIONS,
-                  closed_forms=(axis(), half()))  # fmt: skip
+    title, source = "Nozzle of the planting device in the soil", "derived (geometry)"
+    f = Formulas("planting_nozzle", title=title, source=source, assumptions=ASSUMPTIONS)
+    axis(f)
+    half(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from sympy import Expr, S
 
+from ....formulas import Formulas
 from ....mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
-from ....model import ClosedForm, Let, let
+from ....model import Let, let
 from ....quantity import Quantity, Vector
 from . import quantities as q
 
@@ -57,13 +58,16 @@ def slip(normal: tuple[Expr, Expr], point: tuple[Expr, Expr]) -> Expr:
 
 
 def contact(
+    f: Formulas,
     name: str,
     inputs: tuple[Vector | Quantity, ...],
     before: tuple[Let, ...],
     gap: Expr,
     rate: Expr,
     slips: tuple[Expr, ...],
-) -> ClosedForm:
+) -> None:
     """A contact as a function of places, rates, the law and its own ``inputs``: what it does to each coordinate."""
+    told = f"{name}_contact"
     steps = (*before, *q.CONTACT.steps(gap, rate, slips, q.HERTZ))
-    return ClosedForm(name, (*inputs, q.PLACES, q.RATES, q.LAW), steps, q.CONTACT.outputs(f"{name}_contact"))
+    given = q.CONTACT.outputs(told).quantities
+    f.function(name, (*inputs, q.PLACES, q.RATES, q.LAW), *steps, gives=given, told=told)

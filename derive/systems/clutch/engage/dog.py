@@ -10,9 +10,10 @@ import sympy as sp
 from sympy import S, pi, sqrt
 
 from ....branches import Turns
+from ....formulas import Formulas
 from ....mechanics.frames import Frame, Vec, Y, Z, displacement, unit
 from ....mechanics.slopes import Followed
-from ....model import ClosedForm, System, let
+from ....model import System, let
 from ....quantity import Vector
 from . import quantities as q
 from .bodies import BODY, OVER_INPUT, SHAFT, WORLD, O, contact, heading, opening, vec
@@ -42,7 +43,7 @@ hoist = found("hoist", "1", "slope of the distance in the lift")
 eccentric = found("eccentric", "m", "eccentricity of the body in its fit")
 
 
-def jaw() -> ClosedForm:
+def jaw(f: Formulas) -> None:
     """On the rounded edge, on the flank, or on the tip face: whichever the point lies off."""
     place = Followed((q.c_x, q.c_y, q.heading))
     place.let(pitch, 2 * pi / jaws)
@@ -66,10 +67,10 @@ def jaw() -> ClosedForm:
     moved = place.slopes(offset)
     passing = opening((moved[q.c_x], moved[q.c_y], moved[q.heading]))
     rate, sliding = push * passing + hoist * q.way_dot, push * q.way_dot - hoist * passing
-    return contact("jaw", (q.index, JAW), steps, nearest - edge, rate, (sliding,))
+    contact(f, "jaw", (q.index, JAW), steps, nearest - edge, rate, (sliding,))
 
 
-def fit() -> ClosedForm:
+def fit(f: Formulas) -> None:
     """The body round in the fit that centres it."""
     place = displacement(O, BODY, WORLD)
     k = Followed((q.x, q.y))
@@ -78,18 +79,17 @@ def fit() -> ClosedForm:
     rate = -sp.Add(*(slopes[c] * c_dot for c, c_dot in zip((q.x, q.y), q.RATES, strict=False)))
     outwards = Vec(WORLD, (q.x / eccentric, q.y / eccentric, S.Zero))
     around = unit(WORLD, Z).cross(outwards).dot(OVER_INPUT)
-    return contact("fit", (room, core), tuple(k.steps), room - eccentric, rate, (around, q.way_dot))
+    contact(f, "fit", (room, core), tuple(k.steps), room - eccentric, rate, (around, q.way_dot))
 
 
 def exact() -> System:
     """The contacts that the dog clutch has beside those of both clutches."""
-    return System(
-        "clutch_contact_dog",
-        "Dog clutch in contact: jaws on jaws, the driving half in its fit",
-        "derived (distances, virtual work); law of Hunt and Crossley 1975",
-        ASSUMPTIONS,
-        closed_forms=(jaw(), fit()),
-    )
+    title = "Dog clutch in contact: jaws on jaws, the driving half in its fit"
+    source = "derived (distances, virtual work); law of Hunt and Crossley 1975"
+    f = Formulas("clutch_contact_dog", title=title, source=source, assumptions=ASSUMPTIONS)
+    for part in (jaw, fit):
+        part(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)

@@ -9,12 +9,13 @@ import sympy as sp
 from sympy import Expr, S, sqrt
 
 from ....branches import clip, switch
+from ....formulas import Formulas
 from ....mechanics.frames import Vec, displacement
 from ....mechanics.friction import dahl, square
 from ....mechanics.laws import kinetic
 from ....mechanics.mechanism import Mechanism
 from ....mechanics.slopes import Followed
-from ....model import ClosedForm, System, let
+from ....model import System, let
 from ....quantity import Vector
 from .. import quantities as clutch
 from ..motion import MESH, crank_angle, gear_rate
@@ -94,7 +95,7 @@ POWERS = tuple(
 )
 
 
-def course() -> ClosedForm:
+def course(f: Formulas) -> None:
     """Where the linkage has pushed the sleeve: the link turns at a constant rate from start to end, then it rests.
 
     The crank gear rolls on the fixed rack from the start of mesh on; the crank slider carries the pin along its guide.
@@ -107,18 +108,18 @@ def course() -> ClosedForm:
     k.let(crank, crank_angle(clutch.l_AC) - turned)
     k.let(q.pushed, pin_distance(crank) - clutch.l_AC, "the loop A-B-C closes")
     rate = let(q.pushed_dot, k.along(q.pushed, time))
-    outputs = Vector("course", (link_angle, q.pushed, q.pushed_dot))
-    return ClosedForm("course", (time, CRANK, LINK), (*k.steps, rate), outputs)
+    given = (link_angle, q.pushed, q.pushed_dot)
+    f.function("course", (time, CRANK, LINK), *k.steps, rate, gives=given, told="course")
 
 
-def bearing() -> ClosedForm:
+def bearing(f: Formulas) -> None:
     """The thrust bearing on the face of the coupling: ends the sleeve's way, and brakes the coupling's slides."""
-    return contact("bearing", (), (), q.way, q.way_dot, (OVER_INPUT[0], OVER_INPUT[1]))
+    contact(f, "bearing", (), (), q.way, q.way_dot, (OVER_INPUT[0], OVER_INPUT[1]))
 
 
-def linkage() -> ClosedForm:
+def linkage(f: Formulas) -> None:
     """The linkage pushes the sleeve away; what brings it back is the spring."""
-    return contact("linkage", (), (), q.way - q.pushed, q.way_dot - q.pushed_dot, ())
+    contact(f, "linkage", (), (), q.way - q.pushed, q.way_dot - q.pushed_dot, ())
 
 
 def mechanism() -> Mechanism:
@@ -147,7 +148,7 @@ def mechanism() -> Mechanism:
     return m
 
 
-def motion() -> ClosedForm:
+def motion(f: Formulas) -> None:
     """Accelerations, rates of the bristles, works per time and energy, from what all contacts do together."""
     sliding, bent = ON_SLIDES.components[:2], Vec(INPUT, (*BENT, S.Zero))
     bristle_rates, lost = dahl(sliding, BENT, lock_stiffness, limit, creep)
@@ -166,9 +167,9 @@ def motion() -> ClosedForm:
         *(let(name, expr) for name, expr in zip(POWERS, powers, strict=True)),
         let(energy, kinetic(m.motion, m.bodies, WORLD) + in_springs),
     )
-    outputs = Vector("motion", (*ACCELERATIONS, *BENT_RATES, *POWERS, energy))
+    given = (*ACCELERATIONS, *BENT_RATES, *POWERS, energy)
     inputs = (q.PLACES, q.RATES, BRISTLES, SUMS, MASSES, SPRINGS, LOADS, SLIDES)
-    return ClosedForm("motion", inputs, steps, outputs)
+    f.function("motion", inputs, *steps, gives=given, told="motion")
 
 
 def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
@@ -188,26 +189,23 @@ def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
     )
 
 
-def damping() -> ClosedForm:
+def damping(f: Formulas) -> None:
     """Damping as a share of the critical one, at which the shaft's bending just does not swing."""
     s, critical = sp.Dummy("s"), sp.Dummy("critical", positive=True)
     swing = sp.discriminant(shaft_mass * s**2 + critical * s + shaft_stiffness, s)
     (most,) = sp.solve(swing, critical)
     step = let(shaft_damping, damping_share * most, "damping without swing")
-    return ClosedForm(
-        "damping", (damping_share, shaft_mass, shaft_stiffness), (step,), Vector("damped", (shaft_damping,))
-    )
+    f.function("damping", (damping_share, shaft_mass, shaft_stiffness), step, told="damped")
 
 
 def exact() -> System:
     """What both clutches share."""
-    return System(
-        "clutch_motion",
-        "Clutch in contact: linkage, shared contacts, equations of motion",
-        "derived (Lagrange, virtual work); laws of Hunt and Crossley 1975, Dahl 1976",
-        ASSUMPTIONS,
-        closed_forms=(course(), bearing(), linkage(), motion(), damping()),
-    )
+    title = "Clutch in contact: linkage, shared contacts, equations of motion"
+    source = "derived (Lagrange, virtual work); laws of Hunt and Crossley 1975, Dahl 1976"
+    f = Formulas("clutch_motion", title=title, source=source, assumptions=ASSUMPTIONS)
+    for part in (course, bearing, linkage, motion, damping):
+        part(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)

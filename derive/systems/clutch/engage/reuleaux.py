@@ -9,9 +9,10 @@ import sympy as sp
 from sympy import Expr, S, cos, pi, sin, sqrt
 
 from ....branches import Turns, switch
+from ....formulas import Formulas
 from ....mechanics.frames import Frame, Vec, Z
 from ....mechanics.slopes import Followed
-from ....model import ClosedForm, Let, System, let
+from ....model import Let, System, let
 from ....quantity import Quantity, Vector
 from .. import rotor
 from ..geometry import SIDES, VERTICES, face_sine
@@ -75,7 +76,7 @@ def radial(distance: Expr, direction: Expr) -> Vec:
     return vec(Frame("radius", SHAFT, Z, direction), distance, S.Zero).resolved(SHAFT)
 
 
-def tooth() -> ClosedForm:
+def tooth(f: Formulas) -> None:
     """Either the tip comes closest to the shaft, or one of its faces to a fillet."""
     k = Followed((q.c_x, q.c_y, q.heading))
     k.let(inner, apothem - fillet)
@@ -96,7 +97,7 @@ def tooth() -> ClosedForm:
             for name, centre, end, normal in zip(POINT, (f_x, f_y), (t_x, t_y), NORMAL, strict=True)
         ),
     )
-    return contact("tooth", (q.index, TOOTH), steps, nearest - fillet, OPENING, (slip(NORMAL, POINT),))
+    contact(f, "tooth", (q.index, TOOTH), steps, nearest - fillet, OPENING, (slip(NORMAL, POINT),))
 
 
 def _face() -> tuple[Let, Let]:
@@ -137,7 +138,7 @@ def _of_face(k: Followed) -> sp.Basic:
     return sp.And(sp.Gt(along, 0), sp.Lt(along, reach), sp.Lt(at_face, at_tip))
 
 
-def side_of_hole() -> ClosedForm:
+def side_of_hole(f: Formulas) -> None:
     """The outline against one side of the tapered hole: their distance in the section, seen along their normal."""
     k = Followed((q.c_x, q.c_y, q.heading, q.way))
     k.let(outwards, HALF_SIDE * (2 * q.index + 1))
@@ -158,22 +159,22 @@ def side_of_hole() -> ClosedForm:
         *(let(name, centre + touching[i]) for i, (name, centre) in enumerate(zip(POINT, (q.c_x, q.c_y), strict=True))),
     )
     rate = (OPENING + k.along(apart, q.way) * q.way_dot) * cos(taper)
-    return contact("side", (q.index, HOLE), steps, apart * cos(taper), rate, (slip(NORMAL, POINT), q.way_dot))
+    contact(f, "side", (q.index, HOLE), steps, apart * cos(taper), rate, (slip(NORMAL, POINT), q.way_dot))
 
 
-def clear() -> ClosedForm:
+def clear(f: Formulas) -> None:
     """Where a tip rests on a rounded corner, the root opposite to a corner must clear what that lifts the body by."""
     high = (apothem - fillet) / cos(HALF_SIDE) + fillet
     lifted = high - tip
-    return ClosedForm("clear", (TOOTH,), (let(least_root, high + lifted),), Vector("clearance", (least_root,)))
+    f.function("clear", (TOOTH,), let(least_root, high + lifted), told="clearance")
 
 
-def seen() -> ClosedForm:
+def seen(f: Formulas) -> None:
     """Where the body is as the turning, deflected shaft sees it."""
-    return ClosedForm("seen", (q.PLACES,), heading(), Vector("view", (q.c_x, q.c_y, q.heading)))
+    f.function("seen", (q.PLACES,), *heading(), told="view")
 
 
-def section() -> ClosedForm:
+def section(f: Formulas) -> None:
     """Half the angle that a tooth takes at its root, and the sleeve's hole where the sleeve is."""
     at_root = Vec(Frame("face", SHAFT, Z, face), (reach, S.Zero, S.Zero)).resolved(SHAFT) + vec(SHAFT, tip, S.Zero)
     steps = (
@@ -181,18 +182,17 @@ def section() -> ClosedForm:
         let(half_tooth, sp.atan2(at_root[1], at_root[0])),
         let(room, hole + (travel - q.way) * sp.tan(taper)),
     )
-    return ClosedForm("section", (TOOTH, HOLE, q.way), steps, Vector("drawn", (half_tooth, room)))
+    f.function("section", (TOOTH, HOLE, q.way), *steps, gives=(half_tooth, room), told="drawn")
 
 
 def exact() -> System:
     """The contacts that the Reuleaux clutch has beside those of both clutches."""
-    return System(
-        "clutch_contact_reuleaux",
-        "Reuleaux clutch in contact: teeth on the shaft, outline in the sleeve",
-        "derived (distances, virtual work); law of Hunt and Crossley 1975",
-        ASSUMPTIONS,
-        closed_forms=(tooth(), side_of_hole(), clear(), seen(), section()),
-    )
+    title = "Reuleaux clutch in contact: teeth on the shaft, outline in the sleeve"
+    source = "derived (distances, virtual work); law of Hunt and Crossley 1975"
+    f = Formulas("clutch_contact_reuleaux", title=title, source=source, assumptions=ASSUMPTIONS)
+    for part in (tooth, side_of_hole, clear, seen, section):
+        part(f)
+    return f.system()
 
 
 SYSTEMS = (exact,)
