@@ -55,14 +55,14 @@ def names() -> KnownNames:
     return KnownNames({machine: sorted(own) for machine, own in sorted(found.items())})
 
 
-def of_names(machine: str, wanted: Sequence[str]) -> list[Meaning]:
-    """The first meaning that each name has in a machine, in the order of the names; what has none is left out."""
+def of_names(machine: str, wanted: Sequence[str], command: str) -> list[tuple[str, Meaning]]:
+    """Names with what each means in a machine, first of all in a command's result; what has no meaning is left out."""
     known: dict[str, Meaning] = {}
-    for one in every():
-        if one.machine == machine:
-            known.setdefault(one.key or one.name, one)
-            known.setdefault(one.name, one)
-    return [known[name] for name in wanted if name in known]
+    own = [one for one in every() if one.machine == machine]
+    for one in sorted(own, key=lambda one: command not in one.source.replace(",", "").split()):
+        known.setdefault(one.key or one.name, one)
+        known.setdefault(one.name, one)
+    return [(name, known[name]) for name in wanted if name in known]
 
 
 def _columns() -> Iterator[Meaning]:

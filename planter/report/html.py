@@ -236,8 +236,8 @@ summary { cursor: pointer; color: var(--soft); margin: .8rem 0; }
   svg [style*="stroke: $paper"] { stroke: var(--paper) !important; } }
 @media print { :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --rule: #bbb; --warn: #000;
   --warn-paper: #fff; } @page { margin: 18mm; } body { max-width: none; padding: 0; font-size: 10pt; }
-  nav { display: none; } h2 { break-after: avoid; } figure svg { max-height: 115mm; }
-  figure, tr, dl > div { break-inside: avoid; }
+  nav { display: none; } h2 { break-after: avoid; } figure svg { max-height: 95mm; }
+  figure, tr, dl > div { break-inside: avoid; } caption, summary, thead { break-after: avoid; }
   thead { display: table-header-group; } .wide { overflow: visible; } }
 """
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from planter.kernels import Array
 
+POLISH = "polish"
+"""Name of the descents from the best individuals of the genetic algorithm."""
 NARROW = 0.1
 """A front with less than this share of the designs' extent is drawn again, enlarged."""
 STEEP = 30.0
@@ -49,13 +51,15 @@ def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = 
         _scales(axes, history)
     axes.set_xlabel("evaluations of the objective")
     axes.set_ylabel("best objective" + (f" / {unit}" if unit else ""))
-    style.label_ends(axes, list(ends.values()), gap=0.12)
+    style.label_ends(axes, list(ends.values()), gap=0.17)
     return figure
 
 
 def _end(method: str, history: Mapping[str, object], best: float) -> str:
     runs = sum(label.partition(",")[0] == method for label in history)
-    return f"{method}{f' ({runs} starts)' if runs > 1 else ''}\n{best:.7g}"
+    notes = [f"{runs} starts"] if runs > 1 else []
+    notes += ["from the best of ga"] if method == POLISH else []
+    return f"{method}\n" + "".join(f"{note}\n" for note in notes) + f"{best:.6g}"
 
 
 def _scales(axes: Axes, history: Mapping[str, Sequence[tuple[int, float]]]) -> None:
@@ -87,6 +91,10 @@ def pareto(
         axes.plot(*points[beaten].T, "o", color=style.FAINT, markersize=2.5, label="designs")
     _front(axes, front, marks)
     handles, labels = axes.get_legend_handles_labels()
+    if near:
+        middle = front.mean(axis=0)
+        axes.plot(*middle, "s", color=style.BLUE, markersize=13, fillstyle="none", markeredgewidth=0.8)
+        axes.annotate("front", tuple(middle), (11, -8), textcoords="offset points", color=style.BLUE)
     for enlarged in near:
         _front(enlarged, front, marks, within=True)
         enlarged.set_title("the front, enlarged")

@@ -143,6 +143,7 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
     if not ends:
         return
     order = sorted(ends)
+    axes.autoscale_view()  # limits are found when a figure is drawn; the places asked for below need them now
     on_screen = axes.transData.transform([(1, end[0]) for end in order])
     wanted = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
     for (_, text, shade), height in zip(order, spread(wanted, gap), strict=True):

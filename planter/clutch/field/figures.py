@@ -24,6 +24,9 @@ MOST_FACTORS = 6
 """Factors that a figure of effects has room for."""
 SURFACE_FACTORS = 3
 """Factors whose pairs have a response surface each."""
+COLOURS = "viridis"
+WITHOUT_SCALE = 0.94
+"""Share of a figure's width that the surfaces have, beside the scale of their colours."""
 GRID = 31
 """Points along each side of a response surface."""
 
@@ -82,15 +85,25 @@ def surface(found: Evaluation, response: Response, order: Sequence[Factor]) -> F
     pairs = list(itertools.combinations(chosen, 2))
     figure = style.new_figure(2.5)
     figure.set_layout_engine("none")
-    width = 1 / max(len(pairs), 2)
+    width = WITHOUT_SCALE / max(len(pairs), 2)
     heights = [_height(found.trial, found.effects[response.name], pair) for pair in pairs]
     low, high = min(h.min() for *_, h in heights), max(h.max() for *_, h in heights)
     for index, (pair, (x, y, height)) in enumerate(zip(pairs, heights, strict=True)):
         axes = figure.add_axes((width * (index + 0.04), 0.06, width * 0.96, 0.98), projection="3d")
         _draw_surface(axes, x, y, height, (low, high))
         _name_sides(axes, pair)
+    _colour_scale(figure, (low, high))
     figure.text(0.01, 0.93, _with_goal(found, response, ";  "), fontsize=8.5)
     return figure
+
+
+def _colour_scale(figure: Figure, limits: tuple[float, float]) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    bar = figure.colorbar(ScalarMappable(Normalize(*limits), COLOURS), figure.add_axes((0.945, 0.2, 0.012, 0.6)))
+    bar.ax.tick_params(labelsize=6.5)
+    bar.outline.set_visible(False)
 
 
 def has_surface(order: Sequence[Factor]) -> bool:
@@ -104,7 +117,7 @@ def _drawable(order: Sequence[Factor]) -> list[Factor]:
 
 def _draw_surface(axes: Any, x: Array, y: Array, height: Array, limits: tuple[float, float]) -> None:
     floor = limits[0] - 0.35 * (limits[1] - limits[0])
-    colours = {"cmap": "viridis", "vmin": limits[0], "vmax": limits[1]}
+    colours = {"cmap": COLOURS, "vmin": limits[0], "vmax": limits[1]}
     axes.plot_surface(x, y, height, rcount=GRID, ccount=GRID, linewidth=0, antialiased=False, **colours)
     axes.contour(x, y, height, levels=8, zdir="z", offset=floor, linewidths=0.8, **colours)
     axes.set_zlim(floor, limits[1])
@@ -174,7 +187,9 @@ def comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Figure:
         axes.set_xlim(-0.5, len(speeds) - 0.5)
         axes.set_xlabel("working speed / (m/s)")
     named = {_plain(clutch): handles[clutch] for clutch in clutches}
-    figure.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(clutches), frameon=False)
+    told = "mean; bars: one standard deviation up and down"
+    figure.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(clutches), frameon=False,
+                  title=told, alignment="left")  # fmt: skip
     return figure
 
 

@@ -33,6 +33,7 @@ BINS = 900
 COLOURS = {"reuleaux": style.BLUE, "dog": style.VERMILION}
 LABELS = {"reuleaux": "Reuleaux", "dog": "dog"}
 LINK = "link angle / deg"
+RATIO_TICKS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1, 1.5, 2, 3, 4, 5, 7, 10, 15, 20)
 
 
 def thinned(x: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
@@ -107,11 +108,13 @@ def speeds(runs: Mapping[str, Switching]) -> Figure:
 @style.drawn
 def section(run: Run) -> Figure:
     """Teeth, outline and sleeve round the shaft, as it sees them: when cut off, and when engaged; lengths in mm."""
-    figure = style.new_figure(3.5)
+    figure = style.new_figure(3.8)
     for axes, index, title in zip(figure.subplots(1, 2), (0, -1), ("cut off", "engaged"), strict=True):
         _pose(axes, run, index)
         axes.set_title(title)
         style.drawing_board(axes)
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     return figure
 
 
@@ -125,14 +128,15 @@ def _pose(axes: Axes, run: Run, index: int) -> None:
     shaft = 1e3 * regular(SIDES, given.apothem, given.fillet)
     hole = 1e3 * regular(SIDES, drawn["room"])
     axes.fill(*shaft, color=style.FAINT, alpha=0.5, linewidth=0)
-    axes.plot(*shaft, color=style.INK, linewidth=1.0)
-    axes.plot(*hole, color=style.SOFT, linewidth=1.0)
+    axes.plot(*shaft, color=style.INK, linewidth=1.0, label="shaft")
+    axes.plot(*hole, color=style.SOFT, linewidth=1.0, label="sleeve, its hole")
     body = outline(Rotor(VERTICES, SIDES, given.width), angle, centre * 1e-3)
-    axes.plot(*(1e3 * np.hstack([body, body[:, :1]])), color=style.BLUE, linewidth=1.0)
-    for tooth in _teeth(run, angle, drawn["half_tooth"]):
-        axes.plot(*(1e3 * tooth + centre[:, None]), color=style.VERMILION, linewidth=1.6)
-    axes.plot(0, 0, "+", color=style.INK, markersize=5)
-    axes.plot(*centre, "x", color=style.BLUE, markersize=4)
+    axes.plot(*(1e3 * np.hstack([body, body[:, :1]])), color=style.BLUE, linewidth=1.0, label="polygon")
+    for number, tooth in enumerate(_teeth(run, angle, drawn["half_tooth"])):
+        name = "teeth" if number == 0 else None
+        axes.plot(*(1e3 * tooth + centre[:, None]), color=style.VERMILION, linewidth=1.6, label=name)
+    axes.plot(0, 0, "+", color=style.INK, markersize=5, linestyle="none", label="its axis")
+    axes.plot(*centre, "x", color=style.BLUE, markersize=4, linestyle="none", label="its centroid")
 
 
 def _teeth(run: Run, angle: float, half: float) -> list[Array]:
@@ -158,7 +162,7 @@ def ratios(rows: Sequence[VariedContact], ratio: float) -> Figure:
     axes.axhline(1.0, color=style.SOFT, linewidth=0.6)
     axes.set_xlabel("factor on the input")
     axes.set_ylabel("largest load, Reuleaux / dog")
-    ticks = [t for t in (0.1, 0.2, 0.5, 1, 2, 5, 10) if axes.get_ylim()[0] <= t <= axes.get_ylim()[1]]
+    ticks = [t for t in RATIO_TICKS if axes.get_ylim()[0] <= t <= axes.get_ylim()[1]]
     axes.set_yticks(ticks, [f"{t:g}" for t in ticks], minor=False)
     axes.set_yticks([], minor=True)
     factors = sorted({row.factor for row in rows} | {1.0})

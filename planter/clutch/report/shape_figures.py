@@ -48,9 +48,8 @@ def turning(rotor: Rotor) -> Figure:
         x, y = _body(rotor, math.pi / 2 + i * step)
         left.plot(x, y, color=style.FAINT if i else style.BLUE, linewidth=0.7 if i else 1.4)
     orbit = 1e3 * np.array([rotor.tightest(r)[1] for r in np.linspace(0, 2 * math.pi / rotor.vertices, 61)]).T
-    left.plot(*orbit, color=style.VERMILION, linewidth=1.0)
-    left.annotate("orbit of the centroid", (float(orbit[0].max()), 0), (4, 0), textcoords="offset points",
-                  color=style.VERMILION, va="center", bbox=style.CLEAR)  # fmt: skip
+    left.plot(*orbit, color=style.VERMILION, linewidth=1.0, label="orbit of the centroid")
+    left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     style.drawing_board(left)
     rotations = np.linspace(0, 2 * math.pi / rotor.vertices, 181)
     needed = 1e3 * (2 * np.array([rotor.tightest(r)[0] for r in rotations]) / rotor.width - 1)

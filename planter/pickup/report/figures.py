@@ -63,14 +63,15 @@ def _whole_path(axes: Axes, machine: Pickup, train: Train, before: Array | None)
     for angle, name in ((0.0, "pick"), (where, "push")):
         corners = entry.to_frame(entry.needle(angle)) * 1000
         axes.fill(*corners.T, facecolor=style.GREEN, alpha=0.35, edgecolor=style.GREEN)
-        root, at = corners[2:].mean(axis=0), corners[:2].mean(axis=0)
-        axes.annotate(name, _xy(root), _xy(14 * (root - at) / 80),
-                      textcoords="offset points", ha="center", va="center", bbox=style.CLEAR)  # fmt: skip
+        along = corners[2:].mean(axis=0) - corners[:2].mean(axis=0)
+        across = 15 * np.array([-along[1], along[0]]) / np.hypot(*along)
+        axes.annotate(name, _xy(corners.mean(axis=0)), _xy(across * np.sign(across[1] or 1)),
+                      textcoords="offset points", ha="center", va="center", color=style.GREEN)  # fmt: skip
     _linkage(axes, train, where)
     _level(axes, machine, entry)
     style.drawing_board(axes)
     axes.set_aspect("equal", adjustable="box")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, ncols=2)
+    axes.legend(loc="upper left", frameon=False)
 
 
 def _xy(point: Array) -> tuple[float, float]:
@@ -82,14 +83,14 @@ def _linkage(axes: Axes, train: Train, t: float) -> None:
     chain = np.array([[0, 0], *([found[f"x_{p}"], found[f"y_{p}"]] for p in ("M1", "O1", "S"))])
     axes.plot(*chain.T, color=style.INK, linewidth=0.8, marker="o", markersize=2.5, zorder=3)
     for name, point in zip(("O", "M1", "O1"), chain, strict=False):
-        axes.annotate(name, (float(point[0]), float(point[1])), (5, -9), textcoords="offset points", bbox=style.CLEAR)
+        axes.annotate(name, (float(point[0]), float(point[1])), (-3, -11), textcoords="offset points", ha="center")
 
 
 def _level(axes: Axes, machine: Pickup, entry: Entry) -> None:
     """The horizontal that the tray box's inclination implies: the axis of a cell points down by the pick angle."""
     down = entry.axis() + np.radians(90 - machine.tray.box_inclination_deg)
     line = np.array([[-45, 0], [45, 0]]) @ np.array([[np.cos(down), np.sin(down)], [-np.sin(down), np.cos(down)]])
-    place = np.array([axes.get_xlim()[0] + 30, axes.get_ylim()[1] - 45])
+    place = np.array([axes.get_xlim()[1] - 30, axes.get_ylim()[0] + 45])
     axes.plot(*(line + place).T, color=style.SOFT, linewidth=0.8, linestyle=_DASHED)
     axes.annotate("level", _xy(place), (4, 6), textcoords="offset points", color=style.SOFT)
 

@@ -51,7 +51,7 @@ def support_force(
     before, joints, reference = before or {}, _by_part(joints_deg or {}), reference or {}
     flat = _flat(cycles, before)
     heights = [2.9, *(1.4 for _ in flat)]
-    heights += [LABEL * len(joints)] if joints else []
+    heights += [LABEL * (len(joints) + 1)] if joints else []
     heights += [LABEL * (len(reference) + len(cycles))] if reference else []
     figure = style.new_figure(sum(heights) + 0.3 * len(heights) + (0.9 if reference else 0.3))
     every = list(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
@@ -64,12 +64,22 @@ def support_force(
         shown = cycles if label is None else {label: cycles[label]}
         _curves(axes, shown, before, weight_N, LABEL / height)
         _faint_lines(axes, joints)
-        axes.set_title(f"{label} model on its own scale" if label else BEFORE if before else "")
+        told = [f"{label} model on its own scale" if label else "", _ranges(shown, before), BEFORE if before else ""]
+        axes.set_title("; ".join(part for part in told if part))
     for axes in angular:
         last = axes is angular[-1]
         style.over_a_turn(axes, label=last)
         axes.tick_params(labelbottom=last)
     return figure
+
+
+def _ranges(cycles: Mapping[str, Curve], before: Mapping[str, Curve]) -> str:
+    """Largest less smallest force of each curve, after what it was before."""
+    found = []
+    for label, (_, force) in cycles.items():
+        was = f"{np.ptp(before[label][1]):.4g} to " if label in before else ""
+        found.append(f"{label} {was}{np.ptp(force):.4g} N")
+    return f"range: {', '.join(found)}"
 
 
 def _flat(cycles: Mapping[str, Curve], before: Mapping[str, Curve]) -> list[str]:
@@ -130,6 +140,7 @@ def _strip(axes: Axes, joints: Mapping[str, Sequence[float]]) -> None:
     """A row of ticks for each part: where the curves may have a kink."""
     for row, (part, angles) in enumerate(joints.items()):
         axes.plot(angles, [row] * len(angles), "|", color=style.SOFT, markersize=6, label=part)
+    axes.set_title("where a formula changes, so that a curve may have a kink (both sides)")
     axes.set_ylim(len(joints) - 0.4, -0.6)
     axes.set_yticks(range(len(joints)), list(joints))
     axes.tick_params(left=False)
@@ -183,7 +194,12 @@ def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: st
             point = forces[model][:, _index(columns, angle)]
             if all(np.hypot(*(point - other)) > 0.12 * size for other in named):
                 shade = style.colour(model, index)
-                axes.annotate(f"{angle}°", tuple(point), (3, 2), textcoords="offset points", color=shade)
+                i = _index(columns, angle)
+                way = forces[model][:, (i + 1) % len(columns["phi_deg"])] - forces[model][:, i - 1]
+                aside = np.array([way[1], -way[0]]) / max(float(np.hypot(*way)), 1e-12)
+                aside *= 11 if aside @ (point - forces[model].mean(axis=1)) >= 0 else -11
+                axes.annotate(f"{angle}°", tuple(point), (float(aside[0]), float(aside[1])), color=shade, ha="center",
+                              va="center", textcoords="offset points", bbox=style.CLEAR)  # fmt: skip
                 named.append(point)
 
 
@@ -195,6 +211,25 @@ def _polar_grid(axes: Axes) -> None:
     axes.plot(0, 0, "+", color=style.INK, markersize=7, markeredgewidth=0.8)
     axes.grid(False)
     farthest = 1.5 * max(np.hypot(x, y) for x in axes.get_xlim() for y in axes.get_ylim())
+    limits = axes.get_xlim(), axes.get_ylim()
+    drawn = np.vstack([np.asarray(line.get_xydata()) for line in axes.get_lines()])
     for radius in MaxNLocator(9).tick_values(0, float(farthest))[1:]:
         # As an artist, not a patch: a circle does not widen the axes.
         axes.add_artist(Circle((0, 0), radius, fill=False, edgecolor=style.FAINT, alpha=0.5, linewidth=0.5))
+        place = _free_place(float(radius), limits, drawn)
+        if place is not None:
+            axes.text(*place, f"{radius:g}", fontsize=6.5, color=style.SOFT, ha="center", va="center")
+
+
+def _free_place(radius: float, limits: tuple[tuple[float, float], ...], drawn: Array) -> tuple[float, float] | None:
+    """The place of a circle about zero, well within limits, that is farthest from what is drawn."""
+    angles = np.radians(np.arange(0, 360, 5))
+    places = radius * np.array([np.cos(angles), np.sin(angles)]).T
+    low, high = np.array(limits).T
+    inset = 0.06 * (high - low)
+    inside = places[((places > low + inset) & (places < high - inset)).all(axis=1)]
+    if not len(inside):
+        return None
+    gaps = np.hypot(*(inside[:, None, :] - drawn[None, :, :]).T).min(axis=0)
+    x, y = inside[int(np.argmax(gaps))]
+    return float(x), float(y)

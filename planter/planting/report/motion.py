@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 Columns = Mapping[str, "Array"]
 
+ARROWS = 6
+"""Arrows along a path."""
 POSES = 12
 """Carrier angles at which the nozzle is drawn."""
 # The machine file does not say how wide the nozzle is: half widths at shares of its length, to look like one.
@@ -24,8 +26,10 @@ _OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
 
 
 @style.drawn
-def tip_path(turn: Columns) -> Figure:
-    """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles.
+def tip_path(turn: Columns, before: Columns | None = None, soil_mm: float | None = None) -> Figure:
+    """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles; arrows run with it.
+
+    `before` is a turn of the design that an optimisation started from, drawn pale; `soil_mm` the level of the soil.
 
     `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `theta1_deg`, `x_A1_mm`, `x_B1_mm`,
     `tip_x_mm` and their y, `tip_machine_x_mm`). Where the machine travels, the path over the ground is drawn beside it.
@@ -35,6 +39,11 @@ def tip_path(turn: Columns) -> Figure:
     figure = style.new_figure(6.6 if not travels else 9.2)
     ratios = [2, 1] if travels else [1]
     axes, *ground = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
+    if before is not None:
+        old = _closed(np.array([before["tip_machine_x_mm"], before["tip_y_mm"]]))
+        axes.plot(*old, color=style.ORANGE, linewidth=1.0, alpha=0.7, label="tip, before", zorder=1.5)
+    if soil_mm is not None:
+        axes.axhline(soil_mm, color=style.GREEN, linewidth=0.8, linestyle=(0, (6, 2)), label="soil", zorder=1)
     _poses(axes, turn, tip)
     style.drawing_board(axes)
     if travels:
@@ -51,6 +60,10 @@ def _path(axes: Axes, tip: Array, swing: Array) -> None:
     axes.plot(x, y, color=style.BLUE, linewidth=1.4, label="tip, closed")
     opened = np.where(swing > 1e-9, 1.0, np.nan)
     axes.plot(x * opened, y * opened, color=style.VERMILION, linewidth=2.0, label="tip, open")
+    for i in np.linspace(0, len(x), ARROWS, endpoint=False).astype(int) + len(x) // (2 * ARROWS):
+        shade = style.VERMILION if swing[i] > 1e-9 else style.BLUE
+        axes.annotate("", (x[i + 1], y[i + 1]), (x[i], y[i]), arrowprops={
+            "arrowstyle": "-|>", "color": shade, "mutation_scale": 11, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
 
 
 def _poses(axes: Axes, turn: Columns, tip: Array) -> None:
@@ -121,13 +134,6 @@ def rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
         (middle, (("dφ₅₂/dφ", ratios[0]), ("\N{MINUS SIGN}dφ₇₂/dφ₅₂", ratios[1]))),
         (bottom, (("planet", turn["omega_rad_s"]),)),
     )
-    for axes, curves in axes_ends:
-        ends = []
-        for index, (label, values) in enumerate(curves):
-            axes.plot(phi, values, color=style.PALETTE[index], label=label)
-            ends.append((float(values[-1]), label, style.PALETTE[index]))
-        style.label_ends(axes, ends, gap=0.1)
-        style.over_a_turn(axes, label=axes is bottom)
     for sign in (1, -1):
         top.plot([0, 360], [0, sign * 360], color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
     top.set_yticks(range(-360, 361, 180))
@@ -137,4 +143,11 @@ def rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
     middle.set_ylabel("ratio of a stage / 1")
     bottom.axhline(0, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
     bottom.set_ylabel("absolute rate / (rad/s)")
+    for axes, curves in axes_ends:
+        axes.margins(y=0.12)
+        for index, (label, values) in enumerate(curves):
+            axes.plot(phi, values, color=style.PALETTE[index], label=label)
+        ends = [(float(values[-1]), label, style.PALETTE[i]) for i, (label, values) in enumerate(curves)]
+        style.label_ends(axes, ends, gap=0.1)
+        style.over_a_turn(axes, label=axes is bottom)
     return figure

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planter.explain import dictionary
-from planter.files import paths, units
+from planter.files import units
 from planter.planting import quantities
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary
@@ -29,8 +29,9 @@ CAPTIONS = {
     "rotation": "Rotation of middle body and planet relative to the carrier, ratios of both stages, and the absolute "
     "rate of the planet.",
     "joint_forces": "Polar load diagrams: the force vector of each joint over a turn. A dot stands every 30 deg of "
-    "carrier angle, the cross is zero force.",
-    "convergence": "Best objective so far against evaluations.",
+    "carrier angle, the cross is zero force, circles tell the size in N.",
+    "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of descents from starts "
+    "all over the box (ipopt), of descents from the best individuals of the genetic algorithm (polish).",
     "pareto": "Range against variance of the support force.",
 }
 """What a figure shows, by the name under which it is handed in; other names stand for themselves."""
@@ -57,16 +58,17 @@ def device_page(
 
     What the summary does not hold is left out, so that simulations and optimisations share the page.
     """
-    title = f"{_kind(summary)} of the planting device {machine.name}"
+    title = f"{_kind(summary)[0]} of the planting device {machine.name}"
     return page(title, list(sections(machine, model, summary, figures, provenance, motion)), machine.description)
 
 
-def _kind(summary: Summary) -> str:
+def _kind(summary: Summary) -> tuple[str, str]:
+    """What a summary is of, and the command that gives it."""
     if "fitted" in summary:
-        return "Calibration"
+        return "Calibration", "calibrate"
     if "gradient" in summary:
-        return "Sensitivity"
-    return "Optimisation" if "certificate" in summary else "Simulation"
+        return "Sensitivity", "sensitivity"
+    return ("Optimisation", "optimise") if "certificate" in summary else ("Simulation", "simulate")
 
 
 def sections(
@@ -124,11 +126,11 @@ def sections(
 
 def names(model: Sidecar, summary: Summary) -> Block:
     """Columns of a turn and numbers of the summary: unit, meaning, source, and the figures that draw them."""
-    keys = (paths.last_part(path) for path, value in paths.walk(summary) if isinstance(value, int | float))
     columns = [one.shown for one in quantities.quantities(model) if one.side != 2]
-    known = dictionary.of_names("planting", list(dict.fromkeys([*columns, *keys])))
-    rows = [(one.key or one.name, one.unit, one.meaning, one.source, ", ".join(one.figures or ())) for one in known]
-    return Folded("columns of a turn and numbers of the summary", [Table(NAMED, rows)])
+    keys = [key for key, value in summary.items() if isinstance(value, int | float)]
+    known = dictionary.of_names("planting", [*columns, *keys], _kind(summary)[1])
+    rows = [(name, units.unit(name), one.meaning, one.source, ", ".join(one.figures or ())) for name, one in known]
+    return Folded("columns of a turn and numbers of the summary; planter explain tells all", [Table(NAMED, rows)])
 
 
 def target(summary: Summary) -> Iterator[Block]:

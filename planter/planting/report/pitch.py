@@ -16,23 +16,29 @@ if TYPE_CHECKING:
     from planter.planting.report.gearing import Gearing
 
 CENTRE_LINE = (0, (8, 2, 1, 2))
+BEFORE = (0, (4, 2))
 
 
 @style.drawn
-def pitch_curves(gearing: Gearing) -> Figure:
-    """Both gear pairs of side 1 in mesh, with centres and pitch points; side 2, half a turn round, faintly."""
+def pitch_curves(gearing: Gearing, before: Gearing | None = None) -> Figure:
+    """Both gear pairs of side 1 in mesh, with centres and pitch points; side 2, half a turn round, faintly.
+
+    `before` is the gearing of the design that an optimisation started from, drawn pale and dashed beneath.
+    """
     figure = style.new_figure(5.9)
     whole, near = figure.subplots(1, 2, width_ratios=[1, 1.35])
     for curve in gearing.curves[1:]:
         whole.plot(*-curve.points, color=style.FAINT, linewidth=0.7, gid="side 2")
     whole.plot(*-_centres(gearing), color=style.FAINT, linewidth=0.6, linestyle=CENTRE_LINE)
     for axes in (whole, near):
+        for curve in before.curves if before is not None else ():
+            axes.plot(*curve.points, color=style.ORANGE, linewidth=0.8, linestyle=BEFORE, alpha=0.8, gid="before")
         _curves(axes, gearing)
         style.drawing_board(axes)
     _name_curves(near, gearing)
     _name_points(near, gearing)
     whole.set_title(f"carrier angle φ = {gearing.phi_deg:g}°, grey: side 2")
-    near.set_title("side 1")
+    near.set_title("side 1" if before is None else "side 1, dashed: before the optimisation")
     return figure
 
 

@@ -71,7 +71,7 @@ def write_optimum(out: Path, device: Device, found: Optimisation) -> None:
 def draw_optimum(out: Path, device: Device, found: Optimisation) -> None:
     """Writes figures and report.html of an optimum. Raises InputError for a folder that it cannot write."""
     folder, x = files.output_folder(out), found.found.design
-    drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x)
+    drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x, device.design)
     _write_page(folder, device, found.result.table(), drawn, found.found.seed, _moving(device, x, device.design))
 
 
@@ -145,13 +145,21 @@ def _joints(device: Device, x: Array) -> dict[str, list[float]]:
     return {name: places for name, places in found.items() if places}
 
 
-def _motion(device: Device, x: Array) -> dict[str, Figure]:
+def _motion(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
     turn = _columns(device, x)
+    old = None if start is None else _columns(device, start)
     return {
-        "tip_path": figures.tip_path(turn),
-        "pitch_curves": figures.pitch_curves(gearing(device, x)),
+        "tip_path": figures.tip_path(turn, old, _soil(device, turn)),
+        "pitch_curves": figures.pitch_curves(gearing(device, x), None if start is None else gearing(device, start)),
         "rotation": figures.rotation(turn, ratios(device, x, turn["phi_deg"])),
     }
+
+
+def _soil(device: Device, turn: Mapping[str, Array]) -> float | None:
+    """Level of the soil [mm], where requirements say how deep the tip stands in it."""
+    required = device.machine.requirements
+    depth = None if required is None else required.soil_depth_mm
+    return None if depth is None else float(turn["tip_y_mm"].min()) + depth
 
 
 def _search(device: Device, found: Optimisation) -> dict[str, Figure]:

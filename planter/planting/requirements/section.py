@@ -124,5 +124,6 @@ if TYPE_CHECKING:
         """The section: settings, limits and margins, all of them optional, at least one limit."""
 
         module_mm: float | None
+        soil_depth_mm: float | None
 else:
     Requirements = create_model("Requirements", __base__=Limited, __module__=__name__, **_fields())

@@ -92,6 +92,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "pitch curves": lambda: figures.pitch_curves(mesh()),
     "rotation": lambda: figures.rotation(turn(), RATIOS),
     "joint forces": lambda: figures.joint_forces({"exact": turn(), "printed": turn()}),
+    "tip path, soil and before": lambda: figures.tip_path(turn(-160.0), turn(), -300.0),
+    "pitch curves, before": lambda: figures.pitch_curves(mesh(), mesh()),
     "convergence": lambda: figures.convergence(HISTORY),
     "pareto": lambda: figures.pareto(POINTS, MARKS, (0.6, 0.4)),
 }
@@ -240,6 +242,12 @@ def test_the_design_before_is_dashed() -> None:
         assert not line(axes, model).is_dashed()
 
 
+def test_ranges_stand_above_their_curves() -> None:
+    common, own = figures.support_force(CYCLES, 97.86, before=BEFORE).axes
+    assert common.get_title(loc="left").startswith("range: exact 2 to 2 N, printed 90 to 90 N")
+    assert own.get_title(loc="left").startswith("exact model on its own scale; range: exact 2 to 2 N")
+
+
 def test_joints_are_marked_part_by_part() -> None:
     common, _, strip = figures.support_force(CYCLES, 97.86, JOINTS).axes
     assert np.array_equal(data(strip, "sun")[0], [334.5, 154.5])
@@ -269,6 +277,8 @@ def test_joint_forces_are_closed_curves_about_zero() -> None:
         circles = axes.findobj(Circle)
         assert len(circles) > 2
         assert {circle.center for circle in circles} == {(0, 0)}
+        radii = {f"{circle.radius:g}" for circle in circles}
+        assert len(radii & {text.get_text() for text in axes.texts}) >= 2
 
 
 # --- motion ----------------------------------------------------------------------------------------
@@ -311,6 +321,26 @@ def test_ground_path_is_there_if_the_machine_travels() -> None:
     assert ground.get_aspect() == 1
 
 
+def test_soil_and_the_path_before_are_drawn_where_there_are_any() -> None:
+    old = {**turn(), "tip_y_mm": turn()["tip_y_mm"] - 7}
+    (axes,) = figures.tip_path(turn(), old, -300.0).axes
+    assert np.array_equal(data(axes, "tip, before")[1][:-1], old["tip_y_mm"])
+    assert set(data(axes, "soil")[1]) == {-300.0}
+    (plain,) = figures.tip_path(turn()).axes
+    assert not {"soil", "tip, before"} & {line.get_label() for line in plain.get_lines()}
+
+
+def test_names_stand_at_the_ends_of_their_curves() -> None:
+    figure = figures.rotation(turn(), RATIOS)
+    style.arrange(figure)
+    for axes in figure.axes:
+        ends = {line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()}
+        for text in axes.texts:
+            wanted = axes.transAxes.inverted().transform(axes.transData.transform((1, ends[text.get_text()])))[1]
+            assert text.get_position()[1] == pytest.approx(wanted, abs=0.11)
+            assert 0 <= text.get_position()[1] <= 1
+
+
 def test_rotation_panels_share_the_angle() -> None:
     columns = turn()
     top, middle, bottom = figures.rotation(columns, RATIOS).axes
@@ -344,7 +374,9 @@ def test_convergence_draws_every_search_and_names_every_method() -> None:
     for label, steps in HISTORY.items():
         assert np.array_equal(data(axes, label), np.array(steps).T)
     assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(line(axes, "ipopt, start 2").get_color())
-    assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt (2 starts)\n1.302"}
+    assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt\n2 starts\n1.302"}
+    polished = figures.convergence({**HISTORY, "polish": [(3, 1.4), (9, 1.301)]}).axes[0]
+    assert "polish\nfrom the best of ga\n1.301" in {t.get_text() for t in polished.texts}
     assert axes.get_ylabel() == "best objective / N"
 
 
