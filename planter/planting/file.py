@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import Field, field_validator
 
@@ -10,6 +10,7 @@ from planter.errors import InputError
 from planter.files.complaints import lacking, problem, refuse, refused
 from planter.files.document import Document, Origins
 from planter.files.fields import Pair, Problems, Real, check
+from planter.files.tip_path import inlined
 from planter.planting.requirements.section import Requirements
 from planter.planting.sections import (
     Cam,
@@ -52,6 +53,14 @@ class Machine(Document):
     genetic_algorithm: GeneticAlgorithm
     requirements: Requirements | None = None
     origins: Origins = Field(alias="origin")
+
+    @classmethod
+    def read(
+        cls, table: Mapping[str, Any], source: str, changes: Mapping[str, float] | None = None,
+        changed: tuple[str, ...] = (),
+    ) -> Self:  # fmt: skip
+        """The validated content of a file, as `Document.read`; points of the tip's path may stand in a CSV beside."""
+        return super().read(inlined(table, "requirements", source), source, changes, changed)
 
     def check_names(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""

@@ -138,13 +138,21 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 
 
+def _surface(device: Device, lowest: float) -> float | None:
+    """The level of the soil [mm], with the lowest tip point; None where the file says nothing of it."""
+    depth = getattr(device.machine.requirements, "soil_depth_mm", None)
+    line: float | None = getattr(device.machine.requirements, "soil_line_mm", None)
+    return line if depth is None else lowest + depth
+
+
 def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
     """The surface of the soil over the way of a turn, and where both sides plant; only where the file says how deep."""
-    depth = getattr(device.machine.requirements, "soil_depth_mm", None)
-    if depth is None:
-        return []
     low = int(np.argmin(columns["tip_y_mm"]))
-    surface = float(columns["tip_y_mm"][low]) + depth
+    lowest = float(columns["tip_y_mm"][low])
+    surface = _surface(device, lowest)
+    if surface is None:
+        return []
+    depth = surface - lowest
     first = float(columns["tip_x_mm"][low])
     reach = np.sort([float(np.min(columns["tip_machine_x_mm"])), float(np.max(columns["tip_machine_x_mm"])) + advance])
     line = Outline(np.array([[reach[0], surface], [reach[1], surface]]), "ground", closed=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import casadi as ca
@@ -21,9 +21,9 @@ from planter.kernels import Array, Kernel
 from planter.numerics.latest import Latest
 from planter.planting.model import Device
 from planter.planting.requirements import pitch
-from planter.planting.requirements.motion import HALF, NozzleMotion
-from planter.planting.requirements.places import PITCH, TURN, Course, TipExtreme, Turn, turn
-from planter.planting.requirements.section import BY_NAME, Kind
+from planter.planting.requirements.motion import HAIR, HALF, NozzleMotion
+from planter.planting.requirements.places import PITCH, TURN, Course, Soil, TipExtreme, Turn, turn
+from planter.planting.requirements.section import BY_NAME, SOIL_LINE, Kind
 
 ABSOLUTE = ("release_tilt", "soil_tilt", "ground_speed_ratio", "catching_tilt")
 """Requirements whose rows have a sign, the limit being on their size."""
@@ -78,14 +78,19 @@ class Measures:
         """A setting of the section in SI."""
         return float(getattr(self.section, name)) * 1e-3
 
-    @property
-    def depth(self) -> float | None:
-        return self.setting("soil_depth_mm") if any("soil_depth_mm" in k.needs for k in self.kinds) else None
+    @cached_property
+    def soil(self) -> Soil | None:
+        """Where the soil stands; None where no requirement speaks of it."""
+        if not any("soil_depth_mm" in kind.needs for kind in self.kinds):
+            return None
+        line = getattr(self.section, SOIL_LINE)
+        return Soil(depth=self.setting("soil_depth_mm")) if line is None else Soil(line=line * 1e-3)
 
-    @property
-    def _top(self) -> float:
-        """Height of the seedling's top over the lowest tip point [m]."""
-        return self.setting("soil_depth_mm") + self.setting("seedling_height_mm")
+    @cached_property
+    def points(self) -> Array:
+        """Points that the tip must pass with the radii of their tubes, (n, 3) [m]."""
+        named = self.section.points_mm if "tube_excess" in self.names else None
+        return 1e-3 * np.array(named or np.empty((0, 3)))
 
     @cached_property
     def segments(self) -> list[tuple[str, str, ca.Function, slice, slice]]:
@@ -111,7 +116,8 @@ class Measures:
         x, c = f.mx_in()
         h = f(x, c)
         given = _Given()
-        rows = [row for part in (self._fixed, self._moving, self._soil, self._teeth) for row in part(x, c, h, given)]
+        parts = (self._fixed, self._moving, self._tubes, self._soil, self._teeth)
+        rows = [row for part in parts for row in part(x, c, h, given)]
         order = [kind.name for kind in self.kinds]
         self.rows = sorted((row for row in rows if row.kind.name in order), key=lambda r: order.index(r.kind.name))
         values, angles = (ca.vertcat(*parts) for parts in zip(*((r.value, r.angle) for r in self.rows), strict=True))
@@ -151,12 +157,25 @@ class Measures:
             self._row("nozzle_distance", m.between(apart, z)[0], apart),
         ]  # fmt: skip
 
+    def _tubes(self, x: ca.MX, c: ca.MX, h: ca.MX, given: _Given) -> list[Row]:
+        """Where the path is nearest to each point."""
+        found = []
+        for number, (px, py, tube) in enumerate(self.points):
+            at = _inside(partial(self._apart_rates, px, py), given.angle(_point(number)))
+            distance = ca.sqrt(self.motion.apart(at, self._z, px, py)[0] + HAIR**2)
+            found.append(Row(BY_NAME["tube_excess"], distance - tube, at, _point(number)))
+        return found
+
+    def _apart_rates(self, px: float, py: float, phi: ca.MX) -> Sequence[ca.MX]:
+        found: Sequence[ca.MX] = self.motion.apart.call([phi, self._z, px, py])[1:]
+        return found
+
     def _soil(self, x: ca.MX, c: ca.MX, h: ca.MX, given: _Given) -> list[Row]:
         """While the tip is in the soil, and after."""
-        if self.depth is None:
+        if self.soil is None:
             return []
         z, m, low = self._z, self.motion, self._low
-        soil = self._bottom + self.depth
+        soil = self.soil.level(self._bottom)
         ends = [_root(lambda phi: _passing(m.height.call([phi, z]), soil), given.angle(n)) for n in ("enter", "leave")]
 
         def extreme(name: str, course: Rates, sides: list[ca.MX]) -> ca.MX:
@@ -170,7 +189,7 @@ class Measures:
         found.append(self._row("depth", soil - self._bottom, low))
         found.append(self._row("hole_length", m.cut(cuts[0], z, soil)[0] - m.cut(cuts[1], z, soil)[0], cuts[0]))
         if "seedling_clearance" in self.names:
-            top, plant = self._bottom + self._top, m.place(low, z)[0]
+            top, plant = soil + self.setting("seedling_height_mm"), m.place(low, z)[0]
             over = _root(lambda phi: _passing(m.height.call([phi, z]), top), given.angle("over"))
             at = extreme("clearance", lambda phi: m.clearance.call([phi, z, plant, top]), [ends[1], over])
             free = m.clearance(at, z, plant, top)[0] - self.setting("seedling_width_mm") / 2
@@ -209,10 +228,13 @@ class Measures:
         """Angles, and which end an extreme stands at, by the names in the graph."""
         z = np.concatenate([x, self.device.constants, h])
         kernels = self.motion.course_kernels
-        place = turn(Course(kernels["height"], z=z), self.depth)
+        place = turn(Course(kernels["height"], z=z), self.soil)
         given: dict[str, Any] = {"low": place.low, "high": place.high}
         given["between"] = Course(kernels["between"], z=z).extreme(0, 2 * np.pi, -1, TURN).place
-        if self.depth is not None:
+        for number, (px, py, _) in enumerate(self.points):
+            near = Course(kernels["apart"], z=z, first=px, second=py)
+            given[_point(number)] = near.extreme(0, 2 * np.pi, -1, TURN).place
+        if self.soil is not None:
             given |= self._in_soil(z, place)
         return given | self._on_pitch_curves(x, h)
 
@@ -228,7 +250,7 @@ class Measures:
         given: dict[str, Any] = {"enter": enter, "leave": leave}
         if "seedling_clearance" in self.names:
             height = Course(kernels["height"], z=z)
-            top = height.value(place.low) + self._top
+            top = soil + self.setting("seedling_height_mm")
             given["over"] = over = self._over(height, top, leave, place.high + 2 * np.pi)
             plant = self._plant(z, place.low)
             extremes["clearance"] = Course(kernels["clearance"], z=z, first=plant, second=top).extreme(leave, over, -1)
@@ -237,7 +259,7 @@ class Measures:
     def _over(self, height: Course, top: float, leave: float, high: float) -> float:
         """Where the leaving tip passes the top of the seedling; the highest point where it never does."""
         if height.value(high) <= top:
-            allowed = "soil_depth_mm + seedling_height_mm must be less than the height of its path"
+            allowed = "the soil and seedling_height_mm must be less than the height of its path"
             raise ComputationError(f"the tip never rises over the seedling: {allowed}")
         return height.crossing(top, leave, high)
 
@@ -276,6 +298,10 @@ class _Given:
     def weights(self, name: str) -> ca.MX:
         """Of the low end, the high end and the inside for an extreme."""
         return self.symbols.setdefault(f"{name}, where", ca.MX.sym("weights", 3))
+
+
+def _point(number: int) -> str:
+    return f"point {number + 1}"
 
 
 def _named(extremes: Mapping[str, TipExtreme]) -> dict[str, Any]:

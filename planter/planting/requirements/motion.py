@@ -15,6 +15,7 @@ from planter.planting.model import Device
 
 MOVING = ("x_tip", "x_tip_machine", "y_tip", "alpha", "theta1", "x_B1", "y_B1", "t1", "t2")
 NOZZLE = formulas.load("planting_nozzle")
+COURSES = ("height", "tilt", "cut", "clearance", "between", "apart")
 HAIR = 1e-9
 """Keeps the slope of the distance from the plant finite where there is none [m]."""
 HALF = float(np.pi)
@@ -84,6 +85,12 @@ class NozzleMotion:
         return self._course("clearance", NOZZLE.composed("half", known)["clearance"], plant, top)
 
     @cached_property
+    def apart(self) -> ca.Function:
+        """(phi, z, x, y) -> squared distance of the tip from a point in the machine's frame [m2], with derivatives."""
+        x, y, at = ca.SX.sym("x"), ca.SX.sym("y"), self.at(self.phi)
+        return self._course("apart", (at["x_tip_machine"] - x) ** 2 + (at["y_tip"] - y) ** 2, x, y)
+
+    @cached_property
     def between(self) -> ca.Function:
         """(phi, z) -> distance of the two nozzles' axes, funnel to tip, in their plane [m]; negative where they cross.
 
@@ -104,7 +111,7 @@ class NozzleMotion:
     @cached_property
     def course_kernels(self) -> dict[str, Kernel]:
         """The courses over many angles: each value with its first two derivatives in phi."""
-        return {name: _lanes(getattr(self, name)) for name in ("height", "tilt", "cut", "clearance", "between")}
+        return {name: _lanes(getattr(self, name)) for name in COURSES}
 
     @cached_property
     def contact_kernels(self) -> tuple[Kernel, Kernel]:

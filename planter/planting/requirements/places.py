@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -114,22 +115,37 @@ class Turn:
         return self.enter, self.leave, self.soil
 
 
-def turn(height: Course, depth: float | None) -> Turn:
-    """The turn of a tip's course of height [m]; `depth` [m] of the lowest tip point in the soil.
+@dataclass(frozen=True)
+class Soil:
+    """Where the soil stands [m]: so far above the lowest tip point, or at a level of the machine's frame."""
 
-    Raises ComputationError where the tip never leaves the soil.
+    depth: float | None = None
+    line: float | None = None
+
+    def level(self, lowest: Any) -> Any:
+        """Its level, with the tip's lowest."""
+        return lowest + self.depth if self.line is None else self.line + 0 * lowest
+
+
+def turn(height: Course, soil: Soil | None) -> Turn:
+    """The turn of a tip's course of height [m].
+
+    Raises ComputationError where the tip never leaves the soil, or never reaches it.
     """
     lowest = _around(height, -1)
     high = _around(height, 1, lowest - np.pi)
-    if depth is None:
+    if soil is None:
         return Turn(lowest, high)
-    soil = height.value(lowest) + depth
-    if height.value(high) <= soil:
+    bottom, top = height.value(lowest), height.value(high)
+    level = float(soil.level(bottom))
+    if not bottom < level < top:
+        key, told = ("soil_line_mm", level) if soil.line is not None else ("soil_depth_mm", level - bottom)
+        never = "leaves" if level >= top else "reaches"
         raise ComputationError(
-            f"the tip's path is {1e3 * (height.value(high) - height.value(lowest)):.6g} mm high, so that the tip "
-            f"never leaves the soil with soil_depth_mm = {1e3 * depth:.6g}"
+            f"the tip's path is {1e3 * (top - bottom):.6g} mm high, its lowest point at {1e3 * bottom:.6g} mm, so that "
+            f"the tip never {never} the soil with {key} = {1e3 * told:.6g}"
         )
-    return Turn(lowest, high, *_ends(height, soil, lowest), soil)
+    return Turn(lowest, high, *_ends(height, level, lowest), level)
 
 
 def _around(course: Course, sign: int, start: float = 0.0) -> float:

@@ -14,6 +14,7 @@ from pydantic import Field, create_model
 from planter.files import units
 from planter.files.complaints import lacking, refused
 from planter.files.fields import NotNegative, Positive, Problems, Real, Section, check
+from planter.files.tip_path import Points
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,8 @@ KINDS = (
     Kind("depth", ("min", "max"), "mm", 5, "depth of the lowest tip point below the soil", _SOIL),
     Kind("hole_length", ("max",), "mm", 5, "length that the nozzle's axis cuts at the level of the soil", _SOIL),
     Kind("path_height", ("min",), "mm", 10, "height of the tip's path"),
+    Kind("tube_excess", ("max",), "mm", 1, "how far the tip's path stays outside the tube of a point, negative inside",
+         ("points_mm",)),
     Kind("seedling_clearance", ("min",), "mm", 10, "least distance of the leaving nozzle halves from the seedling",
          (*_SOIL, "seedling_height_mm", "seedling_width_mm")),
     Kind("catching_tilt", ("max",), "deg", 3, "absolute tilt of the nozzle at catching, where the tip is highest"),
@@ -67,6 +70,10 @@ KINDS = (
 BY_NAME = {kind.name: kind for kind in KINDS}
 SETTINGS = ("soil_depth_mm", "seedling_height_mm", "seedling_width_mm", "module_mm")
 """What requirements rest on: the soil stands this far above the lowest tip point; an upright round seedling."""
+SIGNED = ("tube_excess",)
+"""Requirements whose number may be negative."""
+SOIL_LINE = "soil_line_mm"
+"""Instead of the first of them: the level of the soil in the machine's frame, above O if positive."""
 
 
 class Limited(Section):
@@ -78,6 +85,9 @@ class Limited(Section):
             yield lacking(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
         for kind in KINDS:
             yield from self._problems(kind)
+        line: float | None = getattr(self, SOIL_LINE)
+        if line is not None and getattr(self, *_SOIL) is not None:
+            yield refused(SOIL_LINE, line, f"the soil stands at {SOIL_LINE} or at {_SOIL[0]}, not at both")
 
     def _problems(self, kind: Kind) -> Problems:
         low, high, margin = (self.limit(kind.name, side) for side in ("min", "max", "margin"))
@@ -86,14 +96,14 @@ class Limited(Section):
                 yield refused(kind.key("margin"), margin, f"it must stand beside a limit such as {_first_key(kind)}")
             return
         for need in kind.needs:
-            if getattr(self, need) is None:
+            if getattr(self, need) is None and not (need in _SOIL and getattr(self, SOIL_LINE) is not None):
                 yield lacking(need, f"{kind.name} is limited, and rests on it")
         if kind.name == "curvature_radius" and low is not None and low <= 0:
             yield refused(kind.key("min"), low, "it must be greater than 0")
         if low is not None and high is not None and high - low <= 2 * (margin or 0):
             allowed = "it must be above the least allowed value by more than twice the margin"
             yield refused(kind.key("max"), high, allowed)
-        if high is not None and low is None and high <= (margin or 0):
+        if high is not None and low is None and high <= (margin or 0) and kind.name not in SIGNED:
             yield refused(kind.key("max"), high, "it must be greater than its margin")
 
     def limit(self, name: str, part: str) -> float | None:
@@ -115,7 +125,8 @@ def _fields() -> dict[str, Any]:
     limits = {k.key(side): (Annotated[Real | None, Field()], None) for k in KINDS for side in k.sides}
     margins = {k.key("margin"): (Annotated[NotNegative | None, Field()], None) for k in KINDS}
     settings = {name: (Annotated[Positive | None, Field()], None) for name in SETTINGS}
-    return {**settings, **limits, **margins}
+    places = {SOIL_LINE: (Real | None, None), "points_mm": (Points | None, None)}
+    return {**settings, **places, **limits, **margins}
 
 
 if TYPE_CHECKING:
@@ -125,5 +136,7 @@ if TYPE_CHECKING:
 
         module_mm: float | None
         soil_depth_mm: float | None
+        soil_line_mm: float | None
+        points_mm: list[tuple[float, float, float]] | None
 else:
     Requirements = create_model("Requirements", __base__=Limited, __module__=__name__, **_fields())

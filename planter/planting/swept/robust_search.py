@@ -25,9 +25,9 @@ from planter.tolerance.results import RobustFound
 from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 
-ITERATIONS = 200
+ITERATIONS = 60
 """Most steps of a descent."""
-PRECISION = 1e-10
+PRECISION = 1e-9
 """Change of the objective, over that of the own design, at which a descent ends."""
 NOMINAL = None
 """Instead of a number of standard deviations: the objective without tolerances."""

@@ -49,6 +49,7 @@ ELSEWHERE = {
     "move",
     "optimise least",
     "sweep",
+    "tolerance",
     "turn",
 }
 
