@@ -1,0 +1,73 @@
+"""Who may talk to the studio: pages of this machine that know its token, and no page of another host."""
+
+from __future__ import annotations
+
+import secrets
+
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    "base-uri 'none'; form-action 'none'"
+)
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cache-control", b"no-store"),
+)
+
+
+def token() -> str:
+    """A new token, which nobody can guess."""
+    return secrets.token_urlsafe(24)
+
+
+class Guard:
+    """Lets requests through whose host, origin and token are right; all others are refused with 403."""
+
+    def __init__(self, app: ASGIApp, token: str, port: int) -> None:
+        self.app, self.token = app, token
+        self.hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+        elif not self._allowed(scope):
+            await _refused(scope, send)
+        else:
+            await self.app(scope, receive, _with_headers(send))
+
+    def _allowed(self, scope: Scope) -> bool:
+        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        origin = headers.get("origin")
+        if headers.get("host") not in self.hosts:
+            return False
+        if origin is not None and origin.removeprefix("http://") not in self.hosts:
+            return False
+        if scope["type"] == "websocket" and origin is None:
+            return False
+        return secrets.compare_digest(_token(scope), self.token)
+
+
+def _token(scope: Scope) -> str:
+    """Of the first part of the path: addresses are /TOKEN/..."""
+    path: str = scope["path"]
+    return path.split("/")[1] if path.count("/") > 1 else ""
+
+
+async def _refused(scope: Scope, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 4403})
+        return
+    await send({"type": "http.response.start", "status": 403, "headers": [(b"content-type", b"text/plain")]})
+    await send({"type": "http.response.body", "body": b"not allowed"})
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: dict[str, object]) -> None:
+        if message["type"] == "http.response.start":
+            message["headers"] = [*message.get("headers", ()), *HEADERS]  # type: ignore[misc]
+        await send(message)
+
+    return sent  # type: ignore[return-value]

@@ -1,0 +1,100 @@
+"""A page's live line: of what it asks only the newest is computed; requirements follow when its hand rests."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from planter.errors import PlanterError
+from planter.studio.search import Search
+from planter.studio.session import Message, Session, told
+
+REST_S = 0.15
+"""How long a hand rests before requirements are computed."""
+
+
+class Live:
+    """One page's line."""
+
+    def __init__(self, socket: WebSocket, folder: Path) -> None:
+        self.socket, self.session = socket, Session(folder)
+        self.search = Search(self._send)
+        self._newest: Message | None = None
+        self._asked = asyncio.Event()
+
+    async def run(self) -> None:
+        """Until the page leaves."""
+        await self.socket.accept()
+        await self._send({"sources": self.session.sources()})
+        follower = asyncio.create_task(self._follow())
+        try:
+            while True:
+                await self._take(await self.socket.receive_json())
+        except (WebSocketDisconnect, ValueError):
+            pass
+        finally:
+            follower.cancel()
+            self.search.cancel()
+            self.session.close()
+
+    async def _take(self, message: Any) -> None:
+        if not isinstance(message, dict):
+            await self._send({"error": "a message must be an object"})
+        elif "values" in message and "ask" not in message:
+            self._newest = message
+            self._asked.set()
+        elif message.get("ask") == "cancel":
+            self.search.cancel()
+        else:
+            await self._answer(message)
+
+    async def _answer(self, message: Message) -> None:
+        ask = message.get("ask")
+        if ask == "open":
+            await self._told(lambda: {"opened": self.session.open(message)})
+        elif ask == "file":
+            await self._told(lambda: {"file": self.session.file(message)})
+        elif ask == "optimise":
+            if await self._told(lambda: {"searching": self.session.saved(message).name}):
+                await self.search.start(self.session.place, str(message.get("model", "exact")))
+        else:
+            await self._send({"error": f"ask = {ask} is not allowed"})
+
+    async def _follow(self) -> None:
+        """Compute the newest that was asked for, and its requirements if nothing newer comes for a while."""
+        while True:
+            await self._asked.wait()
+            self._asked.clear()
+            message = self._newest
+            assert message is not None
+            if not await self._told(partial(self._marked, self.session.seen, message)):
+                continue
+            try:
+                await asyncio.wait_for(self._asked.wait(), REST_S)
+            except TimeoutError:
+                await self._told(partial(self._marked, self.session.checked, message))
+
+    @staticmethod
+    def _marked(compute: Callable[[Message], dict[str, Any]], message: Message) -> dict[str, Any]:
+        """What is computed of a message, with the message's number."""
+        return {"id": message.get("id"), **compute(message)}
+
+    async def _told(self, compute: Callable[[], dict[str, Any]]) -> bool:
+        """Send what is computed, in a thread of its own, or the sentence of its error; whether there was none."""
+        try:
+            await self._send(await asyncio.to_thread(compute))
+        except PlanterError as error:
+            await self._send({"id": (self._newest or {}).get("id"), **told(error)})
+            return False
+        return True
+
+    async def _send(self, message: Message) -> None:
+        try:
+            await self.socket.send_json(message)
+        except (RuntimeError, WebSocketDisconnect):
+            return

@@ -1,0 +1,129 @@
+"""What a page asks and is told: messages in, messages out. Nothing is kept but the machine that is open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from planter.errors import InputError, PlanterError
+from planter.files import examples
+from planter.view.channels import packed
+from planter.view.picture import picture
+from planter.view.subject import Control, Shown, opened
+
+LARGEST = 1_000_000
+"""Letters of a file that is taken."""
+OWN = "functions"
+"""Key of files that say where Python code is: those are opened by name, from the folder of the studio, alone."""
+Message = Mapping[str, Any]
+
+
+class Session:
+    """A page's talk with the studio of a `folder`, beyond which no file is read."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self.machine: Shown | None = None
+        self._scratch = TemporaryDirectory(prefix="planter-")
+
+    def close(self) -> None:
+        """Remove what was put aside."""
+        self._scratch.cleanup()
+
+    def sources(self) -> list[str]:
+        """Machines that can be opened by name: files of the folder, then built-in ones."""
+        return [*sorted(path.name for path in self.folder.glob("*.toml")), *examples.names(None, ".toml")]
+
+    def open(self, message: Message) -> dict[str, Any]:
+        """A machine by name, or by the text of its file: what a page needs to show it."""
+        self.machine = opened(self._source(message))
+        return {
+            "name": self.machine.name,
+            "models": list(self.machine.models),
+            "controls": [_control(one) for one in self.machine.controls],
+        }
+
+    def seen(self, message: Message) -> dict[str, Any]:
+        """The machine with other numbers: scenes and readings."""
+        values, model = self._asked(message)
+        scenes = self._open.scenes(values, model)
+        return {
+            "scenes": [{"picture": picture(one), "record": packed(one)} for one in scenes],
+            "readings": [asdict(one) for one in self._open.readings(values, model)],
+        }
+
+    def checked(self, message: Message) -> dict[str, Any]:
+        """The requirements of the machine with other numbers."""
+        return {"checks": [asdict(one) for one in self._open.checks(*self._asked(message))]}
+
+    def file(self, message: Message) -> str:
+        """The machine's file with other numbers."""
+        return self._open.text(self._asked(message)[0])
+
+    def saved(self, message: Message) -> Path:
+        """That file, put aside for a command."""
+        self.place.write_text(self.file(message), encoding="utf-8")
+        return self.place
+
+    @property
+    def place(self) -> Path:
+        """Where that file is."""
+        return Path(self._scratch.name) / "machine.toml"
+
+    @property
+    def _open(self) -> Shown:
+        if self.machine is None:
+            raise InputError("no machine is open")
+        return self.machine
+
+    def _asked(self, message: Message) -> tuple[dict[str, float], str]:
+        """Numbers of all controls, within their ends, and the model. Raises InputError for what is none of these."""
+        machine, given = self._open, message.get("values") or {}
+        known = {one.path: one for one in machine.controls}
+        for path, value in given.items():
+            if path not in known:
+                raise InputError(f"{path} is not allowed: it is no number of {machine.name} that can be changed")
+            if not isinstance(value, int | float) or not known[path].lower <= value <= known[path].upper:
+                low, high = known[path].lower, known[path].upper
+                raise InputError(f"{path} = {value} is not allowed: it must be between {low:g} and {high:g}")
+        model = message.get("model", machine.models[0])
+        if model not in machine.models:
+            raise InputError(f"model = {model} is not allowed: it must be one of {', '.join(machine.models)}")
+        return {path: float(given.get(path, one.value)) for path, one in known.items()}, model
+
+    def _source(self, message: Message) -> str:
+        if "text" in message:
+            return self._aside(str(message["text"]))
+        name = str(message.get("name", ""))
+        if name in examples.names(None, ".toml"):
+            return name
+        place = (self.folder / name).resolve()
+        if not name.endswith(".toml") or place.parent != self.folder or not place.is_file():
+            raise InputError(f"{name}: there is no such machine here: it must be one of {', '.join(self.sources())}")
+        return str(place)
+
+    def _aside(self, text: str) -> str:
+        if len(text) > LARGEST:
+            raise InputError(f"the file is not allowed: it must have at most {LARGEST} letters")
+        if any(line.split("=")[0].strip() == OWN for line in text.splitlines()):
+            raise InputError("the file is not allowed here: a mechanism of your own is opened by `planter studio FILE`")
+        place = Path(self._scratch.name) / "opened.toml"
+        place.write_text(text, encoding="utf-8")
+        return str(place)
+
+
+def _control(one: Control) -> dict[str, Any]:
+    return {**asdict(one), "group": one.group}
+
+
+def told(error: PlanterError) -> dict[str, str]:
+    """An error as a message."""
+    return {"error": str(error)}
+
+
+def lines(text: str) -> Iterator[str]:
+    """What is left of a text that writes over its own lines."""
+    yield from (part for part in text.replace("\r", "\n").split("\n") if part.strip())

@@ -1,0 +1,249 @@
+// The studio's page. All that it knows stands here: a server that was started anew is told again.
+
+import { Drawing } from "./view.js";
+
+const $ = (id) => document.getElementById(id);
+const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, sources: [], opening: null, searching: false };
+let socket = null;
+
+function connect() {
+  socket = new WebSocket(new URL("live", location.href.split("#")[0]).href.replace(/^http/, "ws"));
+  socket.onopen = () => state.opening && send({ ask: "open", ...state.opening });
+  socket.onmessage = (event) => take(JSON.parse(event.data));
+  socket.onclose = () => { say("The studio does not answer; trying again.", true); setTimeout(connect, 1000); };
+}
+
+const send = (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
+
+function say(text, wrong = false) {
+  $("said").textContent = text;
+  $("said").className = wrong ? "error" : "";
+}
+
+function take(message) {
+  if (message.sources) sources(message.sources);
+  if (message.opened) opened(message.opened);
+  if (message.scenes && message.id > state.shown) { seen(message); say(""); }
+  if (message.checks && message.id === state.id) checks(message.checks);
+  if (message.file) download(message.file);
+  if (message.progress) say(message.progress);
+  if (message.optimum) optimum(message);
+  if (message.error && (message.id === undefined || message.id === state.id)) { say(message.error, true); search(false); }
+}
+
+function sources(names) {
+  state.sources = names;
+  const first = state.opening?.name ?? (decodeURIComponent(location.hash.slice(1)) || names[0]);
+  $("source").replaceChildren(...names.map((name) => new Option(name, name, false, name === first)));
+  if (!state.opening) open({ name: first });
+}
+
+function open(what) {
+  state.opening = what;
+  send({ ask: "open", ...what });
+}
+
+function opened(machine) {
+  const again = state.machine?.name === machine.name && machine.controls.every((one) => one.path in state.values);
+  state.machine = machine;
+  if (!again) {
+    state.values = Object.fromEntries(machine.controls.map((one) => [one.path, one.value]));
+    state.past = [];
+    state.b = null;
+    $("drawings").replaceChildren();
+    $("drawings").className = "";
+    drawings.length = 0;
+  }
+  state.model = machine.models.includes(state.model) ? state.model : machine.models[0];
+  $("model").replaceChildren(...machine.models.map((name) => new Option(name, name, false, name === state.model)));
+  $("optimise").hidden = !machine.controls.some((one) => one.path.startsWith("design."));
+  controls();
+  ask();
+}
+
+function controls() {
+  const groups = new Map();
+  for (const one of state.machine.controls) {
+    if (!groups.has(one.group)) groups.set(one.group, group(one.group));
+    groups.get(one.group).append(control(one));
+  }
+  $("controls").replaceChildren(...groups.values());
+}
+
+function group(name) {
+  const found = document.createElement("fieldset");
+  const title = document.createElement("legend");
+  title.textContent = name.replaceAll("_", " ");
+  found.append(title);
+  return found;
+}
+
+function control(one) {
+  const [box, name, slider, field] = ["div", "span", "input", "input"].map((tag) => document.createElement(tag));
+  box.className = "control";
+  box.dataset.path = one.path;
+  name.className = "name";
+  name.textContent = `${one.path.split(".").slice(1).join(".")}${one.meaning ? `: ${one.meaning}` : ""}`;
+  const step = (one.upper - one.lower) / 1000;
+  Object.assign(slider, { type: "range", min: one.lower, max: one.upper, step, value: state.values[one.path], ariaLabel: one.path });
+  Object.assign(field, { type: "number", min: one.lower, max: one.upper, step: "any", value: state.values[one.path], ariaLabel: `${one.path}, value` });
+  let before = null;
+  slider.addEventListener("pointerdown", () => (before = { ...state.values }));
+  slider.addEventListener("input", () => { before ??= { ...state.values }; set(one.path, Number(slider.value)); });
+  slider.addEventListener("change", () => { remember(before); before = null; });
+  field.addEventListener("change", () => { remember({ ...state.values }); set(one.path, Number(field.value)); });
+  box.append(name, slider, field);
+  return box;
+}
+
+function remember(values) {
+  if (values) state.past.push(values);
+  $("undo").disabled = state.past.length === 0;
+}
+
+function set(path, value) {
+  state.values[path] = value;
+  reflect();
+  ask();
+}
+
+function reflect() {
+  for (const box of document.querySelectorAll(".control")) {
+    const one = state.machine.controls.find((known) => known.path === box.dataset.path);
+    const value = state.values[one.path];
+    const [slider, field] = box.querySelectorAll("input");
+    if (document.activeElement !== slider) slider.value = value;
+    if (document.activeElement !== field) field.value = value;
+    box.classList.toggle("moved", value !== one.value);
+  }
+}
+
+function ask() {
+  state.id += 1;
+  $("checks").classList.add("stale");
+  send({ id: state.id, values: state.values, model: state.model });
+}
+
+const drawings = [];
+
+function draw(place, index, scene) {
+  const known = drawings[index];
+  if (known && known.element.parentElement === place) { known.load(scene.record, scene.picture); return; }
+  const element = document.createElement("div");
+  Object.assign(element, { className: "planter-view", tabIndex: 0, innerHTML: scene.picture });
+  place.append(element);
+  drawings[index] = new Drawing(element, scene.record);
+}
+
+function seen(message) {
+  state.shown = message.id;
+  state.latest = message;
+  message.scenes.forEach((scene, index) => draw($("drawings"), index, scene));
+  for (const gone of drawings.splice(message.scenes.length)) gone.element.remove();
+  readings(message.readings);
+  document.body.dataset.shown = message.id;
+}
+
+const digits = (value) => (value === null ? "\u2013" : Number(value.toPrecision(6)).toString().replace("-", "\u2212"));
+
+function row(cells, numbers) {
+  const found = document.createElement("tr");
+  cells.forEach((text, k) => {
+    const cell = document.createElement("td");
+    cell.textContent = text;
+    if (numbers.includes(k)) cell.className = "number";
+    found.append(cell);
+  });
+  return found;
+}
+
+function readings(found) {
+  const other = new Map((state.b?.readings ?? []).map((one) => [one.name, one.value]));
+  const rows = found.map((one) => {
+    const b = other.has(one.name) ? digits(other.get(one.name)) : "";
+    const made = row([one.name, digits(one.value), b, one.unit], [1, 2]);
+    made.children[2].classList.add("b");
+    return made;
+  });
+  $("readings").tBodies[0].replaceChildren(...rows);
+}
+
+function checks(found) {
+  $("checks").hidden = found.length === 0;
+  $("checks").classList.remove("stale");
+  const rows = found.map((one) => {
+    const made = row([one.name, digits(one.value), digits(one.margin), one.unit], [1, 2]);
+    made.children[2].classList.add(one.met ? "met" : "missed");
+    return made;
+  });
+  $("checks").tBodies[0].replaceChildren(...rows);
+  document.body.dataset.checked = state.id;
+}
+
+function keep() {
+  if (!state.latest) return;
+  state.b = { readings: state.latest.readings };
+  document.querySelector("#kept")?.remove();
+  const place = document.createElement("div");
+  place.id = "kept";
+  $("drawings").classList.add("two");
+  $("drawings").append(place);
+  const element = document.createElement("div");
+  Object.assign(element, { className: "planter-view", tabIndex: 0, innerHTML: state.latest.scenes[0].picture });
+  place.append(element);
+  new Drawing(element, state.latest.scenes[0].record);
+  readings(state.latest.readings);
+}
+
+function undo() {
+  const values = state.past.pop();
+  $("undo").disabled = state.past.length === 0;
+  if (!values) return;
+  state.values = values;
+  reflect();
+  ask();
+}
+
+function search(running) {
+  state.searching = running;
+  $("optimise").textContent = running ? "Cancel" : "Optimise";
+}
+
+function optimise() {
+  if (state.searching) { send({ ask: "cancel" }); say("The search was given up."); search(false); return; }
+  search(true);
+  say("Searching.");
+  send({ ask: "optimise", values: state.values, model: state.model });
+}
+
+function optimum(message) {
+  search(false);
+  remember({ ...state.values });
+  Object.assign(state.values, message.optimum);
+  reflect();
+  ask();
+  const agreeing = message.certificate ? `, ${message.certificate.agreeing_starts} of ${message.certificate.starts} starts agree` : "";
+  say(`Optimum: objective ${digits(message.start_objective)} to ${digits(message.objective)}${agreeing}.`);
+  document.body.dataset.optimum = message.objective;
+}
+
+function download(text) {
+  const link = document.createElement("a");
+  link.href = `data:application/toml;charset=utf-8,${encodeURIComponent(text)}`;
+  link.download = `${state.machine.name}.toml`;
+  link.click();
+  say(`${link.download} was handed to the browser.`);
+}
+
+$("source").addEventListener("change", () => open({ name: $("source").value }));
+$("model").addEventListener("change", () => { state.model = $("model").value; ask(); });
+$("undo").addEventListener("click", undo);
+$("keep").addEventListener("click", keep);
+$("optimise").addEventListener("click", optimise);
+$("save").addEventListener("click", () => send({ ask: "file", values: state.values }));
+$("load").addEventListener("change", async () => {
+  const [file] = $("load").files;
+  if (file) open({ text: await file.text() });
+  $("load").value = "";
+});
+connect();
