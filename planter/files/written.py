@@ -9,13 +9,25 @@ from typing import Any
 
 def lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
     """The keys outside sections, then the sections; `notes` by full path stand behind their values as comments."""
-    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping))
-    for section, values in table.items():
+    sections = {key: value for key, value in table.items() if _sections(value)}
+    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in sections)
+    for section, values in sections.items():
         if isinstance(values, Mapping):
-            yield from ("", f"[{_key(section)}]")
-            for key, value in values.items():
-                note = notes.get(f"{section}.{key}", "")
-                yield f"{_key(key)} = {_value(value)}{f'  # {note}' if note else ''}"
+            yield from ("", f"[{_key(section)}]", *_section(section, values, notes))
+        else:
+            for index, entry in enumerate(values):
+                yield from ("", f"[[{_key(section)}]]", *_section(f"{section}[{index}]", entry, notes))
+
+
+def _sections(value: Any) -> bool:
+    """Whether a value is a section, or a list of them."""
+    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+
+
+def _section(path: str, values: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
+    for key, value in values.items():
+        note = notes.get(f"{path}.{key}", "")
+        yield f"{_key(key)} = {_value(value)}{f'  # {note}' if note else ''}"
 
 
 def _key(name: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planter.errors import InputError
 from planter.kernels import Array
@@ -39,6 +39,17 @@ class Optimisation:
     devices: dict[str, Device]
     result: OptimisationFound
     front: Sequence[Compromise] = ()
+
+    def show(self) -> Any:
+        """A widget of a notebook that shows the optimum as it moves, the path of the tip before beneath.
+
+        Raises InputError where anywidget is missing.
+        """
+        from planter.planting.report.scene import scene
+        from planter.view.widget import widget
+
+        device = self.devices[self.result.model]
+        return widget(scene(device, self.found.design, device.design))
 
     def to_frame(self) -> DataFrame:
         """The design before and after as a table of pandas, a row for each parameter, values in the unit [of its name].

@@ -32,7 +32,7 @@ class Planting:
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name = machine, machine.name
-        self._devices: dict[str, Device] = {}
+        self._devices: dict[str, tuple[Device, Values]] = {}
         self._measures: Measures | None = None
 
     @cached_property
@@ -103,13 +103,15 @@ class Planting:
         """The latest device of a model, if it is the same; else one like it."""
         from planter.planting.model import Device
 
-        known = self._devices.get(model)
-        if known is None:
-            known = self._devices[model] = Device(self.machine, "printed" if model == "printed" else "exact")
-        numbers = known.machine.numbers()
+        if model not in self._devices:
+            device = Device(self.machine, "printed" if model == "printed" else "exact")
+            self._devices[model] = device, self.machine.numbers()
+        device, numbers = self._devices[model]
         if any(numbers[path] != value for path, value in besides.items()):
-            known = self._devices[model] = known.like(changed(self.machine, besides))
-        return known
+            machine = changed(self.machine, besides)
+            device = device.like(machine)
+            self._devices[model] = device, machine.numbers()
+        return device
 
 
 class Kind:

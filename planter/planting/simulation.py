@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,6 +35,11 @@ class Simulation:
 
     cycle: planting.Cycle
     result: SimulationFound
+    device: Device
+
+    def show(self) -> Any:
+        """A widget of a notebook that shows the device as it moves. Raises InputError where anywidget is missing."""
+        return self.device.show()
 
     def to_frame(self) -> DataFrame:
         """The cycle's columns as a table of pandas, each in the unit [that its name ends in], a row for each sample.
@@ -90,7 +95,7 @@ def simulate(
         requirements=requirements.of(device),
         lifted=None if lift_mm is None else lifted.effects(device, lift_mm),
     )
-    return Simulation(turn, result)
+    return Simulation(turn, result, device)
 
 
 def checked_samples(samples: int) -> int:

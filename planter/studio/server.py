@@ -28,6 +28,7 @@ def serve(machine: str | None, folder: Path, port: int, browser: bool) -> None:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind((HOST, port))
+            listening.listen()
         except OSError:
             raise InputError(f"--port {port} is not allowed: another program uses it") from None
         known, port = token(), listening.getsockname()[1]

@@ -133,5 +133,5 @@ def written(own: Document, moved: Document) -> str:
     table["origin"] = {**own.origins, **dict.fromkeys(was, HAND)}
     notes = {path: f"was {value!r} {units.unit(path)}".rstrip() for path, value in was.items()}
     head = f"# The machine {json.dumps(own.name)} with numbers set by hand, by planter {__version__}."
-    order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
+    order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict | list)))
     return "\n".join([head, "", *lines(order, notes)]) + "\n"

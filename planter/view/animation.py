@@ -1,0 +1,31 @@
+"""What `planter animate` does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from planter.errors import InputError
+from planter.report import files
+from planter.view.frames import gif
+from planter.view.results import Animated
+from planter.view.subject import opened
+
+
+def animate(
+    source: str, changes: Mapping[str, float], out: Path, model: str | None = None, seconds: float | None = None
+) -> Animated:
+    """Writes a machine as it moves as a GIF: to a file, or under its name to a folder.
+
+    Raises InputError for what is no machine or model, and where it cannot write.
+    """
+    machine = opened(source, changes)
+    chosen = machine.models[0] if model is None else model
+    if chosen not in machine.models:
+        raise InputError(f"--model {chosen} is not allowed: it must be one of {', '.join(machine.models)}")
+    scene, *_ = machine.scenes({one.path: one.value for one in machine.controls}, chosen)
+    path = out / f"{machine.name}.gif" if out.is_dir() else out
+    if path.suffix.lower() != ".gif":
+        raise InputError(f"--out {path} is not allowed: it must be a folder or a file that ends in .gif")
+    files.write_bytes(path, gif(scene, seconds))
+    return Animated(str(path), machine.name, chosen)

@@ -1,0 +1,33 @@
+"""`planter animate`: a machine as a moving picture for slides."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, SetOption, changes
+
+app = typer.Typer()
+
+
+@app.command()
+def animate(
+    machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
+    out: Annotated[Path, typer.Option(help="file to write [default: NAME.gif here]", show_default=False)] = Path(),
+    model: Annotated[str | None, typer.Option(help="model, where a machine has several", show_default=False)] = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.1, max=60, help="length of a cycle [default: its own]", show_default=False)
+    ] = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """A machine as it moves, as a GIF. `planter animate wang2017 --seconds 3`"""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.view import animation
+
+        found = animation.animate(machine, changes(set_), out, model, seconds)
+        console.result(found, lambda: print(found.file))

@@ -1,0 +1,89 @@
+"""A scene as a moving picture: its drawing at some moments of the cycle, as a GIF."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.report import style
+from planter.view.picture import Picture
+from planter.view.scene import Body, Outline, Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+RATE = 20
+"""Pictures a second."""
+MOST = 200
+"""Pictures of a cycle."""
+_LINES: dict[str, dict[str, Any]] = {
+    "body": {"linewidth": 1.0}, "gear": {"linewidth": 0.9}, "frame": {"linewidth": 1.6, "color": style.INK},
+    "mark": {"linewidth": 0.6, "color": style.SOFT}, "ground": {"linewidth": 1.0, "color": "#7a5c34"},
+    "before": {"linewidth": 0.6, "color": style.FAINT, "linestyle": (0, (3, 2))},
+}  # fmt: skip
+
+
+@style.drawn
+def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes:
+    """A cycle as a GIF that goes on for ever: of `seconds`, as long as it takes unless told; `width` in inches."""
+    from matplotlib.animation import PillowWriter
+
+    picture = Picture(scene)
+    frame = picture.frames[0]
+    figure = style.new_figure(width * frame.height / frame.width, width)
+    figure.set_layout_engine("none")
+    axes = figure.add_axes((0, 0, 1, 1))
+    count = int(np.clip(round(RATE * (scene.seconds if seconds is None else seconds)), 2, MOST))
+    writer = PillowWriter(fps=RATE)
+    with tempfile.TemporaryDirectory(prefix="planter-") as scratch:
+        path = Path(scratch) / "moving.gif"
+        with writer.saving(figure, str(path), dpi=96):
+            for moment in np.linspace(0, scene.moments, count, endpoint=False).astype(int):
+                _draw(axes, picture, int(moment))
+                writer.grab_frame()
+        return path.read_bytes()
+
+
+def _draw(axes: Axes, picture: Picture, moment: int) -> None:
+    scene, frame = picture.scene, picture.frames[0]
+    axes.clear()
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    axes.set(xlim=(frame.left, frame.left + frame.width), ylim=(frame.bottom, frame.bottom + frame.height))
+    for point, path in zip(scene.points, picture.paths, strict=True):
+        if point.traced:
+            axes.plot(*path.T, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)))
+    for body in scene.bodies:
+        for outline, points in _placed(scene, body, moment, 0j, 1 + 0j):
+            _line(axes, points, outline.look, outline.shade, outline.closed)
+    for chain in scene.chains:
+        corners = np.array([picture.paths[index][moment] for index in chain.points])
+        _line(axes, corners, "body", chain.shade, chain.closed)
+    for path in picture.paths:
+        axes.plot(*path[moment], "o", color=style.PAPER, markeredgecolor=style.INK, markersize=3)
+    for label in scene.labels:
+        side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]
+        axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=6)
+
+
+def _placed(scene: Scene, body: Body, moment: int, origin: complex, way: complex) -> Iterator[tuple[Outline, Array]]:
+    x, y, turn = (float(channel[moment]) for channel in scene.pose(body))
+    here, way = origin + way * complex(x, y), way * np.exp(1j * np.radians(turn))
+    for outline in body.outlines:
+        corners = here + way * (outline.points @ [1, 1j])
+        yield outline, np.column_stack([corners.real, corners.imag])
+    for part in body.parts:
+        yield from _placed(scene, part, moment, here, way)
+
+
+def _line(axes: Axes, points: Array, look: str, shade: int, closed: bool) -> None:
+    corners = np.vstack([points, points[:1]]) if closed else points
+    colour = style.PALETTE[shade % len(style.PALETTE)]
+    axes.plot(*corners.T, **({"color": colour} | _LINES[look]))
+    if closed and look in ("body", "gear"):
+        axes.fill(*corners.T, facecolor=colour, alpha=0.1, edgecolor="none")

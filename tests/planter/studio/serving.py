@@ -1,0 +1,51 @@
+"""A studio that runs beside the test, as a user starts it."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+
+@contextmanager
+def studio(folder: Path, *arguments: str) -> Iterator[str]:
+    """The address of a studio of a folder."""
+    command = [sys.executable, "-m", "planter", "studio", *arguments, "--no-browser", "--folder", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            found = re.search(r"http://\S+", process.stdout.readline())
+            assert found, process.stderr.read() if process.stderr else ""
+            yield found[0].split("#")[0]
+        finally:
+            process.terminate()
+
+
+@contextmanager
+def line(address: str, origin: str | None = None) -> Iterator[ClientConnection]:
+    """A page's live line."""
+    own = address.split("/", 3)
+    with connect(address.replace("http", "ws") + "live", origin=origin or f"http://{own[2]}", max_size=None) as found:
+        yield found
+
+
+def answer(talk: ClientConnection, key: str, **message: Any) -> Any:
+    """Send a message, and wait for one with a key."""
+    talk.send(json.dumps(message))
+    return until(talk, key)
+
+
+def until(talk: ClientConnection, *keys: str) -> Any:
+    """The next message that has one of some keys: what stands there."""
+    while True:
+        found = json.loads(talk.recv(timeout=60))
+        for key in keys:
+            if key in found:
+                return found[key]

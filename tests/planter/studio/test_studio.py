@@ -1,0 +1,230 @@
+"""The studio: who may talk to it, what it answers, and that a page follows a hand."""
+
+from __future__ import annotations
+
+import json
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect, sync_playwright
+from websockets.exceptions import InvalidStatus
+
+from planter.errors import InputError
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.planting.simulation import simulate
+from planter.studio.session import LARGEST, Session
+from tests.planter.studio.serving import answer, line, studio, until
+from tests.support.browser import browser
+from tests.support.cli import answer as command
+
+IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
+"""From input to picture, pictures a second of a drag, from the last move to the requirements: twice is let pass."""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as found:
+        yield found
+
+
+def status(address: str, **headers: str) -> int:
+    try:
+        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10) as found:
+            return int(found.status)
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def test_only_who_knows_the_token_is_let_in(address: str) -> None:
+    root = address.rsplit("/", 2)[0]
+    assert status(address) == 200
+    assert [status(f"{root}/"), status(f"{root}/guess/"), status(f"{address[:-2]}x/")] == [403, 403, 403]
+
+
+def test_pages_of_other_hosts_are_refused(address: str) -> None:
+    assert status(address, Host="planter.example") == 403
+    assert status(address, Origin="http://planter.example") == 403
+    with pytest.raises(InvalidStatus, match="403"), line(address, origin="http://planter.example"):
+        pass
+
+
+def test_files_are_those_of_the_studio_and_no_others(address: str) -> None:
+    assert status(f"{address}view.js") == 200
+    others = ("../pyproject.toml", "%2e%2e/app.py", "app.py", "studio.html")
+    assert {status(f"{address}{path}") for path in others} <= {403, 404}
+
+
+def test_a_page_may_run_its_own_scripts_alone(address: str) -> None:
+    with urllib.request.urlopen(address, timeout=10) as found:
+        policy, text = found.headers["content-security-policy"], found.read().decode("utf-8")
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert "<script>" not in text
+    assert "style=" not in text
+
+
+def test_what_a_page_is_told_is_what_the_command_tells(address: str) -> None:
+    """Readings of the model and numbers that were asked for, to the last digits of `simulate`."""
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        values = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
+        found = answer(talk, "readings", id=1, values=values, model="printed")
+    result = simulate(Device(load("wang2017", values), "printed")).result
+    told = {one["name"]: one["value"] for one in found}
+    assert told["objective (31)"] == pytest.approx(result.objective, rel=1e-12)
+    assert told["range of the support force"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+
+
+def test_of_many_moves_the_last_is_shown_and_not_all_are_computed(address: str) -> None:
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        for k in range(200):
+            talk.send(json.dumps({"id": k, "values": {"design.R3_mm": 30.5 + 0.002 * k}}))
+        shown = []
+        while not shown or shown[-1] < 199:
+            found = json.loads(talk.recv(timeout=60))
+            if "scenes" in found:
+                shown.append(found["id"])
+    assert shown == sorted(shown)
+    assert len(shown) < 150
+
+
+def test_requirements_follow_when_the_hand_rests(address: str) -> None:
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017-wide")
+        talk.send(json.dumps({"id": 1, "values": {}}))
+        checks = until(talk, "checks")
+    known = command("simulate", "wang2017-wide")["requirements"]
+    assert [one["value"] for one in checks] == pytest.approx([one["value"] for one in known], rel=1e-9)
+
+
+@pytest.mark.long
+def test_a_search_ends_where_the_command_line_ends(address: str) -> None:
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        talk.send(json.dumps({"ask": "optimise", "values": {}, "model": "exact"}))
+        found = until(talk, "optimum", "error")
+    known = command("optimise", "wang2017")["design"]
+    assert found == pytest.approx({f"design.{name}": value for name, value in known.items()}, rel=1e-9)
+
+
+def test_a_search_can_be_given_up(address: str) -> None:
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        answer(talk, "searching", ask="optimise", values={}, model="exact")
+        talk.send(json.dumps({"ask": "cancel"}))
+        assert answer(talk, "file", ask="file", values={}).startswith("# The machine")
+
+
+@pytest.mark.parametrize(
+    ("message", "sentence"),
+    [
+        ({"name": "nobody"}, "nobody: there is no such machine here"),
+        ({"name": "../own.toml"}, "there is no such machine here"),
+        ({"name": "/etc/passwd"}, "there is no such machine here"),
+        ({"text": "name = 1"}, "there is no such machine"),
+        ({"text": 'functions = "x"\nfolder = "/tmp"'}, "opened by `planter studio FILE`"),
+        ({"text": "x" * (LARGEST + 1)}, "at most 1000000 letters"),
+    ],
+)
+def test_what_cannot_be_opened_is_told_in_a_sentence(tmp_path: Path, message: dict[str, str], sentence: str) -> None:
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "own.toml").write_text("name = 'own'", encoding="utf-8")
+    session = Session(tmp_path / "inside")
+    with pytest.raises(InputError, match=sentence.replace("(", r"\(")):
+        session.open(message)
+    session.close()
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"design.R3_mm": 1e9}, "it must be between 30.46 and 31.01"),
+        ({"design.R3_mm": "30"}, "it must be between"),
+        ({"design.R3_mm": float("nan")}, "it must be between"),
+        ({"mass.nothing_kg": 1.0}, "no number of wang2017"),
+    ],
+)
+def test_numbers_beyond_their_ends_are_refused(tmp_path: Path, values: dict[str, float], sentence: str) -> None:
+    session = Session(tmp_path)
+    session.open({"name": "wang2017"})
+    with pytest.raises(InputError, match=sentence):
+        session.seen({"values": values})
+    session.close()
+
+
+MEASURED = """async () => {
+  const slider = document.querySelector('[data-path="design.R3_mm"] input');
+  const move = (share) => {
+    slider.value = Number(slider.min) + (Number(slider.max) - Number(slider.min)) * share;
+    slider.dispatchEvent(new Event("input"));
+  };
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  const shown = () => Number(document.body.dataset.shown);
+  const late = [];
+  for (let k = 0; k < 60; k++) {
+    const before = shown(), start = performance.now();
+    move(k / 60);
+    while (shown() <= before) await new Promise((done) => setTimeout(done, 1));
+    late.push(performance.now() - start);
+    await frame();
+  }
+  const seen = new Set(), start = performance.now();
+  for (let k = 0; performance.now() - start < 2000; k++) { move((k % 200) / 200); await frame(); seen.add(shown()); }
+  const last = performance.now();
+  const asked = document.body.dataset.checked;
+  while (document.body.dataset.checked === asked) await new Promise((done) => setTimeout(done, 2));
+  late.sort((a, b) => a - b);
+  return [late[56], seen.size / 2, performance.now() - last];
+}"""
+
+
+@contextmanager
+def page_of(address: str) -> Iterator[Page]:
+    """The studio in a browser, when its requirements are there."""
+    path = browser()
+    with sync_playwright() as play, play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium:
+        page = chromium.new_page()
+        page.goto(f"{address}#wang2017-wide")
+        page.wait_for_selector("#checks tbody tr", timeout=60_000)
+        yield page
+
+
+def test_a_page_follows_a_hand(address: str) -> None:
+    """In a browser: the numbers on the page are those of the command, before and after a move, and undone."""
+    hosts: set[str] = set()
+    with page_of(address) as page:
+        page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
+        objective = page.locator("#readings tbody tr").first.locator("td").nth(1)
+        first = objective.inner_text()
+        field = page.locator('[data-path="design.R3_mm"] input[type="number"]')
+        field.fill("30.8")
+        field.press("Tab")
+        expect(objective).not_to_have_text(first)
+        moved = objective.inner_text()
+        page.click("#undo")
+        expect(objective).to_have_text(first)
+    known = [command("simulate", "wang2017-wide", *more)["objective"] for more in ((), ("--set", "design.R3_mm=30.8"))]
+    assert [float(first), float(moved)] == pytest.approx(known, rel=1e-5)
+    assert hosts <= {address.split("/")[2]}
+
+
+@pytest.mark.long
+def test_a_page_follows_fast(address: str) -> None:
+    """Measured three times, the best counts."""
+    with page_of(address) as page:
+        runs = []
+        for _ in range(3):
+            runs.append(page.evaluate(MEASURED))
+            time.sleep(0.2)
+    late, rate, rested = min(r[0] for r in runs), max(r[1] for r in runs), min(r[2] for r in runs)
+    print(f"input to picture p95 {late:.0f} ms, {rate:.0f} pictures/s, requirements after {rested:.0f} ms")
+    assert late <= 2 * IDLE_MS
+    assert rate >= RATE / 2
+    assert rested <= 2 * REQUIREMENTS_MS

@@ -1,0 +1,92 @@
+"""Where else the drawing is seen: a notebook's widget, a GIF; and machines of every room to be changed by hand."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from planter.errors import InputError
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.view.animation import animate
+from planter.view.channels import packed
+from planter.view.frames import gif
+from planter.view.picture import picture
+from planter.view.subject import opened
+from tests.support.cli import answer
+
+MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return Device(load("wang2017"))
+
+
+def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
+    """What a notebook's page is sent is what a report's page holds."""
+    from planter.planting.report.scene import scene
+
+    shown = device.show()
+    seen = scene(device, device.design)
+    assert shown.picture == picture(seen)
+    assert shown.record == packed(seen)
+    state = shown.get_state()
+    assert "class Drawing" in state["_esm"]
+    assert set(state) >= {"picture", "record", "_css"}
+
+
+def test_a_gif_moves_and_comes_back(device: Device) -> None:
+    from planter.planting.report.scene import scene
+
+    image = Image.open(io.BytesIO(gif(scene(device, device.design), seconds=0.4)))
+    assert image.n_frames == 8
+    first = image.convert("RGB").tobytes()
+    image.seek(4)
+    assert image.convert("RGB").tobytes() != first
+    assert image.info["loop"] == 0
+
+
+def test_the_command_writes_a_gif_where_it_is_told(tmp_path: Path) -> None:
+    told = answer("animate", "shi2021", "--seconds", "0.2", "--out", str(tmp_path))
+    assert told == {"file": str(tmp_path / "shi2021.gif"), "machine": "shi2021", "model": "exact"}
+    assert (tmp_path / "shi2021.gif").read_bytes().startswith(b"GIF89a")
+    with pytest.raises(InputError, match=r"ends in \.gif"):
+        animate("shi2021", {}, tmp_path / "moving.mp4")
+    with pytest.raises(InputError, match="must be one of exact, printed"):
+        animate("wang2017", {}, tmp_path, model="own")
+    with pytest.raises(InputError, match="there is no such machine"):
+        animate("nobody", {}, tmp_path)
+
+
+@pytest.mark.parametrize("source", MACHINES)
+def test_a_hand_on_any_control_changes_the_file_that_is_written(source: str, tmp_path: Path) -> None:
+    """Fed back, the file holds the numbers that the hand set, and says that a hand set them."""
+    machine = opened(source)
+    values = {one.path: one.value for one in machine.controls}
+    moved = machine.controls[0]
+    values[moved.path] += 0.01 * (moved.upper - moved.value)
+    (tmp_path / "own.toml").write_text(machine.text(values), encoding="utf-8")
+    again = opened(str(tmp_path / "own.toml"))
+    assert {one.path: one.value for one in again.controls} == pytest.approx(values, rel=1e-15)
+    assert "set by hand" in (tmp_path / "own.toml").read_text(encoding="utf-8")
+
+
+def test_a_device_with_other_numbers_is_that_of_the_other_file() -> None:
+    """What is kept from the machine before changes nothing: speeds, masses and designs against a new device."""
+    machine = opened("wang2017")
+    values = {one.path: one.value for one in machine.controls}
+    machine.readings(values, "exact")
+    values |= {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}
+    own = Device(load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}))
+    found = {one.name: one.value for one in machine.readings(values, "exact")}
+    from planter.planting.simulation import simulate
+
+    result = simulate(own).result
+    assert found["range of the support force"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    assert found["objective (31)"] == pytest.approx(result.objective, rel=1e-12)
+    before = {one.name: one.value for one in opened("wang2017").readings({}, "exact")}
+    assert found["weight"] != pytest.approx(before["weight"])
