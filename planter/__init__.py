@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from planter.planting.turns import Turns
     from planter.planting.validation import validate
     from planter.records import Record
+    from planter.view.widget import show
 
 __all__ = [
     "Batch",
@@ -71,6 +72,7 @@ __all__ = [
     "pick_up",
     "plan_field",
     "sensitivity",
+    "show",
     "simulate",
     "size_clutch",
     "synthesise",
@@ -104,6 +106,7 @@ _HOMES = {
     "planting.turns": ("Turns",),
     "planting.validation": ("validate",),
     "records": ("Record",),
+    "view.widget": ("show",),
 }
 """Names by the module that they stand in, with their own name there where it is another."""
 

@@ -143,16 +143,6 @@ class Device:
         """A design (p,) in SI as it is shown: values by name, each in the unit [that its name ends in]."""
         return {name: float(value) for name, value in zip(self.names, x / self.scale, strict=True)}
 
-    def show(self, x: Array | None = None) -> Any:
-        """A widget that shows the device as it moves, at a design x (p,) [SI] or its own.
-
-        Raises InputError where anywidget is missing (`planter[notebook]` brings it).
-        """
-        from planter.planting.report.scene import scene
-        from planter.view.widget import widget
-
-        return widget(scene(self, self.design if x is None else x))
-
     def _repr_html_(self) -> str:
         own, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
         rows = ((name, own[name], low[name], high[name], units.unit(name)) for name in self.names)

@@ -10,6 +10,7 @@ from planter.view.block import text
 from planter.view.channels import packed
 from planter.view.picture import picture
 from planter.view.scene import Scene
+from planter.view.subject import Values, opened
 
 
 def widget(scene: Scene) -> Any:
@@ -18,6 +19,18 @@ def widget(scene: Scene) -> Any:
     Raises InputError where anywidget is missing (`planter[notebook]` brings it).
     """
     return _kind()(picture=picture(scene), record=dict(packed(scene)))
+
+
+def show(source: str, changes: Values | None = None, model: str | None = None) -> Any:
+    """A machine of any kind as it moves: a file or a built-in name, some of its numbers changed, in one of its models.
+
+    Raises InputError for what is no machine or model, and where anywidget is missing.
+    """
+    machine = opened(source, changes)
+    chosen = machine.models[0] if model is None else model
+    if chosen not in machine.models:
+        raise InputError(f"model = {chosen} is not allowed: it must be one of {', '.join(machine.models)}")
+    return widget(machine.scenes({one.path: one.value for one in machine.controls}, chosen)[0])
 
 
 @cache

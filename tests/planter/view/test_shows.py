@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+import planter
 from planter.errors import InputError
 from planter.planting.file import load
 from planter.planting.model import Device
+from planter.planting.simulation import simulate
 from planter.view.animation import animate
 from planter.view.channels import packed
 from planter.view.frames import gif
@@ -30,13 +32,16 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
     """What a notebook's page is sent is what a report's page holds."""
     from planter.planting.report.scene import scene
 
-    shown = device.show()
+    shown = simulate(device, 16).show()
     seen = scene(device, device.design)
     assert shown.picture == picture(seen)
     assert shown.record == packed(seen)
     state = shown.get_state()
     assert "class Drawing" in state["_esm"]
     assert set(state) >= {"picture", "record", "_css"}
+    assert planter.show("wang2017").record == shown.record
+    with pytest.raises(InputError, match="must be one of exact, printed"):
+        planter.show("wang2017", model="own")
 
 
 def test_a_gif_moves_and_comes_back(device: Device) -> None:
@@ -83,8 +88,6 @@ def test_a_device_with_other_numbers_is_that_of_the_other_file() -> None:
     values |= {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}
     own = Device(load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}))
     found = {one.name: one.value for one in machine.readings(values, "exact")}
-    from planter.planting.simulation import simulate
-
     result = simulate(own).result
     assert found["range of the support force"] == pytest.approx(result.support_force.range_N, rel=1e-12)
     assert found["objective (31)"] == pytest.approx(result.objective, rel=1e-12)
