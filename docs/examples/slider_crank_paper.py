@@ -1,4 +1,7 @@
-"""A paper on trial: six equations about the slider-crank beside this file, three of them wrong in one place each."""
+"""A paper on trial: six equations about the slider-crank beside this file, three of them wrong in one place each.
+
+Numbers that it prints stand in slider_crank_numbers.toml. An equation may also stand here without a claim.
+"""
 
 from slider_crank import m, q
 from sympy import cos, sin

@@ -51,7 +51,7 @@ def tried(source: Path, printed: Path | None = None) -> Tried:
 def _judged(
     listed: question.NumbersFile, source: Path, papers: Mapping[str, Mapping[str, str]], folder: Path
 ) -> list[dict[str, Any]]:
-    name = _paper(listed, source, papers)
+    name = meant(listed, source, papers)
     model = papers[name]["model"]
     if not model:
         raise InputError(f"{source}: {name} is tried against nothing that computes numbers: a mechanism does")
@@ -62,7 +62,7 @@ def _judged(
     return numbers.judged(name, table)
 
 
-def _paper(listed: question.NumbersFile, source: Path, papers: Mapping[str, Any]) -> str:
+def meant(listed: question.NumbersFile, source: Path, papers: Mapping[str, Any]) -> str:
     """Which paper the numbers are of: it need not be said where there is one alone."""
     if listed.paper is None and len(papers) == 1:
         return next(iter(papers))

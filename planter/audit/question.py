@@ -8,7 +8,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from planter.errors import InputError
 from planter.files.complaints import explain, lacking, refused
@@ -49,7 +49,13 @@ def _number(text: str) -> str:
     return text
 
 
-Printed = Annotated[Line, AfterValidator(_number)]
+def _listed(value: object) -> object:
+    if not isinstance(value, str | list) or not all(isinstance(one, str) for one in value):
+        raise refused("", value, "it must be text in quotes, for its digits are its precision, or a list of such texts")
+    return [value] if isinstance(value, str) else value
+
+
+Printed = Annotated[list[Annotated[Line, AfterValidator(_number)]], BeforeValidator(_listed)]
 
 
 class Row(Section):
@@ -58,7 +64,7 @@ class Row(Section):
     place: Annotated[Line, Field(min_length=1)]
     quantity: Annotated[Line, Field(min_length=1)]
     unit: Line
-    printed: Printed | list[Printed]
+    printed: Printed
     values: Annotated[dict[str, Real], Field(alias="with", default_factory=dict)]
     each: Annotated[dict[str, list[Real | Line]], Field(default_factory=dict)]
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | None = None
@@ -68,21 +74,16 @@ class Row(Section):
 
     @check
     def _each_is_as_long_as_printed(self) -> Problems:
-        if isinstance(self.printed, str):
-            if self.each:
-                yield refused("printed", self.printed, "it must be a list, a number for every entry of `each`")
-            return
-        if not self.each:
+        if not self.each and len(self.printed) > 1:
             yield lacking("each", "it must say what the numbers of the list differ in")
         for name, entries in self.each.items():
             if len(entries) != len(self.printed):
-                allowed = f"it must have {len(self.printed)} entries, as `printed` has"
+                allowed = f"it must have as many entries as `printed` has, {len(self.printed)}"
                 yield refused(f"each.{name}", entries, allowed)
 
     def singles(self) -> Iterator[tuple[str, dict[str, Any]]]:
         """Every number with its own entries of `each`."""
-        texts = [self.printed] if isinstance(self.printed, str) else self.printed
-        for k, text in enumerate(texts):
+        for k, text in enumerate(self.printed):
             yield text, {name: entries[k] for name, entries in self.each.items()}
 
 

@@ -27,7 +27,7 @@ from ...quantity import Quantity
 from .given import Values
 
 REFERENCE, SPEEDS = "reference", "speeds"
-SLOW, FASTER = 1e-6, 2
+SLOW, FASTER = 1e-9, 2
 """Speeds beside the mechanism's own: one at which inertia is next to nothing, and one at which it is FASTER^2 times."""
 ACTIONS = ("N", "N m")
 

@@ -1,0 +1,66 @@
+"""Equations without a claim: they hold of the subject's own values, or the smallest edit that makes them is found."""
+
+import pytest
+import sympy as sp
+
+from derive.audit.judge import judge
+from derive.audit.judgement import Judgement
+from derive.audit.unclaimed import held
+from derive.equations import Equation, Unclaimed
+from derive.evaluate import Point
+from tests.support.made_up import WORDS, a, b, c, quantity, u, v, values
+
+FORCE = quantity("test_F")
+
+
+def points() -> list[Point]:
+    """Made-up values, and one that follows from them: F = 2 a u - b cos(v)."""
+    found = []
+    for seed in (1, 2, 3):
+        known = values(seed)
+        found.append(Point(known | {FORCE: 2 * known[a] * known[u] - known[b] * sp.cos(known[v])}))
+    return found
+
+
+def judged(residual: sp.Expr, defines: bool = False) -> Judgement:
+    symbol = FORCE if defines else None
+    printed = Equation("1", FORCE - residual, "test", Unclaimed.HOLDS, defines=symbol)
+    return judge(printed, None, points(), [*WORDS, FORCE])
+
+
+@pytest.mark.parametrize("right", [2 * a * u - b * sp.cos(v), (4 * a * u - 2 * b * sp.sin(v + sp.pi / 2)) / 2])
+def test_what_holds_is_confirmed_however_it_is_written(right: sp.Expr) -> None:
+    assert judged(right).verdict == judged(right, defines=True).verdict == "confirmed"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "correction"),
+    [
+        (2 * a * u + b * sp.cos(v), "sign of test_b*cos(test_v)"),
+        (2 * a * u - b * sp.sin(v), "cos for sin of test_v"),
+        (a * u - b * sp.cos(v), "factor 2 on test_a*test_u"),
+        (2 * c * u - b * sp.cos(v), "test_a for test_c"),
+    ],
+)
+def test_a_slip_is_found_with_its_correction(wrong: sp.Expr, correction: str) -> None:
+    found = judged(wrong, defines=True)
+    assert found.verdict == "misprint"
+    assert (correction,) in found.corrections
+
+
+def test_what_no_edit_mends_is_contradicted_with_what_is_left() -> None:
+    found = judged(3 * a * u - 5 * b)
+    assert found.verdict == "contradicted"
+    assert "is left of terms of up to" in found.finding
+
+
+def test_an_edit_that_leaves_nothing_to_say_mends_nothing() -> None:
+    assert "test_F for" not in str(judged(sp.Integer(3) * c).corrections)
+
+
+def test_what_has_no_value_is_untested() -> None:
+    nowhere = quantity("test_nowhere")
+    printed = Equation("1", FORCE - nowhere, "test", Unclaimed.HOLDS)
+    assert held(printed, tuple(points()), WORDS).finding.startswith("test_nowhere has no value")
+    condition = Equation("1", FORCE - a, "test", Unclaimed.HOLDS, relation="<")
+    assert held(condition, tuple(points()), WORDS).verdict == "untested"

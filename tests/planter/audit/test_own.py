@@ -1,0 +1,183 @@
+"""A paper of one's own in one command: verdicts, laws, numbers, page; what is wrong in a file is told by its place."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from planter.audit import own as trial
+from planter.audit import question
+from planter.audit.registry import Inputs
+from planter.errors import InputError
+from planter.mechanism.printed import measures
+from tests.support import own
+from tests.support.cli import answer, refusal, run
+from tests.support.schemas import committed
+
+FILES = ("slider_crank.py", "slider_crank_paper.py", "slider_crank_numbers.toml")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("own")
+    for name in FILES:
+        shutil.copy(own.EXAMPLES / name, place)
+    return place
+
+
+@pytest.fixture(scope="module")
+def result(folder: Path) -> Any:
+    """The audit of the example, with its page in `trial`."""
+    paper, numbers = folder / "slider_crank_paper.py", folder / "slider_crank_numbers.toml"
+    return answer("audit", str(paper), "--numbers", str(numbers), "--out", str(folder / "trial"))
+
+
+def test_the_example_is_judged_with_what_is_planted_in_it(result: Any) -> None:
+    jsonschema.validate(result, committed("audit"))
+    wrong = {e["equation"]: e["verdict"] for e in result["equations"] if e["verdict"] != "confirmed"}
+    assert wrong == {"2": "misprint", "4": "misprint", "5": "incomplete"}
+    (number,) = [n for n in result["numbers"] if n["verdict"] not in ("reproduced", "consistent")]
+    assert (number["place"], number["quantity"], number["verdict"]) == (
+        "Table 1, second row", "range s", "not reproduced",
+    )  # fmt: skip
+    assert number["difference"] == pytest.approx(number["recomputed"] - 101.03)
+    assert {law["caused_by"][0] for law in result["laws"] if law["violation"]} == {"4"}
+    (summary,) = result["summary"].values()
+    assert summary["numbers"] == {"consistent": 2, "not reproduced": 1, "reproduced": 6}
+
+
+def test_the_stroke_is_that_of_the_geometry(result: Any) -> None:
+    """An offset slider-crank: its ends are where crank and rod lie in line."""
+    ends = [((200 + sign * 50) ** 2 - 10**2) ** 0.5 for sign in (1, -1)]
+    stroke = next(n["recomputed"] for n in result["numbers"] if n["quantity"] == "range s")
+    assert stroke == pytest.approx(ends[0] - ends[1], rel=1e-12)
+
+
+def test_assumed_inputs_are_told_where_a_number_can_feel_them(result: Any) -> None:
+    felt = {n["quantity"]: n["assumed_inputs"] for n in result["numbers"]}
+    assert felt["max abs F_Ax"] == felt["mean P_guide"] == ["mu = 0.1"]
+    assert felt["max s"] == felt["beta at 90"] == []
+
+
+def test_a_row_of_numbers_holds_for_the_values_of_each(result: Any) -> None:
+    rows = [n for n in result["numbers"] if n["quantity"] == "max abs a_rod_x"]
+    assert [n["place"] for n in rows] == ["Table 3, 300 r/min", "Table 3, 600 r/min"]
+    assert rows[1]["recomputed"] == pytest.approx(4 * rows[0]["recomputed"], rel=1e-12)
+
+
+def test_verdicts_stand_beside_the_file_and_the_page_in_out(folder: Path, result: Any) -> None:
+    written = {path.name for path in (folder / "generated").iterdir()}
+    assert written >= {"audit.json", "audit_mathml.json", "AUDIT.md", "slider_crank.toml", "slider_crank.py"}
+    text = (folder / "trial" / "report.html").read_text(encoding="utf-8")
+    root = ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    assert not re.search(r"<script|<link|src=|url\(|http://", text)
+    assert len(list(root.iter("math"))) >= len(result["equations"])
+    shown = " ".join(" ".join(root.itertext()).split())
+    for entry in result["numbers"]:
+        assert entry["place"] in shown
+    assert "differs by" in shown
+    assert json.loads((folder / "trial" / "summary.json").read_text(encoding="utf-8"))["numbers"] == result["numbers"]
+
+
+@pytest.mark.long
+def test_without_numbers_the_equations_are_judged_alone(folder: Path) -> None:
+    code, out, err = run("audit", str(folder / "slider_crank_paper.py"))
+    assert code == 0, err
+    assert "correct sign of l_0" in out
+    assert "numbers: none" in out
+    assert str(folder / "generated") in err
+
+
+def numbers(folder: Path, change: tuple[str, str]) -> Path:
+    text = (folder / "slider_crank_numbers.toml").read_text(encoding="utf-8")
+    assert change[0] in text
+    (folder / "changed.toml").write_text(text.replace(*change, 1), encoding="utf-8")
+    return folder / "changed.toml"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('"max s"', '"max ss"'), r"number\[0\]\.quantity = 'max ss' is not allowed: .* did you mean s\?"),
+        (('"max s"', '"s"'), r"number\[0\]\.quantity = 's' is not allowed: it must be MEASURE"),
+        (('"max s"', '"s at 2 s"'), r"number\[0\]: s at 2 s is not allowed: an angle drives slider_crank"),
+        (('unit = "mm"', 'unit = "N"'), r"number\[0\]\.unit = 'N' is not allowed: max s is in m"),
+        (('unit = "mm"', 'unit = "ell"'), r"number\[0\]\.unit = 'ell' is not allowed: ell is no unit"),
+        (("mu = 0.1", "muu = 0.1"), r"assumed\.muu is not allowed: .* did you mean mu\?"),
+        (("{ omega_rpm = [300, 600] }", "{ omega_rpm = [300, 600], r = [1, 2] }"), r"number\[3\]\.each\.r is not"),
+    ],
+)
+def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
+    folder: Path, result: Any, change: tuple[str, str], said: str
+) -> None:
+    source = numbers(folder, change)
+    found = question.rows(question.read(source), source, "invented2026", folder / "generated" / "slider_crank.toml")
+    with pytest.raises(InputError, match=said):
+        _ = [measures.measure(Inputs(row["with"], {}, {})) for row in found]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('place = "Table 1, first row"\n', ""), "number[0].place is missing"),
+        (
+            ('printed = "249.8"', "printed = 249.8"),
+            "number[0].printed = 249.8 is not allowed: it must be text in quotes",
+        ),
+        (('"249.8"', '"249,8"'), "with a decimal point"),
+        (
+            ('["54.31", "217.22"]', '["54.31"]'),
+            "number[3].each.omega_rpm = [300.0, 600.0] is not allowed: it must have as many entries",
+        ),
+        (('"beta at {phi}"', '"beta at {psi}"'), "number[2]: 'beta at {psi}' is not allowed: it may hold {phi}"),
+        (("mu = 0.1", "r_mm = 50"), "assumed.r_mm = 50.0 is not allowed: the paper discloses it"),
+        (("[assumed]", "[asumed]"), "did you mean assumed?"),
+    ],
+)
+def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[str, str], said: str) -> None:
+    source = numbers(folder, change)
+    with pytest.raises(InputError) as error:
+        list(question.rows(question.read(source), source, "p", folder))
+    assert said in str(error.value)
+
+
+def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
+    source = numbers(folder, ("[disclosed]", 'paper = "invented2025"\n[disclosed]'))
+    papers: dict[str, Any] = {"invented2026": {}, "another": {}}
+    with pytest.raises(InputError, match=r"paper = 'invented2025' is not allowed: did you mean invented2026\?"):
+        trial.meant(question.read(source), source, papers)
+    unnamed = folder / "slider_crank_numbers.toml"
+    with pytest.raises(InputError, match="paper is missing: it must be one of invented2026, another"):
+        trial.meant(question.read(unnamed), unnamed, papers)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('loop("By")', 'loop("Bq")'), "invented2026 (2): nothing here states ClaimOf 'the loop Bq closes'; near it"),
+        (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
+    ],
+)
+def test_a_paper_that_raises_is_told_by_the_users_line(folder: Path, change: tuple[str, str], said: str) -> None:
+    text = (folder / "slider_crank_paper.py").read_text(encoding="utf-8")
+    assert change[0] in text
+    (folder / "wrong_paper.py").write_text(text.replace(*change), encoding="utf-8")
+    code, out, err = run("audit", str(folder / "wrong_paper.py"), "--json")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "wrong_paper.py, line" in err
+    assert said in err
+
+
+def test_what_goes_with_other_papers_is_refused(folder: Path) -> None:
+    source = str(folder / "slider_crank_numbers.toml")
+    assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
+    assert "--front is not allowed here" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")
+    assert "it must offer CASE" in refusal("audit", str(folder / "slider_crank.py"))
+    assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))
