@@ -125,6 +125,26 @@ def equidistant() -> ClosedForm:
     return _envelope("equidistant", (PLACE, height), _inward(S.Zero, -height), unit(TANGENT, X))
 
 
+dkappa = _given("dkappa", "1/m2", "slope of the curvature along the pitch curve")
+ddkappa = _given("ddkappa", "1/m3", "second derivative of the curvature along the pitch curve")
+BENDS = Vector("bends", (kappa, dkappa, ddkappa))
+regular = _given("regular", "1", "rate of a flank in parts of a rack's; on a circle's straight end 1 - z_min/z")
+dregular = _given("dregular", "1/m", "its slope along the pitch curve")
+ddregular = _given("ddregular", "1/m2", "its second derivative along the pitch curve")
+REGULARITY = Vector("regularity", (regular, dregular, ddregular))
+
+
+def regularity() -> ClosedForm:
+    """How far a flank is from turning back, with its derivatives."""
+    rates = {s: S.One, kappa: dkappa, dkappa: ddkappa}
+    growth = next(step.expr for step in flank().steps if isinstance(step, Let) and step.symbol == rate)
+    values = [sp.expand(growth / sp.sin(alpha))]
+    values += [Motion(rates).rate(values[0])]
+    values += [Motion(rates).rate(values[1])]
+    steps = tuple(Let(q, _shorter(v), "derived: regularity") for q, v in zip(REGULARITY, values, strict=True))
+    return ClosedForm("regularity", (BENDS, s, xi, side, alpha), steps, REGULARITY)
+
+
 def pitch() -> ClosedForm:
     """A pitch curve in polar coordinates as place, tangent and curvature in its own frame."""
     frame = Frame("radius", WORLD, Z, polar)
@@ -209,6 +229,18 @@ def reach_() -> ClosedForm:
                       Vector("reached", (reach,)))  # fmt: skip
 
 
+pressure = _given("pressure", "rad", "angle of the teeth's normal to the perpendicular of the line of centres")
+
+
+def pressure_() -> ClosedForm:
+    """Of both sides of the teeth, where they touch in the pitch point: below 0 where the normal leans the other way."""
+    radial = Vec(WORLD, (x, y, S.Zero))
+    tangent = Vec(WORLD, (tx, ty, S.Zero))
+    lean = sp.atan2(radial.dot(tangent), radial.cross(tangent)[2])
+    steps = (Let(pressure, alpha + side * lean, "derived: pressure angle"),)
+    return ClosedForm("pressure", (PLACE, side, alpha), steps, Vector("pressed", (pressure,)))
+
+
 angle = _given("angle", "rad", "how far a gear has been turned, anticlockwise")
 cx = _given("cx", "m", "axis of the gear, x")
 cy = _given("cy", "m", "axis of the gear, y")
@@ -228,7 +260,9 @@ def placed() -> ClosedForm:
 
 def exact() -> System:
     """Teeth of a rack on pitch curves."""
-    forms = (pitch(), mate(), sizes(), flank(), fillet(), equidistant(), reach_(), placed())
+    forms = (
+        pitch(), mate(), sizes(), flank(), regularity(), fillet(), equidistant(), reach_(), pressure_(), placed(),
+    )  # fmt: skip
     return System("rack_teeth", "Teeth cut by a rack on pitch curves", "derived (geometry)", ASSUMPTIONS,
                   closed_forms=forms)  # fmt: skip
 

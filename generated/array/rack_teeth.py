@@ -129,6 +129,24 @@ def flank(xp, place, s, xi, side, alpha):
     )
 
 
+def regularity(xp, bends, s, xi, side, alpha):
+    """regularity: 3 entries in the order of the CasADi function."""
+    kappa = bends[0]  # [1/m] curvature of the pitch curve, positive where convex
+    dkappa = bends[1]  # [1/m2] slope of the curvature along the pitch curve
+    ddkappa = bends[2]  # [1/m3] second derivative of the curvature along the pitch curve
+    c1 = side * xp.cos(alpha) / xp.sin(alpha)
+    c2 = kappa * c1
+    # derived: regularity
+    regular = -s * c2 + xi * c2 + 1
+    # derived: regularity
+    dregular = -c1 * (dkappa * s - dkappa * xi + kappa)
+    # derived: regularity
+    ddregular = -c1 * (ddkappa * s - ddkappa * xi + 2 * dkappa)
+    return (
+        regular, dregular, ddregular,
+    )
+
+
 def fillet(xp, place, s, middle, depth, rho):
     """point: 6 entries in the order of the CasADi function."""
     x = place[0]  # [m] pitch point, x
@@ -199,6 +217,19 @@ def reach(xp, kappa, height, alpha):
     reach = (kappa * c2 + c1) / (c3 + xp.sqrt(kappa**2 * c2 + kappa * c1 + c3**2)) / xp.cos(alpha)
     return (
         reach,
+    )
+
+
+def pressure(xp, place, side, alpha):
+    """pressed: 1 entries in the order of the CasADi function."""
+    x = place[0]  # [m] pitch point, x
+    y = place[1]  # [m] pitch point, y
+    tx = place[2]  # [1] unit tangent of the pitch curve, x, anticlockwise
+    ty = place[3]  # [1] unit tangent of the pitch curve, y, anticlockwise
+    # derived: pressure angle
+    pressure = alpha + side * xp.arctan2(tx * x + ty * y, -tx * y + ty * x)
+    return (
+        pressure,
     )
 
 

@@ -1,0 +1,105 @@
+"""A closed pitch curve in its arc length: place, tangent, curvature and polar angle, to rounding on every branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planter.gearing.teeth.rack import RACK
+from planter.kernels import Array
+from planter.numerics import roots
+from planter.numerics.angles import TURN
+from planter.numerics.chebyshev import Panels
+
+X, Y, TX, TY, KAPPA, POLAR = range(6)
+"""Rows of a curve: place [m], unit tangent, curvature [1/m], polar angle [rad]."""
+_JUMP = 1e-9
+"""A jump of the curvature below this share of the largest is rounding."""
+_BESIDE = 1e-9
+"""How far beside a place the side of a joint is told that is meant."""
+
+Trace = Callable[[Array], tuple[Array, Array]]
+"""Polar places (4, n) of a curve at parameters (n,), as `rack_teeth` takes them, and polar angle per parameter (n,)."""
+
+
+@dataclass(frozen=True)
+class PitchCurve:
+    """A closed curve round its gear's axis, anticlockwise; `joints` are arc lengths in [0, L) where curvature jumps."""
+
+    rows: Panels
+    joints: Array
+
+    @classmethod
+    def traced(cls, trace: Trace, breaks: Array, sense: int) -> PitchCurve:
+        """Of a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its parameter.
+
+        `breaks` are the parameters (m,) from its start to its end between which it is smooth.
+        """
+
+        def speed(u: Array) -> Array:
+            polar, pace = trace(u)
+            return RACK("pitch", polar_place=polar, sense=sense)["speed"][None] * pace
+
+        length = Panels.of(speed, breaks).integral
+        at_ends = length(length.ends)[0]
+        at_ends[0] = 0.0
+        total = at_ends[-1]
+
+        def parameter(s: Array) -> Array:
+            index = np.clip(np.searchsorted(at_ends, s, "right") - 1, 0, len(at_ends) - 2)
+            low, high = length.ends[index], length.ends[index + 1]
+            ends = np.minimum(at_ends[index] - s, -0.0), np.maximum(at_ends[index + 1] - s, 0.0)
+
+            def rates(u: Array) -> tuple[Array, Array]:
+                return length(u, index)[0] - s, speed(u)[0]
+
+            return roots.newton(rates, low, high, ends)
+
+        def rows(own: Array) -> Array:
+            polar, _ = trace(parameter(own if sense > 0 else total - own))
+            found = list(RACK("pitch", polar_place=polar, sense=sense).values())[:5]
+            angle = polar[0] if sense > 0 else TURN - polar[0]
+            return np.array([*found, angle])
+
+        ends = at_ends if sense > 0 else total - at_ends[::-1]
+        return cls.joined(Panels.of(rows, ends))
+
+    @classmethod
+    def joined(cls, rows: Panels) -> PitchCurve:
+        """With the joints where the curvature of neighbouring panels differs."""
+        count = np.arange(len(rows.series))
+        start, end = rows(rows.ends[:-1], count)[KAPPA], rows(rows.ends[1:], count)[KAPPA]
+        jump = np.abs(start - np.roll(end, 1)) > _JUMP * np.abs(start).max()
+        return cls(rows, rows.ends[:-1][jump])
+
+    @property
+    def length(self) -> float:
+        return float(self.rows.ends[-1])
+
+    def at(self, s: Array, towards: Array | None = None) -> Array:
+        """Rows (6, n) at arc lengths (n,) of any turn; at a joint those of the side that lies `towards` places (n,)."""
+        seen = s if towards is None else s + _BESIDE * (towards - s)
+        turns = np.floor(seen / self.length)
+        past = turns * self.length
+        found = self.rows(s - past, self.rows.panel(seen - past))
+        found[POLAR] += TURN * turns
+        return found
+
+    def bends(self, s: Array, towards: Array | None = None) -> Array:
+        """Curvature and its first two derivatives along the curve (3, n), on the side `towards` places."""
+        seen = s if towards is None else s + _BESIDE * (towards - s)
+        past = np.floor(seen / self.length) * self.length
+        panel, own = self.rows.panel(seen - past), s - past
+        first = self.rows.slope
+        return np.array([part(own, panel)[KAPPA] for part in (self.rows, first, first.slope)])
+
+    def scaled(self, factor: float) -> PitchCurve:
+        """The same curve with all lengths multiplied."""
+        by = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
+        return PitchCurve(Panels(self.rows.ends * factor, self.rows.series * by[:, None]), self.joints * factor)
+
+    def places(self, share: Array) -> Array:
+        """Points (n, 2) [m] by shares (n,) of the length."""
+        return self.at(share * self.length)[[X, Y]].T

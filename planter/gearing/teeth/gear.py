@@ -1,0 +1,209 @@
+"""A gear: the exact outline that a rack cuts on its pitch curve, piece by piece, and what is measured of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planter.gearing.teeth.curve import PitchCurve
+from planter.gearing.teeth.flanks import Flanks, smooth_parts
+from planter.gearing.teeth.outline import Kind, Outline
+from planter.gearing.teeth.rack import Cut, Rack
+from planter.kernels import Array
+from planter.numerics import extremes, quadrature
+from planter.numerics.arrays import Flags, Integers
+
+KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
+_FILLET, _FLANK, _TIP, _ROOT = range(4)
+_NODES = 24
+"""Nodes of a quadrature along a piece."""
+_TRIED = 17
+"""Places on a piece where the nearest point to the axis is looked for."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Pieces (n,) of an outline in its order: index into KINDS, number of the flank or -1, tooth, side, and the arc
+    lengths of the pitch curve at which their start and end are cut."""
+
+    kind: Integers
+    flank: Integers
+    tooth: Integers
+    side: Integers
+    start: Array
+    end: Array
+
+    @property
+    def middle(self) -> Array:
+        return (self.start + self.end) / 2
+
+    def of(self, which: Integers | Flags) -> Pieces:
+        return Pieces(*(rows[which] for rows in vars(self).values()))
+
+
+@dataclass(frozen=True)
+class Piece:
+    """An exact piece of an outline, s from 0 to 1 (`outline.Piece`)."""
+
+    gear: Gear
+    number: int
+
+    @cached_property
+    def _own(self) -> Pieces:
+        return self.gear.pieces.of(np.array([self.number]))
+
+    @property
+    def kind(self) -> Kind:
+        return KINDS[self._own.kind[0]]
+
+    @property
+    def tooth(self) -> int:
+        return int(self._own.tooth[0])
+
+    @property
+    def side(self) -> int:
+        return int(self._own.side[0])
+
+    def at(self, s: Array) -> Array:
+        return self._cut(s).points.T
+
+    def tangent(self, s: Array) -> Array:
+        return self._cut(s).tangents.T
+
+    def curvature(self, s: Array) -> Array:
+        cut = self._cut(s)
+        return np.asarray(cut.turning / cut.rate)
+
+    def _cut(self, s: Array) -> Cut:
+        return self.gear.cut(self._own.of(np.zeros(len(s), dtype=int)), s)
+
+
+@dataclass(frozen=True)
+class Gear:
+    """A toothed gear in the frame of its axis."""
+
+    name: str
+    flanks: Flanks
+
+    @property
+    def curve(self) -> PitchCurve:
+        return self.flanks.curve
+
+    @property
+    def rack(self) -> Rack:
+        return self.flanks.rack
+
+    @property
+    def z(self) -> int:
+        return self.flanks.z
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Tooth by tooth: fillet, flank, tip, flank, fillet, root; all cut where the pitch curve has a joint."""
+        f, z = self.flanks, self.flanks.z
+        begin, end = np.arange(z), np.arange(z, 2 * z)
+        none, flat = np.full(z, -1), np.zeros(z, dtype=int)
+        foot, fillet = f.ends
+        root_end = np.append(f.middle[1:z], f.middle[0] + f.curve.length)
+        whole = Pieces(*(np.stack(rows, axis=1).ravel() for rows in (
+            [np.full(z, kind) for kind in (_FILLET, _FLANK, _TIP, _FLANK, _FILLET, _ROOT)],
+            [begin, begin, none, end, end, none],
+            [np.arange(z)] * 6,
+            [flat - 1, flat - 1, flat, flat + 1, flat + 1, flat],
+            [f.middle[begin], foot[begin], f.tips[1][begin], f.tips[0][end], fillet[end], f.middle[end]],
+            [fillet[begin], f.tips[0][begin], f.tips[1][end], foot[end], f.middle[end], root_end],
+        )))  # fmt: skip
+        return _without_nothing(_at_joints(f.curve, whole), f.curve.length)
+
+    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> Outline:
+        """The outline, for a gear whose axis an assembly puts at a centre [m]."""
+        pieces = tuple(Piece(self, number) for number in range(len(self.pieces.kind)))
+        return Outline(self.name, pieces, centre, self.curve.places)
+
+    def cut(self, pieces: Pieces, share: Array) -> Cut:
+        """What pieces (n,) are at shares (n,) of them."""
+        s = pieces.start + share * (pieces.end - pieces.start)
+        found = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
+        for kind, cut in enumerate(self._cutting):
+            which = np.flatnonzero(pieces.kind == kind)
+            if len(which):
+                part = cut(s[which], pieces.flank[which], pieces.middle[which])
+                for rows, values in zip(vars(found).values(), vars(part).values(), strict=True):
+                    rows[..., which] = values
+        return found
+
+    def sampled(self, shares: Array, which: Integers | None = None) -> Cut:
+        """Points (2, m, n) and the like of all pieces, or some of them (m,), at shares (n,) of each."""
+        pieces = self.pieces if which is None else self.pieces.of(which)
+        count = len(pieces.kind)
+        every = pieces.of(np.repeat(np.arange(count), len(shares)))
+        cut = self.cut(every, np.tile(shares, count))
+        return Cut(*(rows.reshape(*rows.shape[:-1], count, len(shares)) for rows in vars(cut).values()))
+
+    @property
+    def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
+        """What cuts each of KINDS."""
+        f, sizes = self.flanks, self.rack.sizes
+        return (
+            f.fillet,
+            f.flank,
+            lambda s, _, towards: f.equidistant(s, sizes["tip"], towards),
+            lambda s, _, towards: f.equidistant(s, -sizes["root"], towards),
+        )
+
+    @cached_property
+    def _quadrature(self) -> tuple[Cut, Array]:
+        """All pieces at the nodes of a quadrature, and weights (m, n) of arc lengths of the outline."""
+        shares, weights = quadrature.panels(np.array([0.0, 1.0]), _NODES)
+        cut = self.sampled(shares[0])
+        stretch = (self.pieces.end - self.pieces.start)[:, None]
+        return cut, cut.rate * stretch * weights[0]
+
+    @property
+    def area(self) -> float:
+        """Area inside the outline [m2]."""
+        cut, weights = self._quadrature
+        (x, y), (ex, ey) = cut.points, cut.tangents
+        return float(((x * ey - y * ex) * weights).sum() / 2)
+
+    @cached_property
+    def top_lands(self) -> Array:
+        """Arc length (z,) of each tooth's tip [m]."""
+        lengths = self._quadrature[1].sum(axis=1)
+        tips = self.pieces.kind == _TIP
+        found: Array = np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
+        return found
+
+    @property
+    def root_radius(self) -> float:
+        """Least distance of the outline from the axis [m]."""
+        shares = np.linspace(0, 1, _TRIED)
+        distances = np.hypot(*self.sampled(shares).points)
+        nearest = Piece(self, int(np.argmin(distances.min(axis=1))))
+        return extremes.least(lambda s: np.hypot(*nearest.at(s).T), shares).value
+
+
+def _at_joints(curve: PitchCurve, whole: Pieces) -> Pieces:
+    """Pieces cut where the curvature of the pitch curve jumps, each part in the outline's direction."""
+    backwards = whole.end < whole.start
+    low, high = np.minimum(whole.start, whole.end), np.maximum(whole.start, whole.end)
+    which, starts, ends = smooth_parts(curve, low, high)
+    order = np.lexsort((np.where(backwards[which], -starts, starts), which))
+    which, starts, ends = which[order], starts[order], ends[order]
+    turned = backwards[which]
+    parts = whole.of(which)
+    return Pieces(
+        parts.kind, parts.flank, parts.tooth, parts.side, np.where(turned, ends, starts), np.where(turned, starts, ends)
+    )
+
+
+def _without_nothing(pieces: Pieces, length: float) -> Pieces:
+    """The pieces that have a length: a rack with a full round leaves no root."""
+    return pieces.of(np.abs(pieces.end - pieces.start) > _NO_LENGTH * length)
+
+
+_NO_LENGTH = 1e-12
+"""Share of a pitch curve's length below which a piece is none."""

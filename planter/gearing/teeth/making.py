@@ -1,0 +1,98 @@
+"""Two gears with teeth, as ordered, proved to mesh: all that is found of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planter.gearing.teeth import limits
+from planter.gearing.teeth.curve import POLAR
+from planter.gearing.teeth.flanks import Flanks
+from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.meshing import Facing, Mesh
+from planter.gearing.teeth.order import Order, Sized, sized
+from planter.gearing.teeth.pair import Pair
+from planter.gearing.teeth.polygons import Overlay
+from planter.gearing.teeth.rack import RACK
+from planter.kernels import Array
+from planter.numerics import extremes
+
+
+@dataclass(frozen=True)
+class Toothed:
+    """A pair with teeth. The gear has a tooth centred where its arc length is 0, the mate a space."""
+
+    name: str
+    order: Order
+    sized: Sized
+    mesh: Mesh
+
+    @property
+    def gears(self) -> tuple[Gear, Gear]:
+        return self.mesh.gears
+
+    @cached_property
+    def faced(self) -> Facing:
+        """Flanks that face each other at the positions of the mesh."""
+        return self.mesh.facing(self.mesh.positions)
+
+    @cached_property
+    def transmission_errors(self) -> Array:
+        """Of every contact at the positions of the mesh, without play [rad]."""
+        return self.mesh.transmission_errors(self.faced)
+
+    @cached_property
+    def gaps(self) -> Array:
+        """Of all flanks that face each other, along their common normals [m]."""
+        return self.mesh.gaps(self.faced) if self.order.play else np.zeros_like(self.faced.at)
+
+    @cached_property
+    def lost_motion(self) -> Array:
+        """Of both sides at the positions of the mesh [rad]."""
+        return self.mesh.lost_motion(self.faced)
+
+    @cached_property
+    def overlay(self) -> Overlay:
+        return Overlay.of(self.mesh)
+
+    @cached_property
+    def overlaps(self) -> Array:
+        """Areas that the gears share as polygons at the positions of the mesh [m2]."""
+        return self.overlay.overlaps(self.mesh.positions)
+
+    @cached_property
+    def pressure_angles(self) -> tuple[float, float]:
+        """Least and largest angle [rad] of the teeth's normal to the perpendicular of the line of centres."""
+        curve, alpha = self.mesh.gear.curve, self.order.pressure_angle
+
+        def angle(s: Array) -> Array:
+            found = (RACK("pressure", place=curve.at(s)[:POLAR], side=side, alpha=alpha) for side in (1.0, -1.0))
+            return np.array([one["pressure"] for one in found])
+
+        places = np.linspace(0, curve.length, len(self.mesh.positions), endpoint=False)
+        least = extremes.least(lambda s: angle(s).min(axis=0), places, closed=True)
+        most = extremes.largest(lambda s: angle(s).max(axis=0), places, closed=True)
+        return least.value, most.value
+
+
+def toothed(pair: Pair, order: Order, name: str, gears: tuple[str, str]) -> Toothed:
+    """Teeth on a pair, as ordered; `name` says in errors which pair is meant, `gears` which gear and which mate.
+
+    Raises InputError for an order that cannot be met, GeometryError, with its place, for the first limit that the
+    teeth break.
+    """
+    found = sized(pair, order, name)
+    limits.check_rack(order, found.module, name)
+    racks = order.rack(found.module), order.rack(found.module).mate()
+    made = []
+    for k, (curve, rack) in enumerate(zip(found.pair.curves, racks, strict=True)):
+        limits.check_curve(curve, order, rack.sizes["tip"], rack.sizes["root"], gears[k])
+        phase = 0.0 if k == 0 else rack.pitch / 2
+        gear = Gear(gears[k], Flanks(curve, rack, found.teeth[k], phase))
+        limits.check_gear(gear, order)
+        made.append(gear)
+    mesh = Mesh(found.pair, made[0], made[1])
+    limits.check_mesh(mesh, name)
+    return Toothed(name, order, found, mesh)

@@ -1,0 +1,95 @@
+"""The outlines of two gears as polygons, laid over each other: a check of the mesh that knows no flank and no rack."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from planter.gearing.teeth.gear import KINDS, Gear
+from planter.gearing.teeth.meshing import Mesh
+from planter.gearing.teeth.rack import RACK
+from planter.kernels import Array
+from planter.numerics.arrays import Integers
+
+CHORDS = {"fillet": 6, "flank": 24, "tip": 2, "root": 2}
+"""Chords of each kind of piece: what flanks leave out is a ten-thousandth of a module."""
+_BEYOND = 0.75
+"""Pitches about a tooth's centre that belong to its part of a gear, beside half the contact ratio."""
+
+Shapes = NDArray[np.object_]
+
+
+def points(gear: Gear) -> Array:
+    """Vertices (n, 2) [m] of the outline, in its order."""
+    pieces = gear.pieces
+    found: dict[int, Array] = {}
+    for kind, chords in CHORDS.items():
+        which = np.flatnonzero(pieces.kind == KINDS.index(kind))
+        cut = gear.sampled(np.arange(chords) / chords, which).points
+        found |= {int(number): cut[:, k] for k, number in enumerate(which)}
+    return np.hstack([found[number] for number in range(len(pieces.kind))]).T
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """The polygons of both gears of a mesh, each in the frame of its axis."""
+
+    mesh: Mesh
+    outlines: tuple[Any, Any]
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Overlay:
+        one, two = (shapely.Polygon(points(gear)) for gear in mesh.gears)
+        return cls(mesh, (one, two))
+
+    @property
+    def simple(self) -> bool:
+        """Whether no outline crosses itself."""
+        return all(outline.is_valid for outline in self.outlines)
+
+    @cached_property
+    def parts(self) -> tuple[Shapes, Shapes]:
+        """What of each gear is near each of its teeth (z,)."""
+        one, two = (self._parts(gear, outline) for gear, outline in zip(self.mesh.gears, self.outlines, strict=True))
+        return one, two
+
+    def _parts(self, gear: Gear, outline: Any) -> Shapes:
+        centres = gear.curve.at(gear.flanks.centre[: gear.z])[:2].T
+        near = self.mesh.contact_ratios.max() / 2 + _BEYOND
+        found: Shapes = shapely.intersection(outline, shapely.buffer(shapely.points(centres), near * self.mesh.pitch))
+        return found
+
+    def placed(self, at: Array) -> tuple[Shapes, Shapes]:
+        """The parts of both gears (n,) that are near the pitch point at rolling lengths (n,), in their places."""
+        found = []
+        for k, gear in enumerate(self.mesh.gears):
+            own = self.mesh.pair.senses[k] * at - gear.flanks.phase
+            teeth: Integers = np.mod(np.rint(own / self.mesh.pitch), gear.z).astype(int)
+            found.append(_moved(self.parts[k][teeth], self.mesh.places(at)[k]))
+        return found[0], found[1]
+
+    def overlaps(self, at: Array) -> Array:
+        """Areas (n,) that both gears share at rolling lengths (n,) [m2]."""
+        one, two = self.placed(at)
+        shapely.prepare(one)
+        found, touch = np.zeros(len(at)), np.flatnonzero(shapely.intersects(one, two))
+        found[touch] = shapely.area(shapely.intersection(one[touch], two[touch]))
+        return found
+
+    def gaps(self, at: Array) -> Array:
+        """Least distances (n,) of the gears at rolling lengths (n,) [m]."""
+        return np.asarray(shapely.distance(*self.placed(at)))
+
+
+def _moved(shapes: Shapes, where: Array) -> Shapes:
+    """Shapes (n,) turned and moved to places (3, n)."""
+    own, index = shapely.get_coordinates(shapes, return_index=True)
+    still = np.zeros((2, len(own)))
+    found = list(RACK("placed", own=np.vstack([own.T, still]), where=where[:, index]).values())
+    moved: Shapes = shapely.set_coordinates(shapes.copy(), np.array(found[:2]).T)
+    return moved
