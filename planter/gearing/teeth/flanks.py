@@ -1,4 +1,4 @@
-"""The flanks of a gear: where each meets its tip, how far it is regular, where it ends in its fillet."""
+"""The flanks of a gear: where each meets its tip, and how far it is regular."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from planter.numerics.arrays import Integers
 
 _CELLS = 16
 """Cells in which extremes of a flank's rate are looked for, on each of its smooth parts."""
-_GRADED = np.append(np.linspace(1, 0.5, 81)[:-1], np.geomspace(0.5, 1e-9, 160))
-"""Where a flank and a fillet are tried for where they cross, as shares of their lengths from where they would meet."""
 _NO_LENGTH = 1e-12
 """Share of a curve's length below which a part of it is none."""
 
@@ -86,10 +84,18 @@ class Flanks:
         reach = RACK("reach", kappa=kappa, height=height, alpha=self.rack.pressure_angle)["reach"]
 
         def gap(at: Array) -> tuple[Array, Array]:
-            return apart(self.flank(at[0], every), self.equidistant(at[1], height))
+            cut, line = self.flank(at[0], every), self.equidistant(at[1], height)
+            slopes = np.stack([cut.rate * cut.tangents, -line.rate * line.tangents], axis=1)
+            return cut.points - line.points, slopes
 
         start = np.array([self.xi - self.side * reach, self.xi])
-        flank, tip = simultaneous.newton(gap, start, np.full(2, self.rack.module))
+        try:
+            flank, tip = simultaneous.newton(gap, start, np.full(2, self.rack.module))
+        except simultaneous.NotFoundError as error:
+            raise GeometryError(
+                f"a flank of tooth {self.tooth[error.index]} does not reach its tip, where the pitch curve is hollow: "
+                f"the addendum must be less"
+            ) from error
         return flank, tip
 
     @cached_property
@@ -113,77 +119,27 @@ class Flanks:
         """Where the rate of each flank is least, down to the end of the rack's straight flank."""
         return self._least(self.xi, self.straight_ends)
 
-    @cached_property
-    def undercut(self) -> Integers:
-        """Flanks that turn back before the rack's straight flank ends, and so end where their fillet crosses them."""
-        return np.flatnonzero(self.whole.value < 0)
-
-    @cached_property
-    def ends(self) -> tuple[Array, Array]:
-        """Arc lengths where each flank is cut, and where its fillet is, in the point in which they meet."""
-        flank, fillet = self.straight_ends.copy(), self.straight_ends.copy()
-        which = self.undercut
-        if len(which):
-
-            def gap(at: Array) -> tuple[Array, Array]:
-                return apart(self.flank(at[0], which), self.fillet(at[1], which))
-
-            start = np.array([self._crossing(int(one)) for one in which]).T
-            flank[which], fillet[which] = simultaneous.newton(gap, start, np.full(2, self.rack.module / 20))
-        return flank, fillet
-
-    def _crossing(self, one: int) -> tuple[float, float]:
-        """About where the flank, on its way down from the tip, first meets the fillet.
-
-        Places are told by their distance from where the flank turns back and where its fillet begins: the less is cut
-        away, the nearer to both they meet.
-        """
-        turn, start = self._turn_back(one), float(self.straight_ends[one])
-        lines = [turn + (self.tips[0][one] - turn) * _GRADED, start + (self.middle[one] - start) * _GRADED]
-        which = np.full(len(_GRADED), one)
-        found = crossing(self.flank(lines[0], which).points, self.fillet(lines[1], which).points)
-        if found is None:
-            raise GeometryError(
-                f"the flanks of tooth {self.tooth[one]} are cut away: the rack's round leaves nothing of them"
-            )
-        flank, fillet = (float(line[k : k + 2].mean()) for line, k in zip(lines, found, strict=True))
-        return flank, fillet
-
-    def _turn_back(self, one: int) -> float:
-        """The first arc length, from the flank's place down, where its rate is no more positive."""
-        down = np.linspace(self.xi[one], self.whole.place[one], 8 * _CELLS + 1)
-        which = np.full(len(down), one)
-        rate = self._regular(down, which)[0]
-        k = int(np.argmax(rate < 0))
-        low, high = sorted(((down[k - 1], rate[k - 1]), (down[k], rate[k])))
-        ends = np.array([low[1]]), np.array([high[1]])
-
-        def rates(s: Array) -> tuple[Array, Array]:
-            return self._regular(s, which[:1])[:2]
-
-        return float(roots.newton(rates, np.array([low[0]]), np.array([high[0]]), ends)[0])
-
     def _least(self, start: Array, end: Array) -> Extremes:
         """Least rate of each flank, in parts of that of a rack, between two arc lengths, and where it is."""
         which, low, high = smooth_parts(self.curve, np.minimum(start, end), np.maximum(start, end))
         grid = low[:, None] + np.outer(high - low, np.linspace(0, 1, _CELLS + 1))
         middle = np.broadcast_to((low + high)[:, None] / 2, grid.shape).ravel()
         owner, places = np.repeat(which, _CELLS + 1), grid.ravel()
-        slopes = self._regular(places, owner, middle)[1].reshape(grid.shape)
+        slopes = self.regular(places, owner, middle)[1].reshape(grid.shape)
         part, cell = np.nonzero((slopes[:, :-1] < 0) & (slopes[:, 1:] > 0))
         if len(part):
             ends = slopes[part, cell], slopes[part, cell + 1]
             inside = roots.newton(
-                lambda s: self._regular(s, which[part])[1:], grid[part, cell], grid[part, cell + 1], ends
+                lambda s: self.regular(s, which[part])[1:], grid[part, cell], grid[part, cell + 1], ends
             )
             owner, places = np.append(owner, which[part]), np.append(places, inside)
             middle = np.append(middle, inside)
-        rates = self._regular(places, owner, middle)[0]
+        rates = self.regular(places, owner, middle)[0]
         order = np.lexsort((rates, owner))
         first = order[np.searchsorted(owner[order], np.arange(2 * self.z))]
         return Extremes(places[first], rates[first])
 
-    def _regular(self, s: Array, which: Integers, towards: Array | None = None) -> tuple[Array, Array, Array]:
+    def regular(self, s: Array, which: Integers, towards: Array | None = None) -> tuple[Array, Array, Array]:
         """Rate of flanks in parts of that of a rack, and its first two derivatives along the pitch curve."""
         bends, alpha = self.curve.bends(s, towards), self.rack.pressure_angle
         found = RACK("regularity", bends=bends, s=s, xi=self.xi[which], side=self.side[which], alpha=alpha)
@@ -199,11 +155,6 @@ class Extremes:
     value: Array
 
 
-def apart(one: Cut, other: Cut) -> tuple[Array, Array]:
-    """From the second to the first (2, n), and how that changes with the arc lengths of both (2, 2, n)."""
-    return one.points - other.points, np.stack([one.rate * one.tangents, -other.rate * other.tangents], axis=1)
-
-
 def smooth_parts(curve: PitchCurve, low: Array, high: Array) -> tuple[Integers, Array, Array]:
     """Intervals (n,) of arc length cut at the joints of a curve: number of the interval, start and end of each part."""
     which, cuts = np.arange(len(low)), [(np.arange(len(low)), low)]
@@ -217,20 +168,3 @@ def smooth_parts(curve: PitchCurve, low: Array, high: Array) -> tuple[Integers, 
     last = np.append(which[1:] != which[:-1], True)
     ends = np.where(last, high[which], np.append(starts[1:], 0.0))
     return which, starts, ends
-
-
-def crossing(one: Array, other: Array) -> tuple[int, int] | None:
-    """Numbers of the first chord of a line (2, n) that crosses another line, and of the first there that it crosses."""
-    a, b = one[:, :-1, None], one[:, 1:, None]
-    c, d = other[:, None, :-1], other[:, None, 1:]
-    apart_ = (_turn(a, b, c) * _turn(a, b, d) < 0) & (_turn(c, d, a) * _turn(c, d, b) < 0)
-    if not apart_.any():
-        return None
-    first = int(np.argmax(apart_.any(axis=1)))
-    return first, int(np.argmax(apart_[first]))
-
-
-def _turn(a: Array, b: Array, c: Array) -> Array:
-    """Twice the area of the triangle from a over b to c."""
-    found: Array = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    return found

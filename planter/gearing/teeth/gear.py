@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from planter.gearing.teeth import joins
 from planter.gearing.teeth.curve import PitchCurve
 from planter.gearing.teeth.flanks import Flanks, smooth_parts
+from planter.gearing.teeth.joins import Line
 from planter.gearing.teeth.outline import Kind, Outline
 from planter.gearing.teeth.rack import Cut, Rack
 from planter.kernels import Array
@@ -17,7 +19,7 @@ from planter.numerics import extremes, quadrature
 from planter.numerics.arrays import Flags, Integers
 
 KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
-_FILLET, _FLANK, _TIP, _ROOT = range(4)
+_TIP, _ROOT = 2, 3
 _NODES = 24
 """Nodes of a quadrature along a piece."""
 _TRIED = 17
@@ -101,22 +103,30 @@ class Gear:
         return self.flanks.z
 
     @cached_property
+    def paths(self) -> list[list[Line]]:
+        """The lines of the outline down each of the flanks, from the tip to the root."""
+        return joins.paths(self.flanks)
+
+    @cached_property
     def pieces(self) -> Pieces:
         """Tooth by tooth: fillet, flank, tip, flank, fillet, root; all cut where the pitch curve has a joint."""
-        f, z = self.flanks, self.flanks.z
-        begin, end = np.arange(z), np.arange(z, 2 * z)
-        none, flat = np.full(z, -1), np.zeros(z, dtype=int)
-        foot, fillet = f.ends
-        root_end = np.append(f.middle[1:z], f.middle[0] + f.curve.length)
-        whole = Pieces(*(np.stack(rows, axis=1).ravel() for rows in (
-            [np.full(z, kind) for kind in (_FILLET, _FLANK, _TIP, _FLANK, _FILLET, _ROOT)],
-            [begin, begin, none, end, end, none],
-            [np.arange(z)] * 6,
-            [flat - 1, flat - 1, flat, flat + 1, flat + 1, flat],
-            [f.middle[begin], foot[begin], f.tips[1][begin], f.tips[0][end], fillet[end], f.middle[end]],
-            [fillet[begin], f.tips[0][begin], f.tips[1][end], foot[end], f.middle[end], root_end],
-        )))  # fmt: skip
-        return _without_nothing(_at_joints(f.curve, whole), f.curve.length)
+        rows = np.array(list(self._ordered()))
+        kind, flank, tooth, side = rows[:, :4].astype(int).T
+        whole = Pieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
+        return _without_nothing(_at_joints(self.curve, whole), self.curve.length)
+
+    def _ordered(self) -> Iterator[tuple[float, ...]]:
+        """The rows of `Pieces`, one piece after the other."""
+        f, z = self.flanks, self.z
+        for tooth in range(z):
+            begin, end = tooth, z + tooth
+            for line in reversed(self.paths[begin]):
+                yield KINDS.index(line.kind), begin, tooth, -1, line.lower, line.upper
+            yield _TIP, -1, tooth, 0, f.tips[1][begin], f.tips[1][end]
+            for line in self.paths[end]:
+                yield KINDS.index(line.kind), end, tooth, 1, line.upper, line.lower
+            root_end = f.middle[begin + 1] if begin + 1 < z else f.middle[0] + self.curve.length
+            yield _ROOT, -1, tooth, 0, f.middle[end], root_end
 
     def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> Outline:
         """The outline, for a gear whose axis an assembly puts at a centre [m]."""

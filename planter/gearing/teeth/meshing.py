@@ -83,7 +83,8 @@ class Mesh:
     def reaches(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Of each gear: lengths (2 z,) from its flanks' places to where they are cut at the tip, and where they end."""
         one, two = (
-            (np.abs(g.flanks.tips[0] - g.flanks.xi), np.abs(g.flanks.ends[0] - g.flanks.xi)) for g in self.gears
+            (np.abs(g.flanks.tips[0] - g.flanks.xi), np.abs([path[0].lower for path in g.paths] - g.flanks.xi))
+            for g in self.gears
         )
         return one, two
 

@@ -16,7 +16,7 @@ from planter.gearing.teeth.rack import RACK
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 
-CHORDS = {"fillet": 6, "flank": 24, "tip": 2, "root": 2}
+CHORDS = {"fillet": 16, "flank": 24, "tip": 2, "root": 2}
 """Chords of each kind of piece: what flanks leave out is a ten-thousandth of a module."""
 _BEYOND = 0.75
 """Pitches about a tooth's centre that belong to its part of a gear, beside half the contact ratio."""
