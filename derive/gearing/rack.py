@@ -177,14 +177,15 @@ addendum = _given("addendum", "1", "height of the rack's straight flank on both 
 clearance = _given("clearance", "1", "clearance under the tips of the mate, in modules")
 shift = _given("shift", "1", "profile shift, outwards, in modules")
 play = _given("play", "m", "circumferential play of a pair, shared by both gears and both flanks")
-RACK = Vector("rack", (module, addendum, clearance, shift, alpha, play))
+largest = _given("largest", "1", "largest radius of the rack's round, in modules")
+RACK = Vector("rack", (module, addendum, clearance, shift, alpha, play, largest))
 pitch_ = _given("pitch_", "m", "pitch of the teeth")
 half = _given("half", "m", "half a tooth's thickness on the pitch curve")
 full = _given("full", "m", "half a tooth's thickness without play")
 tip = _given("tip", "m", "height of the tips over the pitch curve")
 root = _given("root", "m", "depth of the roots under the pitch curve")
 round_ = _given("round_", "m", "radius of the rack's round: as large as has the straight flank end at its addendum, "
-                "or as fits")  # fmt: skip
+                "as fits, or as is let")  # fmt: skip
 sunk = _given("sunk", "m", "depth of the round's centre under the pitch curve")
 beside = _given("beside", "m", "the round's centre from the middle of a tooth, along the pitch curve")
 straight = _given("straight", "m", "depth under the pitch curve where the straight flank ends")
@@ -210,7 +211,11 @@ def sizes() -> ClosedForm:
         Let(tip, (addendum + shift) * module, "ISO 53: addendum"),
         Let(root, (addendum + clearance - shift) * module, "ISO 53: dedendum"),
         Let(form, (addendum - shift) * module, "ISO 53: addendum of the rack"),
-        Let(round_, sp.Min(sp.simplify(ending), sp.simplify(fitting)), "derived: round of the rack's tip"),
+        Let(
+            round_,
+            sp.Min(sp.simplify(ending), sp.simplify(fitting), largest * module),
+            "derived: round of the rack's tip",
+        ),
         Let(sunk, root - round_, "derived: round of the rack's tip"),
         Let(beside, lateral.subs(r, round_), "derived: round of the rack's tip"),
         Let(straight, (-touch[1]).subs(r, round_), "derived: round of the rack's tip"),

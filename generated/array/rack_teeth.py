@@ -66,6 +66,7 @@ def sizes(xp, rack):
     shift = rack[3]  # [1] profile shift, outwards, in modules
     alpha = rack[4]  # [rad] pressure angle
     play = rack[5]  # [m] circumferential play of a pair, shared by both gears and both flanks
+    largest = rack[6]  # [1] largest radius of the rack's round, in modules
     # ISO 53: pitch
     pitch_ = xp.pi * module
     c1 = xp.tan(alpha)
@@ -85,7 +86,9 @@ def sizes(xp, rack):
     c5 = xp.cos(alpha)
     c6 = root * c1
     # derived: round of the rack's tip
-    round_ = xp.minimum(c4 * (form - root), c4 * c5 * (2 * half - pitch_ + 2 * c6) / 2)
+    round_ = (
+        xp.minimum(xp.minimum(largest * module, c4 * (form - root)), c4 * c5 * (2 * half - pitch_ + 2 * c6) / 2)
+    )
     c7 = root - round_
     # derived: round of the rack's tip
     sunk = c7

@@ -36,13 +36,15 @@ class Order:
     clearance: float = 0.25
     shift: float = 0.0
     play: float = 0.0
+    tip_radius: float = 1.0
     process: Process = "hob"
     allow_undercut: bool = False
     cutter_teeth: int = 12
 
     def rack(self, module: float) -> Rack:
         """The gear's rack; its mate's is shifted the other way."""
-        return Rack(module, self.pressure_angle, self.addendum, self.clearance, self.shift, self.play)
+        return Rack(module, self.pressure_angle, self.addendum, self.clearance, self.shift, self.play,
+                    self.tip_radius)  # fmt: skip
 
 
 @dataclass(frozen=True)

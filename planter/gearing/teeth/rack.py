@@ -30,7 +30,11 @@ class Cut:
 
 @dataclass(frozen=True)
 class Rack:
-    """Module [m], pressure angle [rad], heights in modules, profile shift in modules, play of a pair [m]."""
+    """Module [m], pressure angle [rad], heights and profile shift in modules, play of a pair [m].
+
+    The round at the rack's tips is as large as lets its straight flanks end at the addendum, but not above `tip_radius`
+    modules: a smaller one lets them reach deeper.
+    """
 
     module: float
     pressure_angle: float = np.pi / 9
@@ -38,11 +42,13 @@ class Rack:
     clearance: float = 0.25
     shift: float = 0.0
     play: float = 0.0
+    tip_radius: float = 1.0
 
     @cached_property
     def sizes(self) -> dict[str, float]:
         """What of it a gear feels [m], by the names of the derivation."""
-        given = [self.module, self.addendum, self.clearance, self.shift, self.pressure_angle, self.play]
+        heights = self.addendum, self.clearance, self.shift
+        given = [self.module, *heights, self.pressure_angle, self.play, self.tip_radius]
         return RACK.at("sizes", rack=given)
 
     @property
