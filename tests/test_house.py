@@ -13,7 +13,7 @@ PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("records",), ("files", "kernels", "terminal"), ("numerics", "report"),
-    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("sweeps",), ("tolerance",),
+    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("gears", "sweeps"), ("tolerance",),
     ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""

@@ -32,6 +32,7 @@ BY_HAND = {
     "pickup/plateau.py": "directions of given points",
     "pickup/smooth.py": "a law of motion that a user chooses, between its joints",
     "planting/enclosed.py": "sines of enclosures, of the series that is generated",
+    "planting/gears.py": "directions of generated points",
     "planting/lifted.py": "how far from the pitch point teeth are let touch, an input of the lifted model",
     "planting/undisclosed/experiment.py": "a speed that goes up and down, an input of the lifted model",
 }

@@ -172,6 +172,16 @@ def mate() -> ClosedForm:
     return ClosedForm("mate", (meshing.CONTACT, a), steps, POLAR)
 
 
+def rolling() -> ClosedForm:
+    """The ratio of a gear that rolls on its mate, from its radius alone."""
+    found = meshing.r / (a - meshing.r)
+    steps = (
+        Let(meshing.ratio, found, "derived: conjugation"),
+        Let(meshing.dratio, sp.factor(Motion({meshing.r: meshing.dr}).rate(found)), "derived: conjugation"),
+    )
+    return ClosedForm("rolling", (meshing.r, meshing.dr, a), steps, Vector("rolled", (meshing.ratio, meshing.dratio)))
+
+
 module = _given("module", "m", "module")
 addendum = _given("addendum", "1", "height of the rack's straight flank on both sides of its middle line, in modules")
 clearance = _given("clearance", "1", "clearance under the tips of the mate, in modules")
@@ -266,7 +276,8 @@ def placed() -> ClosedForm:
 def exact() -> System:
     """Teeth of a rack on pitch curves."""
     forms = (
-        pitch(), mate(), sizes(), flank(), regularity(), fillet(), equidistant(), reach_(), pressure_(), placed(),
+        pitch(), mate(), rolling(), sizes(), flank(), regularity(), fillet(), equidistant(), reach_(),
+        pressure_(), placed(),
     )  # fmt: skip
     return System("rack_teeth", "Teeth cut by a rack on pitch curves", "derived (geometry)", ASSUMPTIONS,
                   closed_forms=forms)  # fmt: skip

@@ -58,6 +58,18 @@ def mate(xp, contact, a):
     )
 
 
+def rolling(xp, r, dr, a):
+    """rolled: 2 entries in the order of the CasADi function."""
+    c1 = a - r
+    # derived: conjugation
+    ratio = r / c1
+    # derived: conjugation
+    dratio = a * dr / c1**2
+    return (
+        ratio, dratio,
+    )
+
+
 def sizes(xp, rack):
     """sizes: 10 entries in the order of the CasADi function."""
     module = rack[0]  # [m] module

@@ -17,6 +17,7 @@ from planter.gearing.teeth.rack import Cut, Rack
 from planter.kernels import Array
 from planter.numerics import extremes, quadrature
 from planter.numerics.arrays import Flags, Integers
+from planter.numerics.latest import Latest
 
 KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
 _TIP, _ROOT = 2, 3
@@ -57,6 +58,11 @@ class Piece:
     def _own(self) -> Pieces:
         return self.gear.pieces.of(np.array([self.number]))
 
+    @cached_property
+    def _cut(self) -> Latest[Cut]:
+        """What it is at shares (n,) of it; points and tangents are often asked for one after the other."""
+        return Latest(lambda s: self.gear.cut(self._own.of(np.zeros(len(s), dtype=int)), s))
+
     @property
     def kind(self) -> Kind:
         return KINDS[self._own.kind[0]]
@@ -78,9 +84,6 @@ class Piece:
     def curvature(self, s: Array) -> Array:
         cut = self._cut(s)
         return np.asarray(cut.turning / cut.rate)
-
-    def _cut(self, s: Array) -> Cut:
-        return self.gear.cut(self._own.of(np.zeros(len(s), dtype=int)), s)
 
 
 @dataclass(frozen=True)

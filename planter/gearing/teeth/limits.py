@@ -52,19 +52,19 @@ def check_curve(curve: PitchCurve, order: Order, tip: float, root: float, name: 
             f"{name}: the pitch curve's radius is {1e3 / kappa[most]:.4g} mm {_at(curve, places[most])}, which is not "
             f"allowed: it must be above the dedendum, {root * 1e3:.4g} mm"
         )
-    if kappa[least] >= -_HOLLOW * kappa[most]:
+    if not hollow(kappa):
         return
-    hollow = -1 / kappa[least]
-    where = f"{name}: the pitch curve is hollow with a radius of {hollow * 1e3:.4g} mm {_at(curve, places[least])}"
+    bow = -1 / kappa[least]
+    where = f"{name}: the pitch curve is hollow with a radius of {bow * 1e3:.4g} mm {_at(curve, places[least])}"
     if order.process == "hob":
         raise GeometryError(f"{where}, which no hob can cut: the process must be shaper or wire")
     cutter = order.cutter_teeth * (tip + root) / (2 * (2 * order.addendum + order.clearance))
-    if order.process == "shaper" and hollow <= cutter:
+    if order.process == "shaper" and bow <= cutter:
         raise GeometryError(
             f"{where}, which a shaper's cutter of {order.cutter_teeth} teeth, {cutter * 1e3:.4g} mm in pitch radius, "
             f"cannot cut: the process must be wire"
         )
-    if hollow <= tip:
+    if bow <= tip:
         raise GeometryError(f"{where}, which is not allowed: it must be above the addendum, {tip * 1e3:.4g} mm")
 
 
@@ -104,6 +104,11 @@ def check_overlap(mesh: Mesh, overlaps: Array, at: Array, name: str) -> None:
             f"{name}: the teeth run into each other by {overlaps[worst] * 1e6:.3g} mm2 {place} of {mesh.gear.name}: "
             f"a smaller addendum, or a smaller round on the tips of the rack, would help"
         )
+
+
+def hollow(kappa: Array) -> bool:
+    """Whether a curve with these curvatures (n,) is hollow anywhere."""
+    return bool(kappa.min() < -_HOLLOW * kappa.max())
 
 
 def bends(curve: PitchCurve) -> tuple[Array, Array]:

@@ -63,6 +63,11 @@ class Toothed:
         return self.overlay.overlaps(self.mesh.positions)
 
     @cached_property
+    def polygon_gaps(self) -> Array:
+        """Least distances of the gears as polygons at the positions of the mesh [m]."""
+        return self.overlay.gaps(self.mesh.positions)
+
+    @cached_property
     def pressure_angles(self) -> tuple[float, float]:
         """Least and largest angle [rad] of the teeth's normal to the perpendicular of the line of centres."""
         curve, alpha = self.mesh.gear.curve, self.order.pressure_angle

@@ -141,6 +141,21 @@ class Mesh:
         first = np.flatnonzero(np.append(True, (np.diff(at) != 0) | (np.diff(side) != 0)))
         return np.asarray(np.minimum.reduceat(turns[order], first))
 
+    def contacts(self, faced: Facing) -> Array:
+        """Where flanks without play touch (2, n) [m], from the gear's axis, the line of centres along x."""
+        at = self._turned(faced, faced.xi, astray=True)
+        return self._both(faced, faced.xi, at[:2], at[2])[0].points
+
+    def sliding(self, faced: Facing) -> Array:
+        """Speed (n,) with which flanks slide in their contacts per rotation rate of the gear [m].
+
+        Seen from the gear its mate turns about the pitch point, with the rates of both together.
+        """
+        curve, sense = self.pair.gear, self.pair.sense
+        radius = np.hypot(*curve.at(sense * faced.at)[:2])
+        arm = self.contacts(faced) - np.array([radius, np.zeros_like(radius)])
+        return np.asarray(np.hypot(*arm) * (1 + radius / (self.pair.distance - radius)))
+
     def gaps(self, faced: Facing) -> Array:
         """Distance (n,) of flanks that face each other along their common normal, in the central position [m]."""
         xi, largest = self._thinned(faced), np.full(2, self.pitch / 4)

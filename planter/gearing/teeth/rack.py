@@ -57,7 +57,7 @@ class Rack:
 
     def mate(self) -> Rack:
         """The rack of the conjugate gear: shifted the other way."""
-        return replace(self, shift=-self.shift)
+        return replace(self, shift=0.0 - self.shift)
 
     def without_play(self) -> Rack:
         return replace(self, play=0.0)

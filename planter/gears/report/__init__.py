@@ -1,0 +1,1 @@
+"""Files, figures and the page of a set of toothed gears."""

@@ -1,0 +1,76 @@
+"""The page of a set of toothed gears."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from planter.gearing.teeth.rack import RACK
+from planter.gears.results import GearsFound, StageCut
+from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import provenance_section
+
+CAPTIONS = {
+    "assembly": "All gears in their places, pitch curves dashed.",
+    "mesh": "Teeth about the pitch point at four positions of a period, with their contacts.",
+    "teeth": "Contact ratio of every pair of teeth, margin against undercut of both flanks and top land of every tooth.",
+    "play": "What the mate can turn by between its flanks, the gap of the outlines as polygons, and the error of "
+    "transmission at every contact, without play.",
+}
+
+
+def text(found: GearsFound, svgs: Mapping[str, str], provenance: Mapping[str, Any]) -> str:
+    """The page: what the gears are, how they mesh, figures, what the geometry assumes."""
+    parts = [Section("Rack", list(_rack(found)))]
+    parts += [Section(f"Pair {one.stage}: {one.gears[0].name} and {one.gears[1].name}", list(_stage(one)))
+              for one in found.stages]  # fmt: skip
+    if found.scaled:
+        parts.append(Section("What the scaling does", list(_scaled(found))))
+    figures = [FigureSvg(svg, CAPTIONS[name.rpartition("_")[2]]) for name, svg in svgs.items()]
+    parts += [
+        Section("Figures", figures),
+        Section("Geometry", [Text("It assumes:"), Items(RACK.sidecar["assumptions"])]),
+        provenance_section(provenance),
+    ]
+    return page(f"Gears of {found.machine}", parts)
+
+
+def _rack(found: GearsFound) -> Iterator[Block]:
+    keys = ("pressure_angle_deg", "addendum", "clearance", "backlash_mm", "process")
+    yield Keys({key: getattr(found, key) for key in keys})
+
+
+def _stage(one: StageCut) -> Iterator[Block]:
+    yield Keys({
+        "teeth": ", ".join(map(str, one.z)),
+        **{key: getattr(one, key) for key in ("module_mm", "scale", "centre_distance_mm")},
+        "contact ratio, least": one.contact_ratio.min,
+        "contact ratio, mean": one.contact_ratio.mean,
+        "pressure angle, least / deg": one.pressure_angle_deg.min,
+        "pressure angle, largest / deg": one.pressure_angle_deg.max,
+        "error of transmission / rad": one.transmission_error_rad,
+        "gap of flanks, least / mm": one.gap_mm.min,
+        "gap of polygons, least / mm": one.polygon_gap_mm.min,
+        "overlap of polygons / mm2": one.overlap_mm2,
+        "lost motion, largest / deg": one.lost_motion_deg.max,
+        "sliding per rotation rate, largest / mm": one.sliding_max_mm,
+    })  # fmt: skip
+    keys = ("name", "teeth", "area_mm2", "margin", "top_land_mm", "root_radius_min_mm", "keyway_phase_deg")
+    head = ("gear", "teeth", "area / mm2", "margin", "top land / mm", "root radius / mm", "keyway / deg")
+    yield Table(head, [tuple(getattr(gear, key) for key in keys) for gear in one.gears])
+    undercut: Sequence[tuple[Any, ...]] = [
+        (gear.name, flank.tooth, flank.flank, flank.margin) for gear in one.gears for flank in gear.undercut
+    ]
+    if undercut:
+        yield Table(("gear", "tooth", "flank", "margin"), undercut, "Undercut flanks")
+
+
+def _scaled(found: GearsFound) -> Iterator[Block]:
+    scaled = found.scaled
+    assert scaled is not None
+    yield Text(f"Scaled to whole teeth of standard modules, the path of the tip moves by up to "
+               f"{scaled.tip_moved_max_mm:.4g} mm.")  # fmt: skip
+    if scaled.broken is not None:
+        yield Text(f"Requirements that are broken as designed: {', '.join(scaled.broken_before or ()) or 'none'}; as "
+                   f"scaled: {', '.join(scaled.broken) or 'none'}.")  # fmt: skip
+    yield Keys(scaled.design)

@@ -1,0 +1,114 @@
+"""What `planter gears` returns, key by key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planter.records import Record
+
+
+@dataclass(frozen=True)
+class Undercut(Record):
+    """A flank that is undercut: its tooth, +1 where it ends the tooth anticlockwise and -1 where it begins it."""
+
+    tooth: int
+    flank: int
+    margin: float
+
+
+@dataclass(frozen=True)
+class GearCut(Record):
+    """A toothed gear: its least margin against undercut and where it is, its least top land and root radius.
+
+    `keyway_phase_deg` is the direction of its shaft's mark in its own frame, whose x points to where its pitch curve
+    begins; null where no shaft is known.
+    """
+
+    name: str
+    teeth: int
+    area_mm2: float
+    margin: float
+    margin_tooth: int
+    undercut: list[Undercut]
+    top_land_mm: float
+    top_land_tooth: int
+    root_radius_min_mm: float
+    curvature_radius_min_mm: float
+    hollow_radius_mm: float | None
+    profile_shift: float
+    keyway_phase_deg: float | None
+
+
+@dataclass(frozen=True)
+class Extent(Record):
+    """Least and largest value."""
+
+    min: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Ratio(Record):
+    """Contact ratio of tooth pairs: least, largest, mean."""
+
+    min: float
+    max: float
+    mean: float
+
+
+@dataclass(frozen=True)
+class StageCut(Record):
+    """A pair of toothed gears, and the proof that they mesh.
+
+    `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, all else is solved exactly.
+    `sliding_max` is the sliding speed of flanks per rotation rate of the first gear.
+    """
+
+    stage: int
+    z: list[int]
+    module_mm: float
+    scale: float
+    centre_distance_mm: float
+    perimeter_mm: list[float]
+    gears: list[GearCut]
+    contact_ratio: Ratio
+    pressure_angle_deg: Extent
+    transmission_error_rad: float
+    gap_mm: Extent
+    lost_motion_deg: Extent
+    sliding_max_mm: float
+    overlap_mm2: float
+    polygon_gap_mm: Extent
+    positions: int
+
+
+@dataclass(frozen=True)
+class Scaled(Record):
+    """What the scaling to a standard module does to a machine.
+
+    `tip_moved_max_mm` is how far the path of its tip moves at most; `broken_before`, `broken` are the requirements that
+    it breaks as designed and as scaled, null where it has none.
+    """
+
+    design: dict[str, float]
+    tip_moved_max_mm: float
+    broken_before: list[str] | None
+    broken: list[str] | None
+
+
+@dataclass(frozen=True)
+class GearsFound(Record):
+    """`planter gears`: every pair of gears, what they are cut with, and the files that were written."""
+
+    machine: str
+    pressure_angle_deg: float
+    addendum: float
+    clearance: float
+    backlash_mm: float
+    process: str
+    stages: list[StageCut]
+    scaled: Scaled | None
+    files: list[str]
+
+
+COMMANDS = {"gears": GearsFound}

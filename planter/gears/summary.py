@@ -1,0 +1,66 @@
+"""Toothed pairs as results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planter.gearing.teeth import limits
+from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.making import Toothed
+from planter.gears.results import Extent, GearCut, Ratio, StageCut, Undercut
+from planter.kernels import Array
+
+_MM = 1e3
+
+
+def stage(number: int, found: Toothed, keyways: tuple[float | None, float | None] = (None, None)) -> StageCut:
+    """A pair, with the directions of its shafts' marks in the gears' frames [rad], proved to mesh.
+
+    Raises GeometryError where the polygons of its teeth run into each other.
+    """
+    limits.check_overlap(found.mesh, found.overlaps, found.mesh.positions, found.name)
+    ratios = found.mesh.contact_ratios
+    return StageCut(
+        stage=number,
+        z=list(found.sized.teeth),
+        module_mm=found.sized.module * _MM,
+        scale=found.sized.scale,
+        centre_distance_mm=found.sized.pair.distance * _MM,
+        perimeter_mm=[curve.length * _MM for curve in found.sized.pair.curves],
+        gears=[_gear(gear, key) for gear, key in zip(found.gears, keyways, strict=True)],
+        contact_ratio=Ratio(float(ratios.min()), float(ratios.max()), float(ratios.mean())),
+        pressure_angle_deg=_extent(np.degrees(found.pressure_angles)),
+        transmission_error_rad=float(np.abs(found.transmission_errors).max()),
+        gap_mm=_extent(found.gaps * _MM),
+        lost_motion_deg=_extent(np.degrees(found.lost_motion)),
+        sliding_max_mm=float(found.mesh.sliding(found.faced).max()) * _MM,
+        overlap_mm2=float(found.overlaps.max()) * _MM**2,
+        polygon_gap_mm=_extent(found.polygon_gaps * _MM),
+        positions=len(found.mesh.positions),
+    )
+
+
+def _gear(gear: Gear, keyway: float | None) -> GearCut:
+    margins, lands = gear.flanks.margins, gear.top_lands
+    worst, thin = int(np.argmin(margins)), int(np.argmin(lands))
+    kappa = limits.bends(gear.curve)[1]
+    tooth, side = gear.flanks.tooth, gear.flanks.side
+    return GearCut(
+        name=gear.name,
+        teeth=gear.z,
+        area_mm2=gear.area * _MM**2,
+        margin=float(margins[worst]),
+        margin_tooth=int(tooth[worst]),
+        undercut=[Undercut(int(tooth[k]), int(side[k]), float(margins[k])) for k in np.flatnonzero(margins < 0)],
+        top_land_mm=float(lands[thin]) * _MM,
+        top_land_tooth=thin,
+        root_radius_min_mm=gear.root_radius * _MM,
+        curvature_radius_min_mm=_MM / float(kappa.max()),
+        hollow_radius_mm=-_MM / float(kappa.min()) if limits.hollow(kappa) else None,
+        profile_shift=gear.rack.shift,
+        keyway_phase_deg=None if keyway is None else float(np.degrees(keyway)),
+    )
+
+
+def _extent(values: Array | tuple[float, float]) -> Extent:
+    return Extent(float(np.min(values)), float(np.max(values)))

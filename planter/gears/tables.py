@@ -1,0 +1,47 @@
+"""Toothed gears as tables that a person likes to read."""
+
+from __future__ import annotations
+
+from planter.gears.results import GearsFound, StageCut
+from planter.terminal.console import Console
+
+
+def show(console: Console, found: GearsFound) -> None:
+    """Every pair, what the scaling does, files."""
+    for one in found.stages:
+        _stage(console, one)
+    if found.scaled:
+        print(f"scaled to the module, the tip's path moves by up to {found.scaled.tip_moved_max_mm:.4g} mm")
+        if found.scaled.broken is not None:
+            before, after = (
+                ", ".join(names or ()) or "none" for names in (found.scaled.broken_before, found.scaled.broken)
+            )
+            print(f"requirements broken as designed: {before}; as scaled: {after}")
+    if found.files:
+        print(f"{len(found.files)} files written")
+
+
+def _stage(console: Console, one: StageCut) -> None:
+    rows = [
+        (gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})", len(gear.undercut),
+         f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.root_radius_min_mm, gear.area_mm2,
+         gear.keyway_phase_deg)
+        for gear in one.gears
+    ]  # fmt: skip
+    title = (
+        f"Pair {one.stage}: module {one.module_mm:.6g} mm, centre distance {one.centre_distance_mm:.7g} mm, scale "
+        f"{one.scale:.6g}"
+    )
+    head = ("gear", "teeth", "margin (tooth)", "undercut", "top land / mm (tooth)", "root radius / mm", "area / mm2",
+            "keyway / deg")  # fmt: skip
+    console.table(title, head, rows)
+    ratio, angle, gap, lost = one.contact_ratio, one.pressure_angle_deg, one.gap_mm, one.lost_motion_deg
+    console.table("", ("mesh", "least", "largest"), [
+        ("contact ratio", ratio.min, ratio.max),
+        ("pressure angle / deg", angle.min, angle.max),
+        ("error of transmission / rad", None, one.transmission_error_rad),
+        ("gap of flanks / mm", gap.min, gap.max),
+        ("gap of polygons / mm", one.polygon_gap_mm.min, one.polygon_gap_mm.max),
+        ("overlap of polygons / mm2", None, one.overlap_mm2),
+        ("lost motion / deg", lost.min, lost.max),
+    ])  # fmt: skip
