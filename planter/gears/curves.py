@@ -19,6 +19,8 @@ LEAST = 8
 LARGEST_MM, LARGEST_DEG = 1e4, 1e6
 CLOSED = 1e-6
 """How far from a turn the last point may be to be the first again [deg]."""
+CROWDED = 0.05
+"""Points that are nearer than this share of their mean distance are one."""
 MISSED = 5e-5
 """How far a mate that is given may be from the conjugate [m]."""
 
@@ -61,7 +63,17 @@ def _curve(source: str) -> tuple[Array, Array]:
         raise InputError(f"{path}: {names[0]} goes over {turn:g} deg, but it must be one closed turn")
     if abs(turn - 360) < CLOSED:
         polar, radius = polar[:-1], radius[:-1]
-    return np.radians(polar), radius * 1e-3
+    kept = _apart(np.abs(polar - polar[0]), 360 * CROWDED / len(polar))
+    return np.radians(polar[kept]), radius[kept] * 1e-3
+
+
+def _apart(places: Array, least: float) -> list[int]:
+    """Numbers of places (n,) that are at least so far from the last that is kept: rounding bends a crowd of points."""
+    kept = [0]
+    for number in range(1, len(places)):
+        if places[number] - places[kept[-1]] >= least:
+            kept.append(number)
+    return kept
 
 
 def path_of(source: str) -> Path:

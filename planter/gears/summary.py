@@ -33,7 +33,7 @@ def stage(number: int, found: Toothed, keyways: tuple[float | None, float | None
         transmission_error_rad=float(np.abs(found.transmission_errors).max()),
         gap_mm=_extent(found.gaps * _MM),
         lost_motion_deg=_extent(np.degrees(found.lost_motion)),
-        sliding_max_mm=float(found.mesh.sliding(found.faced).max()) * _MM,
+        sliding_max_mm=float(found.mesh.sliding(found.mesh.ends).max()) * _MM,
         overlap_mm2=float(found.overlaps.max()) * _MM**2,
         polygon_gap_mm=_extent(found.polygon_gaps * _MM),
         positions=len(found.mesh.positions),

@@ -35,7 +35,7 @@ def newton(system: System, start: Array, largest: Array) -> Array:
     at, last, done = start.copy(), np.full(start.shape[1], np.inf), np.zeros(start.shape[1], dtype=bool)
     for _ in range(MOST_STEPS):
         value, slopes = system(at)
-        step = -np.linalg.solve(slopes.transpose(2, 0, 1), value.T[:, :, None])[:, :, 0].T
+        step = -_solved(slopes.transpose(2, 0, 1), value.T)
         size = (np.abs(step) / largest[:, None]).max(axis=0)
         at = np.where(done, at, at + step / np.maximum(size, 1.0))
         done |= (last < SMALL) | ((size >= last) & (size < FLAT))
@@ -43,3 +43,11 @@ def newton(system: System, start: Array, largest: Array) -> Array:
             return at
         last = size
     raise NotFoundError(int(np.argmin(done)))
+
+
+def _solved(matrices: Array, right: Array) -> Array:
+    """Solutions (k, n) of n linear systems. Raises NotFoundError for the first that determines nothing."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right[:, :, None])[:, :, 0].T)
+    except np.linalg.LinAlgError:
+        raise NotFoundError(int(np.argmin(np.abs(np.linalg.det(matrices))))) from None

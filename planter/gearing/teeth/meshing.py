@@ -122,12 +122,31 @@ class Mesh:
         return _some(found, (found.d >= low) & (found.d <= high))
 
     @cached_property
-    def contact_ratios(self) -> Array:
-        """Contact ratio of each of `pairs`: rolling length in contact over the pitch, each tip from its own flank."""
+    def arcs(self) -> tuple[Array, Array]:
+        """Of each of `pairs`: lengths of rolling in contact on the gear's addendum and on its mate's.
+
+        Each tip is counted from its own flank, and a flank that ends before the other's tip ends them.
+        """
         (tip, end), (mate_tip, mate_end) = (
             (r[0][n], r[1][n]) for r, n in zip(self.reaches, self.pairs.numbers, strict=True)
         )
-        return np.asarray((np.minimum(tip, mate_end) + np.minimum(mate_tip, end)) / self.pitch)
+        return np.minimum(tip, mate_end), np.minimum(mate_tip, end)
+
+    @property
+    def contact_ratios(self) -> Array:
+        """Contact ratio of each of `pairs`."""
+        return np.asarray(sum(self.arcs) / self.pitch)
+
+    @property
+    def ends(self) -> Facing:
+        """Every pair of flanks where it begins to touch and where it ends, without play."""
+        pairs, (above, below) = self.pairs, self.arcs
+        one, two = pairs.numbers
+        along = self.pair.sense * pairs.side
+        return Facing(
+            np.concatenate([pairs.at - along * above, pairs.at + along * below]), np.tile(pairs.side, 2),
+            (np.tile(one, 2), np.tile(two, 2)), np.tile(pairs.xi, 2), np.concatenate([-above, below]),
+        )  # fmt: skip
 
     def transmission_errors(self, faced: Facing) -> Array:
         """How far the mate (n,) turns from where it belongs [rad] until flanks without play touch."""

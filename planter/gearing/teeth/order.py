@@ -69,8 +69,8 @@ def sized(pair: Pair, order: Order, name: str) -> Sized:
             f"long, which makes {round(wanted)} teeth of that module"
         )
     keep = order.keep or ("module" if module else "size")
-    scale = np.pi * module * z / length if module and keep == "module" else 1.0
-    own = scale * length / (np.pi * z)
+    own = module if module and keep == "module" else length / (np.pi * z)
+    scale = np.pi * own * z / length if keep == "module" else 1.0
     mate = pair.mate.length * z / length
     if abs(mate - round(mate)) > _WHOLE * mate:
         raise InputError(

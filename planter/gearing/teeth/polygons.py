@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from planter.gearing.teeth.gear import KINDS, Gear
 from planter.gearing.teeth.meshing import Mesh
-from planter.gearing.teeth.rack import RACK
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
+from planter.numerics.latest import Latest
 
 CHORDS = {"fillet": 16, "flank": 24, "tip": 2, "root": 2}
 """Chords of each kind of piece: what flanks leave out is a ten-thousandth of a module."""
@@ -64,19 +64,23 @@ class Overlay:
         found: Shapes = shapely.intersection(outline, shapely.buffer(shapely.points(centres), near * self.mesh.pitch))
         return found
 
-    def placed(self, at: Array) -> tuple[Shapes, Shapes]:
+    @cached_property
+    def placed(self) -> Latest[tuple[Shapes, Shapes]]:
         """The parts of both gears (n,) that are near the pitch point at rolling lengths (n,), in their places."""
+        return Latest(self._placed)
+
+    def _placed(self, at: Array) -> tuple[Shapes, Shapes]:
         found = []
         for k, gear in enumerate(self.mesh.gears):
             own = self.mesh.pair.senses[k] * at - gear.flanks.phase
             teeth: Integers = np.mod(np.rint(own / self.mesh.pitch), gear.z).astype(int)
             found.append(_moved(self.parts[k][teeth], self.mesh.places(at)[k]))
+        shapely.prepare(found[0])
         return found[0], found[1]
 
     def overlaps(self, at: Array) -> Array:
         """Areas (n,) that both gears share at rolling lengths (n,) [m2]."""
         one, two = self.placed(at)
-        shapely.prepare(one)
         found, touch = np.zeros(len(at)), np.flatnonzero(shapely.intersects(one, two))
         found[touch] = shapely.area(shapely.intersection(one[touch], two[touch]))
         return found
@@ -87,9 +91,9 @@ class Overlay:
 
 
 def _moved(shapes: Shapes, where: Array) -> Shapes:
-    """Shapes (n,) turned and moved to places (3, n)."""
+    """Shapes (n,) turned and moved to places (3, n), in the plane of complex numbers."""
     own, index = shapely.get_coordinates(shapes, return_index=True)
-    still = np.zeros((2, len(own)))
-    found = list(RACK("placed", own=np.vstack([own.T, still]), where=where[:, index]).values())
-    moved: Shapes = shapely.set_coordinates(shapes.copy(), np.array(found[:2]).T)
+    angle, x, y = where
+    turned = (own[:, 0] + 1j * own[:, 1]) * np.exp(1j * angle)[index] + (x + 1j * y)[index]
+    moved: Shapes = shapely.set_coordinates(shapes.copy(), np.column_stack([turned.real, turned.imag]))
     return moved

@@ -13,7 +13,7 @@ from planter.report.inputs import provenance_section
 CAPTIONS = {
     "assembly": "All gears in their places, pitch curves dashed.",
     "mesh": "Teeth about the pitch point at four positions of a period, with their contacts.",
-    "teeth": "Contact ratio of every pair of teeth, margin against undercut of both flanks and top land of every tooth.",
+    "teeth": "Contact ratio of every pair of teeth; margin against undercut of both flanks and top land of each tooth.",
     "play": "What the mate can turn by between its flanks, the gap of the outlines as polygons, and the error of "
     "transmission at every contact, without play.",
 }

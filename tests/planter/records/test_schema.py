@@ -47,6 +47,7 @@ ELSEWHERE = {
     "export cuda",
     "export fmu",
     "export motion",
+    "gears",
     "move",
     "optimise least",
     "sweep",

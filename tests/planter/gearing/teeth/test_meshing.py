@@ -1,0 +1,159 @@
+"""Teeth in mesh: contacts, gaps, lost motion, polygons; and what is not made right is found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+from planter.errors import GeometryError
+from planter.gearing.teeth import limits, pair
+from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.making import Toothed, toothed
+from planter.gearing.teeth.meshing import Mesh
+from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.polygons import Overlay
+from planter.kernels import Array
+from tests.support import pairs
+from tests.support.toothed import FREE, circles, stage
+
+PLAY = 5e-5
+COS = math.cos(math.radians(20))
+MESHES = [("eccentric_circle", 1, 32), ("ellipse", 8, 25), ("fourier", 0, 25), ("limacon", 0, 25), ("sine", 0, 25)]
+EVERY = [(family, seed, (25, 32, 41, 60)[seed % 4]) for family in sorted(pairs.FAMILIES) for seed in range(10)]
+
+
+def exact(family: str, seed: int, z: int) -> None:
+    """Conjugate without play; with it the gap is that of the rack everywhere, and so is the lost motion."""
+    still = stage(family, seed, z)
+    assert np.abs(still.transmission_errors).max() < 1e-11
+    loose = stage(family, seed, z, replace(FREE, play=PLAY))
+    gaps = loose.mesh.gaps(loose.faced)
+    np.testing.assert_allclose(gaps, PLAY / 2 * COS, atol=1e-13)
+    assert loose.overlaps.max() == 0 or family in ("fourier", "limacon", "sine")
+    side = loose.faced.side
+    for one in (-1.0, 1.0):
+        assert len(np.unique(loose.faced.at[side == one])) == len(loose.mesh.positions)
+
+
+@pytest.mark.parametrize(("family", "seed", "z"), MESHES[:3])
+def test_flanks_are_conjugate(family: str, seed: int, z: int) -> None:
+    exact(family, seed, z)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("family", "seed", "z"), EVERY)
+def test_flanks_are_conjugate_on_any_curve(family: str, seed: int, z: int) -> None:
+    if (family, seed) == ("sine", 5):
+        pytest.skip("its hollow is as narrow as its teeth are high")
+    exact(family, seed, z)
+
+
+def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
+    found = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
+    mesh, s = found.mesh, found.mesh.positions
+    x, y, tx, ty = mesh.gear.curve.at(s)[:4]
+    lean = np.arctan2(x * tx + y * ty, x * ty - y * tx)
+    arm = mesh.pair.distance - np.hypot(x, y)
+    for column, side in ((0, -1), (1, 1)):
+        expected = PLAY / 2 * COS / (arm * np.cos(math.radians(20) + side * lean))
+        lost = found.lost_motion.reshape(-1, 2)[:, column]
+        np.testing.assert_allclose(lost, expected, atol=1e-6)
+        assert np.abs(lost - expected).max() < 0.02 * expected.max()
+
+
+def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
+    for found in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, Order(play=PLAY))):
+        gap = found.polygon_gaps
+        assert gap.min() >= PLAY / 2 * COS - 1e-13
+        assert gap.max() < PLAY / 2 * COS + 2e-6
+        assert found.overlaps.max() == 0
+    touching = stage("eccentric_circle", 1, 32)
+    assert touching.overlaps.max() < 1e-16
+    assert touching.polygon_gaps.max() < 1e-6
+
+
+def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
+    found = circles(20, 30, Order())
+    path = math.pi * 2e-3 * COS * found.mesh.contact_ratios[0]
+    tip = math.sqrt(22e-3**2 - (20e-3 * COS) ** 2) - 20e-3 * math.sin(math.radians(20))
+    assert found.mesh.sliding(found.mesh.ends).max() == pytest.approx(max(tip, path - tip) * (1 + 20 / 30), rel=1e-9)
+
+
+def test_a_mate_turns_once_in_several_turns_of_its_gear() -> None:
+    curves = pair.of_contact(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
+    assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
+    found = toothed(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
+    assert found.sized.teeth == (30, 60)
+    assert np.abs(found.transmission_errors).max() < 1e-11
+    assert found.overlaps.max() < 1e-14
+
+
+def lobe(turns: int):
+    """A contact with a cosine for its ratio, whose mate turns once in so many turns."""
+    distance, share = 0.09, 0.15
+
+    def contact(t: Array) -> Array:
+        f = (1 + share * np.cos(t)) / turns
+        df, ddf = -share * np.sin(t) / turns, -share * np.cos(t) / turns
+        r = distance * f / (1 + f)
+        dr = distance * df / (1 + f) ** 2
+        ddr = distance * (ddf / (1 + f) ** 2 - 2 * df**2 / (1 + f) ** 3)
+        return np.array([r, dr, ddr, f, df, (t + share * np.sin(t)) / turns])
+
+    return contact
+
+
+@pytest.fixture(scope="module")
+def sound() -> Toothed:
+    return stage("eccentric_circle", 1, 32, replace(FREE, play=1e-6))
+
+
+def tampered(found: Toothed, **of_mate: object) -> Overlay:
+    """The overlay with a mate that was made otherwise."""
+    flanks = replace(found.mesh.mate.flanks, **of_mate)
+    return Overlay.of(Mesh(found.mesh.pair, found.mesh.gear, Gear("mate", flanks)))
+
+
+def refused(overlay: Overlay) -> bool:
+    at = overlay.mesh.positions
+    return overlay.overlaps(at).max() > 0
+
+
+def test_half_a_tooth_of_slip_is_found(sound: Toothed) -> None:
+    assert not refused(tampered(sound))
+    slipped = tampered(sound, phase=0.0)
+    with pytest.raises(GeometryError, match=r"the teeth run into each other by \d+"):
+        limits.check_overlap(slipped.mesh, slipped.overlaps(sound.mesh.positions), sound.mesh.positions, "pair")
+
+
+def test_a_gear_that_is_turned_by_little_is_found(sound: Toothed) -> None:
+    turned = [shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
+              for k, outline in enumerate(Overlay.of(sound.mesh).outlines)]  # fmt: skip
+    assert refused(Overlay(sound.mesh, (turned[0], turned[1])))
+
+
+def test_axes_that_are_too_near_are_found(sound: Toothed) -> None:
+    near = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
+    mesh = Mesh(near, *sound.gears)
+    assert refused(Overlay.of(mesh))
+    assert mesh.gaps(mesh.facing(mesh.positions)).min() < -2e-6
+    assert np.abs(mesh.transmission_errors(mesh.facing(mesh.positions))).max() > 1e-6
+
+
+@pytest.mark.parametrize(("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"])
+def test_what_is_moved_of_an_outline_is_found(sound: Toothed, first: int, last: int) -> None:
+    one, two = Overlay.of(sound.mesh).outlines
+    points = shapely.get_coordinates(one)
+    points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
+    points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None]
+    assert refused(Overlay(sound.mesh, (shapely.Polygon(points), two)))
+
+
+def test_a_flank_of_another_rack_is_not_conjugate(sound: Toothed) -> None:
+    other = replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01))
+    mesh = Mesh(sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other)))
+    assert np.abs(mesh.transmission_errors(mesh.facing(mesh.positions))).max() > 1e-7

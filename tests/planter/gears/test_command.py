@@ -1,0 +1,200 @@
+"""`planter gears`: keys of the contract, files, own curves, results fed back, one sentence for bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import shapely
+
+from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.polygons import points
+from planter.gears.parts import Placed
+from planter.mapping.curve import AngleCurve
+from planter.mapping.train import Train
+from planter.mapping.training import polar_curves
+from planter.planting import gears
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.report.files import write_cycle_csv
+from tests.support.cli import answer, refusal
+from tests.support.schemas import committed
+
+STAGE = {
+    "stage", "z", "module_mm", "scale", "centre_distance_mm", "perimeter_mm", "gears", "contact_ratio",
+    "pressure_angle_deg", "transmission_error_rad", "gap_mm", "overlap_mm2", "lost_motion_deg",
+}  # fmt: skip
+GEAR = {"name", "area_mm2", "margin", "undercut", "top_land_mm", "root_radius_min_mm", "keyway_phase_deg"}
+NAMES = [["sun", "gear 5"], ["gear 6", "planet gear"]]
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return Device(load("wang2017"))
+
+
+def curve_file(path: Path, radius_mm: np.ndarray, sense: int = 1, prefix: str = "") -> str:
+    """A curve with as many points as radii, the first once more at the end."""
+    polar = sense * np.linspace(0, 360, len(radius_mm) + 1)
+    rows = "".join(
+        f"{a!r},{b!r}\n" for a, b in zip(polar.tolist(), np.append(radius_mm, radius_mm[0]).tolist(), strict=True)
+    )
+    path.write_text(f"# measured\n{prefix}polar_deg,{prefix}radius_mm\n{rows}")
+    return str(path)
+
+
+def wavy(size: float = 40.0, wave: float = 3.0, count: int = 60, lobes: int = 1) -> np.ndarray:
+    return size + wave * np.cos(2 * np.pi * lobes * np.arange(count) / count + 0.4)
+
+
+def test_the_answer_has_the_keys_of_the_contract() -> None:
+    found = answer("gears", "wang2017", "--teeth", "31,33", "--backlash-mm", "0.05")
+    jsonschema.validate(found, committed("gears"))
+    assert [[gear["name"] for gear in stage["gears"]] for stage in found["stages"]] == NAMES
+    for stage, z in zip(found["stages"], (31, 33), strict=True):
+        assert stage.keys() >= STAGE
+        assert all(gear.keys() >= GEAR for gear in stage["gears"])
+        assert (stage["z"], stage["scale"]) == ([z, z], 1.0)
+        assert stage["perimeter_mm"] == pytest.approx([np.pi * z * stage["module_mm"]] * 2, rel=1e-10)
+        assert stage["gap_mm"] == pytest.approx({k: 0.025 * np.cos(np.pi / 9) for k in ("min", "max")}, abs=1e-10)
+        assert stage["overlap_mm2"] == 0
+        assert stage["transmission_error_rad"] < 1e-11
+    assert found["scaled"] is None
+    assert found["files"] == []
+
+
+def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
+    found = answer("gears", "wang2017", "--module1", "2", "--module2", "1.5", "--keep", "module")
+    drawn = answer("simulate", "wang2017")["centre_distance_mm"]
+    for stage, module, name in zip(found["stages"], (2, 1.5), ("a1", "a2"), strict=True):
+        assert stage["module_mm"] == pytest.approx(module, rel=1e-14)
+        assert stage["centre_distance_mm"] == pytest.approx(stage["scale"] * drawn[name], rel=1e-12)
+    scaled = found["scaled"]
+    again = answer("simulate", "wang2017", *(f"--set={k}={v!r}" for k, v in scaled["design"].items()))
+    distances = [stage["centre_distance_mm"] for stage in found["stages"]]
+    assert list(again["centre_distance_mm"].values()) == pytest.approx(distances, rel=1e-12)
+    assert 0.01 < scaled["tip_moved_max_mm"] < 5
+    assert scaled["broken"] is None
+
+
+def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
+    made = gears.train(device, [Order()] * 2)
+    shapes = [shape(placed) for placed in made.placed()]
+    for one, two in ((0, 1), (2, 3)):
+        assert shapely.intersection(shapes[one], shapes[two]).area < 1e-13
+        assert shapely.distance(shapes[one], shapes[two]) < 2e-7
+    turned = [Placed(p.gear, p.angle + 1e-3, p.centre) for p in made.placed()]
+    assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
+
+
+def shape(placed: Placed) -> shapely.Polygon:
+    c, s = np.cos(placed.angle), np.sin(placed.angle)
+    return shapely.Polygon(points(placed.gear) @ np.array([[c, s], [-s, c]]) + placed.centre)
+
+
+def test_gears_of_one_shaft_have_their_marks_in_one_direction(device: Device) -> None:
+    """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's phase."""
+    _, five, six, _ = gears.train(device, [Order(module=2e-3)] * 2).placed()
+    assert five.key is not None
+    assert six.key is not None
+    assert np.exp(1j * (five.angle + five.key)) == pytest.approx(np.exp(1j * (six.angle + six.key)), abs=1e-12)
+    design = dict(zip(device.names, device.design, strict=True))
+    between = six.angle - five.angle
+    expected = design["gamma_deg"] + design["beta6_deg"] - np.pi - _turned(device)
+    assert np.exp(1j * between) == pytest.approx(np.exp(1j * expected), abs=1e-9)
+
+
+def _turned(device: Device) -> float:
+    """How far gear 5 has turned from where the sun's curve begins to where the machine starts."""
+    stage, own = device.stages[0], device.of_stage(0, device.design)
+    hoisted = stage.prologue(parameters=own)["hoisted"]
+    alpha3 = device.design[device.names.index("alpha3_deg")]
+    return float(stage.contact(t=np.array([alpha3]), parameters=own, hoisted=hoisted)["turned"][0, 0])
+
+
+@pytest.mark.long
+def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
+    found = answer("gears", "wang2017", "--module", "2", "--bore-mm", "14", "--stl", "--out", str(tmp_path / "out"))
+    names = {Path(file).name for file in found["files"]}
+    assert names >= {
+        f"{stem}.{kind}" for stem in ("sun", "gear_5", "gear_6", "planet_gear") for kind in ("dxf", "svg", "stl")
+    }
+    assert names >= {"assembly.dxf", "assembly.svg", "sun_flanks.csv"}
+    assert all(Path(file).is_file() for file in found["files"])
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["stages"] == found["stages"]
+    assert "fetch" not in (page := (tmp_path / "out" / "report.html").read_text())
+    assert "planet gear" in page
+    head = (tmp_path / "out" / "sun_flanks.csv").read_text().splitlines()[3]
+    assert head == "piece,tooth,side,arc_length_mm,x_mm,y_mm,normal_x,normal_y,curvature_per_mm"
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_curve_of_ones_own_has_a_conjugate(tmp_path: Path, sense: int) -> None:
+    file = curve_file(tmp_path / "own.csv", wavy(), sense)
+    (stage,) = answer("gears", "--curve", file, "--teeth", "40", "--keep", "size")["stages"]
+    assert stage["z"] == [40, 40]
+    assert stage["transmission_error_rad"] < 1e-11
+    assert stage["overlap_mm2"] < 1e-9
+
+
+def test_a_mate_may_turn_once_in_several_turns(tmp_path: Path) -> None:
+    file = curve_file(tmp_path / "own.csv", wavy(30, 2))
+    (stage,) = answer("gears", "--curve", file, "--teeth", "24,48", "--turns", "2")["stages"]
+    assert stage["z"] == [24, 48]
+    assert stage["perimeter_mm"][1] == pytest.approx(2 * stage["perimeter_mm"][0], rel=1e-11)
+    assert stage["transmission_error_rad"] < 1e-11
+
+
+def test_curves_of_a_train_are_taken(tmp_path: Path) -> None:
+    """Both gears of a stage in one file, points crowded where the slope is least; the mate is held to the gear."""
+    carrier = np.radians(np.arange(0, 361, 15))
+    found = Train(AngleCurve(carrier, -carrier + np.radians(8) * np.sin(carrier)), 0.07)
+    polar, radii = polar_curves(found)
+    head = [f"{name}_{what}" for name in ("driver", "follower") for what in ("polar_deg", "radius_mm")]
+    columns = dict(zip(head, (np.degrees(polar[0]), 1e3 * radii[0], np.degrees(polar[1]), 1e3 * radii[1]), strict=True))
+    file = tmp_path / "pitch_curves.csv"
+    write_cycle_csv(file, ["a train"], columns)
+    answered = answer("gears", "--curve", f"{file}:driver", "--mate", f"{file}:follower", "--teeth", "45")
+    assert answered["stages"][0]["centre_distance_mm"] == pytest.approx(70, abs=1e-4)
+    text = refusal("gears", "--curve", f"{file}:driver", "--mate", f"{file}:driver", "--teeth", "45")
+    assert "the conjugate of the gear has" in text
+
+
+BAD = {
+    "--module 2 --teeth 40,40": "stage 1: teeth = 40 and module = 2 mm disagree: the pitch curve is 194.467 mm long",
+    "--teeth 5,31": "5 teeth are not allowed: there must be at least 6",
+    "--teeth 12,31": "sun: the flanks of tooth 0, 1, 2, 3, 4, 5 and 6 more are undercut",
+    "--module 2 --backlash-mm 0.5": "play = 0.5 mm is not allowed: it must be at most 0.2 modules, 0.4 mm",
+    "--module 2 --bore-mm 45": "a bore of 45 mm",
+    "--module 2 --addendum 0.5": "the contact ratio of tooth",
+    "--teeth 31": "--teeth 31 is not allowed: it must be Z1,Z2",
+    "--teeth a,b": "--teeth a,b is not allowed",
+    "--module 2 --module1 2": "--module is that of both stages",
+    "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is hollow with a radius of 21.16 mm at",
+    "--keyway-mm 4,2": "not allowed without --bore-mm",
+    "--curve own.csv": "one of MACHINE and --curve must be given",
+    "--turns 2": "--mate and --turns go with --curve",
+}
+
+
+@pytest.mark.parametrize("options", BAD)
+def test_bad_input_is_one_sentence(options: str) -> None:
+    assert BAD[options] in refusal("gears", "wang2017", *options.split())
+
+
+def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    told = {
+        "narrow": (wavy(40, 9, lobes=2), "which no hob can cut"),
+        "few": (wavy(count=5), "6 points are not allowed"),
+        "sharp": (wavy(20, 6, lobes=4), "gear: the pitch curve's radius is"),
+    }
+    for name, (radius, sentence) in told.items():
+        file = curve_file(tmp_path / f"{name}.csv", radius)
+        assert sentence in refusal("gears", "--curve", file, "--module", "5")
+    file = curve_file(tmp_path / "own.csv", wavy())
+    assert "it must have 80 teeth" in refusal("gears", "--curve", file, "--teeth", "40,41", "--turns", "2")
+    assert "has no column other_polar_deg" in refusal("gears", "--curve", f"{file}:other", "--teeth", "40")
