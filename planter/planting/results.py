@@ -526,7 +526,7 @@ class UnitWritten(Record):
 
     files: list[str]
     fmi: str
-    guid: str
+    token: str
     inputs: int
     parameters: int
     outputs: int

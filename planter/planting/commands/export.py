@@ -109,18 +109,24 @@ def motion(
         console.result(found, lambda: print("\n".join(paths)))
 
 
+class Fmi(enum.StrEnum):
+    two = "2.0"
+    three = "3.0"
+
+
 @export.command()
 def fmu(
     machine: MachineArgument,
     out: Annotated[
         Path, typer.Option("--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False)
     ],
+    fmi: Annotated[Fmi, typer.Option(help="version of the interface")] = Fmi.two,
     model: ModelOption = Model.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """A unit for co-simulation (FMI 2.0): the carrier's speed goes in, its angle, all motions and forces come out.
+    """A unit for co-simulation by FMI: the carrier's speed goes in, its angle, all motions and forces come out.
 
     The speed is prescribed: nothing acts back on it. Design and machine are tunable parameters. The unit holds its C
     sources, a library for Linux and, with planter[compiler] installed, one for Windows.
@@ -132,7 +138,7 @@ def fmu(
         from planter.planting import tables
         from planter.planting.export import fmu as unit
 
-        found = unit.write(device_of(machine, model, set_, speed_rpm), out)
+        found = unit.write(device_of(machine, model, set_, speed_rpm), out, fmi.value)
         console.result(found, lambda: tables.unit(console, found))
 
 

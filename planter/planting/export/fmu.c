@@ -1,10 +1,10 @@
-/* $headline, as a unit for co-simulation (FMI 2.0): see ../modelDescription.xml.
+/* $headline, as a unit for co-simulation (FMI): see ../modelDescription.xml.
  *
  * Written by planter $version; do not edit. The carrier's speed is prescribed; over a step it is constant.
  */
 #include "$name.c"
 
-#define GUID "GUID_OF_THIS"
+#define TOKEN "TOKEN_OF_THIS"
 
 enum { SPEED = $speed, OTHERS = ${NAME}_MACHINE - 1 };
 enum { SET = 2 + ${NAME}_PARAMETERS + OTHERS, OUTPUTS = 1 + ${NAME}_QUANTITIES };
@@ -26,4 +26,4 @@ static int evaluate(memory *m, const double *values, double turned, double *outp
   return ${name}_quantities(m, design, machine, 1, outputs, outputs + 1);
 }
 
-#include "slave.c"
+#include "interface.c"

@@ -15,9 +15,8 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import ranges, units
-from planter.interchange.fmi2 import archive, binaries
-from planter.interchange.fmi2.archive import MAIN
-from planter.interchange.fmi2.description import Model
+from planter.interchange.fmi import archive, libraries
+from planter.interchange.fmi.model import MAIN, Model
 from planter.interchange.variables import Variable
 from planter.kernels.toolchain import NoCompiler
 from planter.planting.export import c99
@@ -112,25 +111,25 @@ def _shown(key: str, unit: str) -> dict[str, Any]:
     return {} if factor == 1.0 or units.unit(key) == unit else {"shown": units.unit(key), "factor": factor}
 
 
-def write(device: Device, file: Path) -> UnitWritten:
-    """Writes the unit with the libraries that can be built here.
+def write(device: Device, file: Path, fmi: str = "2.0") -> UnitWritten:
+    """Writes the unit, by a version of FMI, with the libraries that can be built here.
 
     Raises InputError for a file whose name does not end in .fmu, or that cannot be written.
     """
     if file.suffix != ".fmu":
         raise InputError(f"--out {file} is not allowed: the name of a unit's file ends in .fmu")
-    own = model(device)
-    guid, texts = archive.sources(own, sources(device))
+    version, own = archive.VERSIONS[fmi], model(device)
+    token, texts = archive.sources(version, own, sources(device))
     built: dict[str, tuple[str, bytes]] = {}
     left_out = []
-    for platform in binaries.PLATFORMS:
+    for platform in libraries.PLATFORMS:
         try:
-            built[platform] = binaries.build(platform, texts, own.name)
+            built[platform] = libraries.build(platform, texts, own.name)
         except NoCompiler as reason:
             left_out.append(LeftOut(platform, str(reason)))
     target = output_folder(file.parent) / file.name
-    write_bytes(target, archive.archive(own, texts, guid, built))
+    write_bytes(target, archive.archive(version, own, texts, token, built))
     causes = Counter(variable.causality for variable in own.variables)
     return UnitWritten(
-        [str(target)], "2.0", guid, causes["input"], causes["parameter"], causes["output"], list(built), left_out
+        [str(target)], fmi, token, causes["input"], causes["parameter"], causes["output"], list(built), left_out
     )

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from planter.files import ranges, units
-from planter.interchange.fmi2 import binaries
+from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
 from planter.planting.cycle import cycle
@@ -32,23 +32,29 @@ validation = pytest.importorskip("fmpy.validation")
 pytestmark = needs_compiler
 
 
+UNITS: dict[str, tuple[Model, str]] = {
+    "exact": ("exact", "2.0"), "printed": ("printed", "2.0"), "exact 3.0": ("exact", "3.0"),
+}  # fmt: skip
+both_versions = pytest.mark.parametrize("unit", ["exact", "exact 3.0"])
+
+
 @pytest.fixture(scope="module")
 def quick() -> Iterator[None]:
     """Only the library of this system, compiled with fewer passes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(binaries, "PLATFORMS", {k: v for k, v in binaries.PLATFORMS.items() if k == "linux64"})
-        patch.setattr(binaries, "FLAGS", ("-O1", *binaries.FLAGS[1:]))
+        patch.setattr(libraries, "PLATFORMS", {k: v for k, v in libraries.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(libraries, "FLAGS", ("-O1", *libraries.FLAGS[1:]))
         yield
 
 
 @pytest.fixture(scope="module")
 def written(quick: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """The unit of each model, of another machine each."""
+    """A unit of each model, of another machine each, and of each version of FMI, by their names."""
     folder = tmp_path_factory.mktemp("units")
     found = {}
-    for model in MODELS:
-        fmu.write(device(model), folder / f"{model}.fmu")
-        found[model] = folder / f"{model}.fmu"
+    for name, (model, version) in UNITS.items():
+        fmu.write(device(model), folder / f"{name}.fmu", version)
+        found[name] = folder / f"{name}.fmu"
     return found
 
 
@@ -64,19 +70,23 @@ class Slave:
         if not folder.exists():
             fmpy.extract(str(file), str(folder))
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.raw = fmpy.fmi2.FMU2Slave(
+        self.first = self.description.fmiVersion == "2.0"
+        self.raw = (fmpy.fmi2.FMU2Slave if self.first else fmpy.fmi3.FMU3Slave)(
             guid=self.description.guid, unzipDirectory=str(folder), instanceName=name,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
         )  # fmt: skip
         self.raw.instantiate()
-        self.raw.setupExperiment(startTime=0.0)
+        if self.first:
+            self.raw.setupExperiment(startTime=0.0)
 
     def set(self, **values: float) -> None:
         names = [name.replace("__", ".") for name in values]
-        self.raw.setReal([self.references[name] for name in names], list(values.values()))
+        write = self.raw.setReal if self.first else self.raw.setFloat64
+        write([self.references[name] for name in names], list(values.values()))
 
     def get(self, *names: str) -> Array:
-        return np.array(self.raw.getReal([self.references[name] for name in names]))
+        read = self.raw.getReal if self.first else self.raw.getFloat64
+        return np.array(read([self.references[name] for name in names]))
 
     def start(self) -> None:
         self.raw.enterInitializationMode()
@@ -109,20 +119,25 @@ def apart(found: Array, other: Array) -> float:
     return float((np.abs(found - other).max(axis=1) / np.abs(other).max(axis=1)).max())
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_fmpy_finds_nothing_wrong(model: Model, written: dict[str, Path]) -> None:
-    assert validation.validate_fmu(str(written[model])) == []
+def test_every_version_is_tried() -> None:
+    assert {version for _, version in UNITS.values()} == set(archive.VERSIONS)
+    assert {model for model, _ in UNITS.values()} == set(MODELS)
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_a_turn_is_that_of_simulate(model: Model, written: dict[str, Path]) -> None:
+@pytest.mark.parametrize("unit", UNITS)
+def test_fmpy_finds_nothing_wrong(unit: str, written: dict[str, Path]) -> None:
+    assert validation.validate_fmu(str(written[unit])) == []
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_turn_is_that_of_simulate(unit: str, written: dict[str, Path]) -> None:
     """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is seen."""
-    owner = device(model)
+    owner = device(UNITS[unit][0])
     asked = ["phi", *names(owner)]
-    description = fmpy.read_model_description(str(written[model]))
+    description = fmpy.read_model_description(str(written[unit]))
     experiment = description.defaultExperiment
     result = fmpy.simulate_fmu(
-        str(written[model]),
+        str(written[unit]),
         output=asked,
         stop_time=float(experiment.stopTime),
         output_interval=float(experiment.stepSize),
@@ -132,17 +147,18 @@ def test_a_turn_is_that_of_simulate(model: Model, written: dict[str, Path]) -> N
     assert found[0, -1] == pytest.approx(2 * np.pi, abs=1e-12)
     assert apart(found[1:], expected(owner, found[0])) <= 1e-10
     faster = fmpy.simulate_fmu(
-        str(written[model]), output=asked, stop_time=float(experiment.stopTime), start_values={"speed": 5.0}
+        str(written[unit]), output=asked, stop_time=float(experiment.stopTime), start_values={"speed": 5.0}
     )
     other = np.array([faster[name] for name in asked])
     assert apart(other[1:], expected(owner, other[0])) > 1e-3
 
 
-def test_design_and_machine_can_be_tuned_between_steps(written: dict[str, Path], tmp_path: Path) -> None:
+@both_versions
+def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     own = load("wang2017", {"mass.sun_kg": 2.5, "operation.speed_rpm": 44.0})
     owner = Device(own)
     x = owner.x(R3_mm=31.0, m61=0.97)
-    with running(written["exact"], tmp_path / "unit") as slave:
+    with running(written[unit], tmp_path / "unit") as slave:
         before = slave.get("F_support")
         slave.raw.doStep(0.0, 0.1)
         slave.set(machine__m1=2.5, speed=44 * np.pi / 30, design__R3=0.031, design__m61=0.97)
@@ -158,8 +174,11 @@ def own_speed() -> float:
     return load("wang2017").si("operation.speed_rpm")
 
 
-def test_it_starts_at_an_angle_and_turns_as_fast_as_it_is_told(written: dict[str, Path], tmp_path: Path) -> None:
-    with running(written["exact"], tmp_path / "unit", phi_start=1.0, speed=3.0) as slave:
+@both_versions
+def test_it_starts_at_an_angle_and_turns_as_fast_as_it_is_told(
+    unit: str, written: dict[str, Path], tmp_path: Path
+) -> None:
+    with running(written[unit], tmp_path / "unit", phi_start=1.0, speed=3.0) as slave:
         assert slave.get("phi") == 1.0
         slave.raw.doStep(0.0, 0.25)
         slave.set(speed=2.0)
@@ -167,10 +186,11 @@ def test_it_starts_at_an_angle_and_turns_as_fast_as_it_is_told(written: dict[str
         assert slave.get("phi", "speed") == pytest.approx([2.75, 2.0], rel=1e-15)
 
 
-def test_two_instances_do_not_disturb_each_other(written: dict[str, Path], tmp_path: Path) -> None:
+@both_versions
+def test_two_instances_do_not_disturb_each_other(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     """Of one library."""
-    folder, unit = tmp_path / "unit", written["exact"]
-    with running(unit, folder) as one, running(unit, folder, speed=5.0) as two:
+    folder, file = tmp_path / "unit", written[unit]
+    with running(file, folder) as one, running(file, folder, speed=5.0) as two:
         two.set(machine__m1=3.0)
         for number in range(5):
             one.raw.doStep(0.1 * number, 0.1)
@@ -181,36 +201,39 @@ def test_two_instances_do_not_disturb_each_other(written: dict[str, Path], tmp_p
         np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
 
 
-def test_a_state_is_saved_and_restored(written: dict[str, Path], tmp_path: Path) -> None:
+@both_versions
+def test_a_state_is_saved_and_restored(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     """In memory and as bytes, also by another instance; bytes of something else are refused."""
     asked = ["phi", "speed", "design.R3", *names(device("exact"))]
-    folder, unit = tmp_path / "unit", written["exact"]
-    with running(unit, folder) as slave, running(unit, folder) as other:
+    folder, file = tmp_path / "unit", written[unit]
+    with running(file, folder) as slave, running(file, folder) as other:
         slave.raw.doStep(0.0, 0.3)
         slave.set(design__R3=0.0305)
-        then, saved = slave.get(*asked), slave.raw.getFMUstate()
-        stored = slave.raw.serializeFMUstate(saved)
+        then, saved = slave.get(*asked), slave.raw.getFMUState()
+        stored = slave.raw.serializeFMUState(saved)
         slave.set(speed=6.0, design__R3=0.031)
         slave.raw.doStep(0.3, 0.2)
         assert np.abs(slave.get(*asked) - then).max() > 0.1
-        slave.raw.setFMUstate(saved)
+        slave.raw.setFMUState(saved)
         assert slave.get(*asked).tolist() == then.tolist()
-        other.raw.setFMUstate(other.raw.deSerializeFMUstate(stored))
+        other.raw.setFMUState(other.raw.deserializeFMUState(stored))
         assert other.get(*asked).tolist() == then.tolist()
-        slave.raw.freeFMUstate(saved)
+        slave.raw.freeFMUState(saved)
         with pytest.raises(fmpy.fmi1.FMICallException):
-            other.raw.deSerializeFMUstate(b"x" + stored[1:])
+            other.raw.deserializeFMUState(b"x" + stored[1:])
 
 
-def test_what_cannot_be_is_refused(written: dict[str, Path], tmp_path: Path) -> None:
-    with running(written["exact"], tmp_path / "unit") as slave:
+@both_versions
+def test_what_cannot_be_is_refused(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+    with running(written[unit], tmp_path / "unit") as slave:
         for wrong in ({"speed": float("nan")}, {"phi": 1.0}):
             with pytest.raises(fmpy.fmi1.FMICallException):
                 slave.set(**wrong)
         with pytest.raises(fmpy.fmi1.FMICallException):
             slave.raw.doStep(0.0, -0.1)
+        slave.references["nothing"] = 10_000
         with pytest.raises(fmpy.fmi1.FMICallException):
-            slave.raw.getReal([10_000])
+            slave.get("nothing")
         slave.raw.doStep(0.0, 0.1)
         slave.set(design__R3=0.0)
         with pytest.raises(fmpy.fmi1.FMICallException):
@@ -247,9 +270,10 @@ def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> N
     assert ranges.of(Machine, path) == expected
 
 
-def test_its_sources_compile_without_a_warning(written: dict[str, Path], tmp_path: Path) -> None:
+@both_versions
+def test_its_sources_compile_without_a_warning(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     """Those that the unit holds, by another compiler's flags."""
-    with zipfile.ZipFile(written["printed"]) as zipped:
+    with zipfile.ZipFile(written[unit]) as zipped:
         zipped.extractall(tmp_path)
     command = [path_of("gcc"), *STRICT, "-O0", "-fsyntax-only", str(tmp_path / "sources" / "fmu.c")]
     subprocess.run(command, check=True, capture_output=True, text=True)
@@ -278,7 +302,7 @@ class TestCommand:
         def none(*_: object) -> None:
             raise NoCompiler("there is no compiler")
 
-        monkeypatch.setattr(binaries, "build", none)
+        monkeypatch.setattr(libraries, "build", none)
         found = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))
         assert found["left_out"] == [{"platform": "linux64", "reason": "there is no compiler"}]
         assert validation.validate_fmu(str(tmp_path / "a.fmu")) == []

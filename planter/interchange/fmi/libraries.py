@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from planter.interchange.fmi2.archive import MAIN
+from planter.interchange.fmi.model import MAIN
 from planter.kernels import builds, bundled, platforms, toolchain
 from planter.kernels.platforms import Platform
 from planter.kernels.toolchain import NoCompiler
@@ -18,7 +18,7 @@ PLATFORMS: dict[str, tuple[str, Platform]] = {
     "linux64": ("x86_64-linux-gnu.2.17", platforms.LINUX),
     "win64": ("x86_64-windows-gnu", platforms.WINDOWS),
 }
-"""Folders of binaries, as the standard names them; the bundled compiler's name of each, and how libraries are there."""
+"""Platforms by name: how the bundled compiler calls each, and how libraries are there."""
 FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
 
 
