@@ -15,6 +15,8 @@ def show(console: Console, result: Benchmark) -> None:
     """The tables on a terminal."""
     for work in result.work:
         console.table(_title(work), HEADER, _rows(work))
+        for line in _drawn(work):
+            print(f"{line}\n")
     if result.arithmetic:
         console.table(_peak(result.arithmetic, result.vector_width), RATES, _rates(result.arithmetic))
     for line in _left_out(result):
@@ -25,7 +27,7 @@ def markdown(result: Benchmark) -> str:
     """The page in Markdown: summary, every work, what was left out, where it ran."""
     parts = ["## Summary", _summary(result)]
     for work in result.work:
-        parts += [f"## {_title(work)}", _markdown(HEADER, _rows(work)), *_exact(work)]
+        parts += [f"## {_title(work)}", _markdown(HEADER, _rows(work)), *_exact(work), *_drawn(work)]
     if result.arithmetic:
         parts += ["## Arithmetic", _peak(result.arithmetic, result.vector_width),
                   _markdown(RATES, _rates(result.arithmetic))]  # fmt: skip
@@ -85,6 +87,14 @@ def _exact(work: Work) -> Iterator[str]:
         ]  # fmt: skip
         yield "The exact model has several basins: time and starts until IPOPT meets what the GA found."
         yield _markdown(header, rows)
+
+
+def _drawn(work: Work) -> Iterator[str]:
+    """How much, and how truly, ways to make gears draw."""
+    told = [f"{way.way} draws {way.drawn.vertices} vertices, {way.drawn.deviation_um:.2g} um off at most"
+            for way in work.ways if way.drawn is not None]  # fmt: skip
+    if told:
+        yield f"{'; '.join(told)}."
 
 
 RATES = ("work", "way", "operations", "operations per cycle", "share of the peak")

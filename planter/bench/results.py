@@ -25,6 +25,14 @@ class Reached(Record):
 
 
 @dataclass(frozen=True)
+class Drawn(Record):
+    """What a way to make gears draws: vertices of both outlines, and how far they are from what it computed."""
+
+    vertices: int
+    deviation_um: float
+
+
+@dataclass(frozen=True)
 class Way(Record):
     """A way to do a work: its median, that over the reference's, how it was built, how far its results are off."""
 
@@ -35,6 +43,7 @@ class Way(Record):
     built: str
     disagreement: float | None = None
     objectives: Reached | None = None
+    drawn: Drawn | None = None
 
 
 @dataclass(frozen=True)

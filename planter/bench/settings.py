@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 from planter.errors import InputError
 
-WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "derive", "cold start")
+WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "gears", "derive", "cold start")
 QUICK_WORKS = ("cycle", "cycle+gradient", "optimise")
 WAYS = ("numpy", "lambdify", "jax", "casadi-vm", "casadi-c", "lanes")
-"""Ways to evaluate a turn; the works `optimise`, `derive` and `cold start` have their own."""
+"""Ways to evaluate a turn; the works `optimise`, `gears`, `derive` and `cold start` have their own."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Settings:
     batches: int = 3
     designs: int = 10_000
     searches: int = 5
+    pairs: int = 3
     derivations: int = 2
     processes: int = 7
 
@@ -44,7 +45,9 @@ def settings(
     if rounds is not None:
         if rounds < 1:
             raise InputError(f"--rounds = {rounds} is not allowed: it must be at least 1")
-        found = replace(found, rounds=rounds, batches=rounds, searches=rounds, derivations=rounds, processes=rounds)
+        found = replace(
+            found, rounds=rounds, batches=rounds, searches=rounds, pairs=rounds, derivations=rounds, processes=rounds
+        )
     return found
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planter.bench import graphs, jaxed, lanes, plain, processes, searches, symbolic
+from planter.bench import graphs, jaxed, lanes, outlines, plain, processes, searches, symbolic
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Times, agree, race
 from planter.bench.results import Reached, Skipped, Way, Work
@@ -35,6 +35,7 @@ UNITS = {
     "cycle+gradient": "us per turn: objective and gradient",
     "hessian": "us per turn: Hessian of the objective",
     "optimise": "us per optimisation of the printed model",
+    "gears": outlines.UNIT,
     "derive": "us per derivation, all of generated/",
     "cold start": "us per new process",
 }
@@ -48,6 +49,8 @@ def run(name: str, case: Case, settings: Settings) -> Work:
         return _batch(case, settings)
     if name == "optimise":
         return _optimise(case, settings)
+    if name == "gears":
+        return _gears(case, settings)
     return _derive(settings) if name == "derive" else _cold_start(settings)
 
 
@@ -81,6 +84,13 @@ def _optimise(case: Case, settings: Settings) -> Work:
     found = table("optimise", times, searches.REFERENCE, searches.BUILT)
     ways = [replace(w, objectives=Reached(min(reached[w.way]), max(reached[w.way]))) for w in found.ways]
     return replace(found, ways=ways, exact=None if settings.quick else searches.exact(case, settings.searches))
+
+
+def _gears(case: Case, settings: Settings) -> Work:
+    ways, skipped = outlines.ways(case)
+    times = race({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
+    found = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
+    return replace(found, ways=[replace(row, drawn=ways[row.way].drawn()) for row in found.ways])
 
 
 def _derive(settings: Settings) -> Work:

@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from planter import bench
 from planter.bench import clock, graphs, jaxed, lanes, page, plain, processes, rate, symbolic, works
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
-from planter.bench.results import Benchmark
+from planter.bench.results import Benchmark, Skipped
 from planter.cli.app import application
 from planter.errors import ComputationError
 from planter.kernels import Kernel, toolchain
@@ -26,7 +27,7 @@ from planter.planting.simulation import objective_gradient
 from planter.records import schema
 
 QUICK = ("--quick", "--rounds", "1")
-WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "derive", "cold start")
+WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "gears", "derive", "cold start")
 
 
 @pytest.fixture(scope="module")
@@ -245,3 +246,24 @@ def test_designs_are_in_the_box_and_reproducible(case: Case) -> None:
         assert np.all((case.device.lower <= x) & (x <= case.device.upper))
         assert np.array_equal(x, again)
         assert not np.array_equal(x, other)
+
+
+def test_gears_are_drawn_truly_and_who_is_missing_is_named(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ncgears", None)
+    found = works.run("gears", case, replace(bench.settings(), pairs=1))
+    (way,) = found.ways
+    assert way.drawn is not None
+    assert 0 < way.drawn.deviation_um <= 1
+    assert found.skipped == [Skipped("ncgears", "ncgears is not installed")]
+
+
+@pytest.mark.long
+def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(case: Case) -> None:
+    pytest.importorskip("ncgears", reason="ncgears is not installed: pip install 'planter[bench]'")
+    own, other = works.run("gears", case, replace(bench.settings(), pairs=1)).ways
+    assert (own.way, other.way) == ("planter", "ncgears")
+    assert other.ratio > 5
+    assert own.drawn is not None
+    assert other.drawn is not None
+    assert own.drawn.vertices < other.drawn.vertices
+    assert own.drawn.deviation_um < other.drawn.deviation_um
