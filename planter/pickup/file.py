@@ -6,7 +6,7 @@ Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator
 
@@ -14,6 +14,7 @@ from planter.files import examples
 from planter.files.complaints import lacking, refused
 from planter.files.document import Document, Origins
 from planter.files.fields import Angle, NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
+from planter.files.tip_path import Points, inlined
 from planter.kernels import Array
 from planter.pickup.points import parse_points
 
@@ -174,6 +175,12 @@ class Targets(Section):
     clearance_mm: NotNegative = 0.0
 
 
+class TipPath(Section):
+    """Points that the tip's path must pass, in the sun's frame, each with the radius of its tube."""
+
+    points_mm: Points
+
+
 class Pickup(Document):
     """A pick-up driven by a law or by a path. `points` are the path's (n, 2) in m, None with a law."""
 
@@ -187,11 +194,20 @@ class Pickup(Document):
     tray: Tray
     needle: Needle = Needle()
     targets: Targets = Targets()
+    tip_path: TipPath | None = None
     origins: Origins = Field(alias="origin")
 
     _points: Array | None = PrivateAttr(default=None)
     _points_source: str = PrivateAttr(default="path")
     _resolution: float = PrivateAttr(default=0.0)
+
+    @classmethod
+    def read(
+        cls, table: Mapping[str, Any], source: str, changes: Mapping[str, float] | None = None,
+        changed: tuple[str, ...] = (),
+    ) -> Self:  # fmt: skip
+        """The validated content of a file, as `Document.read`; points of the tip's path may stand in a CSV beside."""
+        return super().read(inlined(table, "tip_path", source), source, changes, changed)
 
     @property
     def points(self) -> Array | None:

@@ -5,12 +5,15 @@ The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.angles import TURN, turn_deg
+from planter.numerics.extremes import least
 from planter.pickup.file import Pickup
 from planter.pickup.model import Train
 from planter.pickup.results import Demand
@@ -76,8 +79,8 @@ def pick_angle_deg(machine: Pickup) -> float:
 
 
 def requirements(machine: Pickup, train: Train) -> list[Requirement]:
-    """All of them, in the order of the paper, then those of the gears."""
-    return [*_angles(machine, train), *_entry(machine, train), *_gears(train)]
+    """All of them, in the order of the paper, then those of the gears, then the points that the path must pass."""
+    return [*_angles(machine, train), *_entry(machine, train), *_gears(train), *_points(machine, train)]
 
 
 def _angles(machine: Pickup, train: Train) -> list[Requirement]:
@@ -111,6 +114,21 @@ def _gears(train: Train) -> list[Requirement]:
     found = [_at_least("slope on the teeth", float(slopes[least]), "", 0.0, float(t[least]))]
     for name, key in (("sun's pitch curve convex", "kappa1"), ("intermediate gear's convex", "kappa2")):
         found.append(_convex(name, curves[key], t))
+    return found
+
+
+def _points(machine: Pickup, train: Train) -> Iterator[Requirement]:
+    """How far from each point the path passes it, at the nearest."""
+    t = np.arange(SAMPLES - 1) * TURN / (SAMPLES - 1)
+    for number, (x, y, tube) in enumerate(machine.tip_path.points_mm if machine.tip_path else (), 1):
+        nearest = least(partial(_apart, train, (x, y)), t, closed=True)
+        name, wanted = f"path by point {number}", f"at most {tube:g}"
+        yield Requirement(name, nearest.value, "mm", wanted, tube - nearest.value, nearest.place)
+
+
+def _apart(train: Train, point: tuple[float, float], t: Array) -> Array:
+    """Distance of the tip from a point [mm] at carrier angles (n,)."""
+    found: Array = np.hypot(*(train.tip(t) * 1000 - point).T)
     return found
 
 

@@ -135,6 +135,15 @@ def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
     axes.set_ylabel(y)
 
 
+def tubes(axes: Axes, points: Sequence[Sequence[float]]) -> None:
+    """Points that a path must pass, x and y, each with a circle of the radius that it may be off."""
+    from matplotlib.patches import Circle
+
+    for number, (x, y, radius) in enumerate(points, 1):
+        axes.add_patch(Circle((x, y), radius, facecolor=GREEN, alpha=0.2, edgecolor=GREEN, linewidth=0.6, zorder=1))
+        axes.annotate(str(number), (x, y), color=GREEN, ha="center", va="center", fontsize=7, zorder=1)
+
+
 def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -> None:
     """Names curves at the right edge of the axes: (height in data units, text, colour).
 

@@ -50,6 +50,7 @@ def _whole_path(axes: Axes, machine: Pickup, train: Train, before: Array | None)
         spline = PathSpline(before * 1000)
         axes.plot(*spline(np.linspace(0, spline.length, DENSE)).T, color=style.FAINT, linewidth=1.0, label="before")
     axes.plot(*tip.T, color=style.BLUE, label="tip")
+    style.tubes(axes, machine.tip_path.points_mm if machine.tip_path else ())
     held = train.locked(t)
     if held.any():
         axes.plot(*np.where(held[:, None], tip, np.nan).T, color=style.VERMILION, linewidth=2.2, label="in the dwell")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,10 +26,13 @@ _OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
 
 
 @style.drawn
-def tip_path(turn: Columns, before: Columns | None = None, soil_mm: float | None = None) -> Figure:
+def tip_path(
+    turn: Columns, before: Columns | None = None, soil_mm: float | None = None, points: Sequence[Sequence[float]] = ()
+) -> Figure:
     """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles; arrows run with it.
 
-    `before` is a turn of the design that an optimisation started from, drawn pale; `soil_mm` the level of the soil.
+    `before` is a turn of the design that an optimisation started from, drawn pale; `soil_mm` the level of the soil,
+    `points` are those that the tip must pass (x, y) with the radii of their tubes [mm].
 
     `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `theta1_deg`, `x_A1_mm`, `x_B1_mm`,
     `tip_x_mm` and their y, `tip_machine_x_mm`). Where the machine travels, the path over the ground is drawn beside it.
@@ -44,6 +47,7 @@ def tip_path(turn: Columns, before: Columns | None = None, soil_mm: float | None
         axes.plot(*old, color=style.ORANGE, linewidth=1.0, alpha=0.7, label="tip, before", zorder=1.5)
     if soil_mm is not None:
         axes.axhline(soil_mm, color=style.GREEN, linewidth=0.8, linestyle=(0, (6, 2)), label="soil", zorder=1)
+    style.tubes(axes, points)
     _poses(axes, turn, tip)
     style.drawing_board(axes)
     if travels:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -149,17 +149,22 @@ def _motion(device: Device, x: Array, start: Array | None = None) -> dict[str, F
     turn = _columns(device, x)
     old = None if start is None else _columns(device, start)
     return {
-        "tip_path": figures.tip_path(turn, old, _soil(device, turn)),
+        "tip_path": figures.tip_path(turn, old, _soil(device, turn), _points(device)),
         "pitch_curves": figures.pitch_curves(gearing(device, x), None if start is None else gearing(device, start)),
         "rotation": figures.rotation(turn, ratios(device, x, turn["phi_deg"])),
     }
 
 
-def _soil(device: Device, turn: Mapping[str, Array]) -> float | None:
-    """Level of the soil [mm], where requirements say how deep the tip stands in it."""
+def _points(device: Device) -> Sequence[Sequence[float]]:
+    """Points that the tip must pass: x, y and the radius of the tube [mm]."""
     required = device.machine.requirements
-    depth = None if required is None else required.soil_depth_mm
-    return None if depth is None else float(turn["tip_y_mm"].min()) + depth
+    return [] if required is None else required.points_mm or []
+
+
+def _soil(device: Device, turn: Mapping[str, Array]) -> float | None:
+    """Level of the soil [mm], where requirements say where it stands."""
+    required = device.machine.requirements
+    return None if required is None else required.surface_mm(float(turn["tip_y_mm"].min()))
 
 
 def _search(device: Device, found: Optimisation) -> dict[str, Figure]:

@@ -138,18 +138,12 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 
 
-def _surface(device: Device, lowest: float) -> float | None:
-    """The level of the soil [mm], with the lowest tip point; None where the file says nothing of it."""
-    depth = getattr(device.machine.requirements, "soil_depth_mm", None)
-    line: float | None = getattr(device.machine.requirements, "soil_line_mm", None)
-    return line if depth is None else lowest + depth
-
-
 def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
     """The surface of the soil over the way of a turn, and where both sides plant; only where the file says how deep."""
     low = int(np.argmin(columns["tip_y_mm"]))
     lowest = float(columns["tip_y_mm"][low])
-    surface = _surface(device, lowest)
+    required = device.machine.requirements
+    surface = None if required is None else required.surface_mm(lowest)
     if surface is None:
         return []
     depth = surface - lowest

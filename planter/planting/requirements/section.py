@@ -111,6 +111,12 @@ class Limited(Section):
         found: float | None = getattr(self, BY_NAME[name].key(part), None)
         return found
 
+    def surface_mm(self, lowest_mm: float) -> float | None:
+        """The level of the soil [mm] with the lowest tip point; None where the file says nothing of it."""
+        depth: float | None = getattr(self, *_SOIL)
+        line: float | None = getattr(self, SOIL_LINE)
+        return line if depth is None else lowest_mm + depth
+
     @property
     def kinds(self) -> tuple[Kind, ...]:
         """The requirements that the file limits."""
