@@ -9,7 +9,7 @@ SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test derive audit check-generated bench lint clean
+.PHONY: help optimise test test-long attack derive audit check-generated bench lint clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -19,6 +19,12 @@ optimise: $(VENV)/.runtime  ## set up, optimise the paper's planting device, wri
 
 test: $(VENV)/.complete  ## set up, run the whole test suite
 	$(BIN)/python -m pytest
+
+test-long: $(VENV)/.complete  ## what the suite samples, in full: proofs, mutants, searches, the browser (half an hour)
+	$(BIN)/python -m pytest -m long
+
+attack: $(VENV)/.complete  ## ten thousand files and words that nobody should hand in
+	PLANTER_ATTACKS=10000 $(BIN)/python -m pytest tests/attack
 
 derive: $(VENV)/.complete  ## derive the equations, write generated/
 	$(BIN)/python -m derive
