@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from planter.bench.results import Arithmetic, Benchmark, Rate, Way, Work
 from planter.terminal.console import Console
 
-TURNS = ("cycle", "cycle+gradient", "hessian", "batch")
+TURNS = ("cycle", "cycle+gradient", "hessian", "batch", "slider-crank", "four-bar")
 HEADER = ("way", "median / us", "quartiles / us", "calls", "ratio", "disagreement")
 
 

@@ -82,6 +82,14 @@ def root() -> Path:
     return folder
 
 
+def derive(example: str, folder: Path) -> None:
+    """An example of the guide, derived into a folder. Raises Absent where this is no checkout, or SymPy is lacking."""
+    source = root() / "docs" / "examples" / f"{example}.py"
+    if not source.is_file():
+        raise Absent(f"there is no {source.name} here")
+    _python("-m", "derive", str(source), "--out", str(folder))
+
+
 @contextmanager
 def derivation() -> Iterator[Start]:
     """`python -m derive` in a copy of the checkout, so that nothing is written there. Raises Absent."""

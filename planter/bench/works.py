@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
+import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from planter.bench import graphs, jaxed, lanes, outlines, plain, processes, searches, symbolic
+from planter.bench import graphs, jaxed, lanes, mechanisms, plain, processes, searches, symbolic
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Times, agree, race
 from planter.bench.results import Reached, Skipped, Way, Work
@@ -51,6 +55,8 @@ def run(name: str, case: Case, settings: Settings) -> Work:
         return _optimise(case, settings)
     if name == "gears":
         return _gears(case, settings)
+    if name in mechanisms.EXAMPLES:
+        return _mechanism(name, settings)
     return _derive(settings) if name == "derive" else _cold_start(settings)
 
 
@@ -91,6 +97,30 @@ def _gears(case: Case, settings: Settings) -> Work:
     times = race({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
     found = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
     return replace(found, ways=[replace(row, drawn=ways[row.way].drawn()) for row in found.ways])
+def _mechanism(name: str, settings: Settings) -> Work:
+    """A mechanism of one's own, and how long it takes from its statement to functions."""
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        begun = time.perf_counter()
+        case = mechanisms.Case(name, Path(folder))
+        seconds = time.perf_counter() - begun
+        contenders: dict[str, Contender] = {}
+        skipped: list[Skipped] = []
+        for way, builder in mechanisms.BUILDERS.items():
+            try:
+                if way not in settings.ways:
+                    raise Absent("not asked for (--way)")
+                contenders[way] = builder(case)
+            except Absent as reason:
+                skipped.append(Skipped(way, str(reason)))
+        designs = case.designs()
+        off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
+        calls = {way: contender.call for way, contender in contenders.items()}
+        times = race(calls, designs, settings.rounds, settings.slot_s)
+        built = {way: c.built for way, c in contenders.items()}
+    unit = (
+        f"us per turn of {mechanisms.ANGLES} angles: mean square of the torque and gradient; derived in {seconds:.2f} s"
+    )
+    return replace(table(name, times, "lanes", built, off, skipped), unit=unit)
 
 
 def _derive(settings: Settings) -> Work:

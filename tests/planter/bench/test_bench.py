@@ -16,7 +16,7 @@ from pydantic import TypeAdapter
 from typer.testing import CliRunner
 
 from planter import bench
-from planter.bench import clock, graphs, jaxed, lanes, page, plain, processes, rate, symbolic, works
+from planter.bench import clock, graphs, jaxed, lanes, mechanisms, page, plain, processes, rate, symbolic, works
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
 from planter.bench.results import Benchmark, Skipped
@@ -28,6 +28,7 @@ from planter.records import schema
 
 QUICK = ("--quick", "--rounds", "1")
 WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "gears", "derive", "cold start")
+WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "slider-crank", "four-bar", "derive", "cold start")
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +86,7 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
 
 def test_every_work_has_a_runner_and_a_unit() -> None:
     assert bench.settings().works == WORKS
-    assert set(works.UNITS) | {"batch"} == set(WORKS)
+    assert set(works.UNITS) | {"batch", *mechanisms.EXAMPLES} == set(WORKS)
 
 
 @pytest.mark.parametrize("builder", [graphs.virtual_machine, plain.contender, symbolic.contender, lanes.contender])
@@ -267,3 +268,11 @@ def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(ca
     assert other.drawn is not None
     assert own.drawn.vertices < other.drawn.vertices
     assert own.drawn.deviation_um < other.drawn.deviation_um
+def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
+    """Its gradient is that of differences, and the ways that are not there say why."""
+    settings = bench.settings(works=["four-bar"], ways=["numpy", "casadi-vm", "lanes"], rounds=1)
+    found = works.run("four-bar", None, settings)
+    assert {way.way for way in found.ways} >= {"numpy", "casadi-vm"}
+    assert max(way.disagreement for way in found.ways if way.way != "numpy") < 1e-12
+    assert {one.way for one in found.skipped} >= {"jax", "casadi-c", "lambdify"}
+    assert "derived in" in found.unit

@@ -1,0 +1,167 @@
+"""Mechanisms of one's own, from their statements: the torque of the motor over a turn, squared, and its gradient.
+
+The statement is an example of the guide, derived for the benchmark. Every way is given what its loops were found at.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from planter.bench import lean, processes
+from planter.bench.case import EXACT, Absent, Contender
+from planter.bench.lean import Lean
+from planter.kernels import Array, Kernel, generated, toolchain
+from planter.mechanism.file import load
+from planter.mechanism.model import Model
+
+EXAMPLES = {"slider-crank": "slider_crank", "four-bar": "transplanting_arm"}
+"""Works, and the examples that they take."""
+ANGLES = 360
+TORQUE = "M_in"
+AROUND = 1e-3
+"""Designs are drawn so far about the example's own values, in parts of these."""
+STEP, DIFFERENCES = 1e-7, 1e-5
+"""Step of forward differences, and how well what they find must agree."""
+OWN = ("phi", "loops")
+
+
+class Case:
+    """A mechanism with values drawn about its own: designs (p,) in SI, angles (n,), coordinates of its loops (k, n)."""
+
+    def __init__(self, work: str, folder: Path) -> None:
+        name = EXAMPLES[work]
+        processes.derive(name, folder)
+        file = load(folder / f"{name}.toml")
+        model = Model(file)
+        self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
+        self.angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
+        self.places = np.ascontiguousarray(model.loops.at(self.angles)) if model.loops else np.zeros((0, ANGLES))
+        self.row = self.formulas.outputs("lane").index(TORQUE)
+        self.hoists = "prologue" in self.formulas.sidecar["functions"]
+
+    def designs(self, seed: int = 0) -> Iterator[Array]:
+        """Designs without end, all different; the same seed gives the same ones."""
+        rng = np.random.default_rng(seed)
+        while True:
+            yield self.data * (1 + AROUND * rng.uniform(-1, 1, len(self.data)))
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """(phi, loops, data) -> an angle's share of the mean square, and its gradient in the data."""
+        phi, data = ca.SX.sym("phi"), ca.SX.sym("data", len(self.data))
+        loops = ca.SX.sym("loops", len(self.places))
+        given = [phi, data, *([loops] if len(self.places) else [])]
+        hoisted = [self.formulas.function("prologue")(data)] if self.hoists else []
+        share = self.formulas.function("lane")(*given, *hoisted)[self.row] ** 2 / ANGLES
+        outputs = ca.cse([share, ca.densify(ca.gradient(share, data))])
+        return ca.Function(self.name, [phi, loops, data], outputs, [*OWN, "data"], ["value", "gradient"])
+
+    @cached_property
+    def turn(self) -> ca.Function:
+        """The same over the angles, as a loop that CasADi prints."""
+        return self.function.map(f"{self.name}_turn", "serial", ANGLES, [2], [0, 1])
+
+    def mean(self, lane: Callable[..., Any], xp: Any, data: Any, prologue: Callable[..., Any]) -> Any:
+        """The mean square by array code."""
+        given = [self.angles, data, *([self.places] if len(self.places) else [])]
+        torque = lane(xp, *given, *([prologue(xp, data)] if self.hoists else []))[self.row]
+        return (torque**2).mean()
+
+    @property
+    def array(self) -> ModuleType:
+        return generated.module(f"array/{self.name}", self.folder)
+
+
+def lanes(case: Case) -> Contender:
+    """Our own way: the kernel on arrays that stay."""
+    kernel = Kernel(case.function, lanes=OWN, summed=True)
+    kernel.compile()
+    if kernel.way != "lanes":
+        raise Absent(f"here kernels are evaluated by {kernel.way}")
+    data = case.data.copy()
+    bound = kernel.bind(phi=case.angles, loops=case.places, data=data)
+
+    def call(x: Array) -> tuple[float, Array]:
+        data[:] = x
+        found = bound()
+        return float(found["value"][0, 0]), found["gradient"][:, 0].copy()
+
+    return Contender(call, f"kernel bound to its arrays; {' '.join(toolchain.loop_flags(toolchain.OPTIMISED))}")
+
+
+def virtual_machine(case: Case) -> Contender:
+    return _casadi(case, case.turn, "one function, angles in a loop, own memory")
+
+
+def own_c(case: Case) -> Contender:
+    try:
+        return _casadi(case, lean.compiled(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
+    except toolchain.NoCompiler as reason:
+        raise Absent(str(reason)) from None
+
+
+def _casadi(case: Case, function: ca.Function, built: str) -> Contender:
+    run = Lean(function)
+
+    def call(x: Array) -> tuple[float, Array]:
+        value, gradient = run(case.angles, case.places, x)
+        return float(value[0, 0]), gradient[:, 0]
+
+    return Contender(call, built)
+
+
+def numpy(case: Case) -> Contender:
+    module = case.array
+
+    def value(x: Array) -> float:
+        return float(case.mean(module.lane, np, x, getattr(module, "prologue", _nothing)))
+
+    return _differences(value, "generated array code over all angles")
+
+
+def jax(case: Case) -> Contender:
+    try:
+        found = importlib.import_module("jax")
+    except ModuleNotFoundError:
+        raise Absent("jax is not installed") from None
+    found.config.update("jax_enable_x64", True)
+    module = case.array
+    both = found.jit(
+        found.value_and_grad(lambda x: case.mean(module.lane, found.numpy, x, getattr(module, "prologue", _nothing)))
+    )
+
+    def call(x: Array) -> tuple[float, Array]:
+        value, gradient = both(x)
+        return float(value), np.asarray(gradient)
+
+    return Contender(call, "jit of value_and_grad, float64, over all angles")
+
+
+def lambdify(case: Case) -> Contender:
+    raise Absent("eliminations with pivots, written out, outgrow the expressions of SymPy")
+
+
+def _nothing(*_: object) -> None:
+    """For a mechanism that hoists nothing."""
+
+
+def _differences(value: Callable[[Array], float], built: str) -> Contender:
+    def call(x: Array) -> tuple[float, Array]:
+        here, steps = value(x), STEP * np.maximum(np.abs(x), STEP)
+        return here, (np.array([value(x + step) for step in np.diag(steps)]) - here) / steps
+
+    return Contender(call, f"{built}; forward differences", (EXACT, DIFFERENCES))
+
+
+BUILDERS: dict[str, Callable[[Case], Contender]] = {
+    "casadi-vm": virtual_machine, "numpy": numpy, "lambdify": lambdify, "jax": jax, "casadi-c": own_c, "lanes": lanes,
+}  # fmt: skip
+"""Ways by their names; the first is what the others must agree with."""
