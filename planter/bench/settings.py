@@ -7,8 +7,18 @@ from dataclasses import dataclass, replace
 
 from planter.errors import InputError
 
-WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "gears", "derive", "cold start")
-WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "slider-crank", "four-bar", "derive", "cold start")
+WORKS = (
+    "cycle",
+    "cycle+gradient",
+    "hessian",
+    "batch",
+    "optimise",
+    "slider-crank",
+    "four-bar",
+    "gears",
+    "derive",
+    "cold start",
+)
 QUICK_WORKS = ("cycle", "cycle+gradient", "optimise")
 WAYS = ("numpy", "lambdify", "jax", "casadi-vm", "casadi-c", "lanes")
 """Ways to evaluate a turn; the works `optimise`, `gears`, `derive` and `cold start` have their own."""

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.bench import graphs, jaxed, lanes, outlines, plain, processes, searches, symbolic
-from planter.bench import graphs, jaxed, lanes, mechanisms, plain, processes, searches, symbolic
+from planter.bench import graphs, jaxed, lanes, mechanisms, outlines, plain, processes, searches, symbolic
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Times, agree, race
 from planter.bench.results import Reached, Skipped, Way, Work
@@ -97,6 +96,8 @@ def _gears(case: Case, settings: Settings) -> Work:
     times = race({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
     found = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
     return replace(found, ways=[replace(row, drawn=ways[row.way].drawn()) for row in found.ways])
+
+
 def _mechanism(name: str, settings: Settings) -> Work:
     """A mechanism of one's own, and how long it takes from its statement to functions."""
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:

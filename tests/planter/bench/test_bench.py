@@ -27,8 +27,18 @@ from planter.planting.simulation import objective_gradient
 from planter.records import schema
 
 QUICK = ("--quick", "--rounds", "1")
-WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "gears", "derive", "cold start")
-WORKS = ("cycle", "cycle+gradient", "hessian", "batch", "optimise", "slider-crank", "four-bar", "derive", "cold start")
+WORKS = (
+    "cycle",
+    "cycle+gradient",
+    "hessian",
+    "batch",
+    "optimise",
+    "slider-crank",
+    "four-bar",
+    "gears",
+    "derive",
+    "cold start",
+)
 
 
 @pytest.fixture(scope="module")
@@ -268,6 +278,8 @@ def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(ca
     assert other.drawn is not None
     assert own.drawn.vertices < other.drawn.vertices
     assert own.drawn.deviation_um < other.drawn.deviation_um
+
+
 def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
     """Its gradient is that of differences, and the ways that are not there say why."""
     settings = bench.settings(works=["four-bar"], ways=["numpy", "casadi-vm", "lanes"], rounds=1)
