@@ -19,8 +19,10 @@ CAPTIONS = {
 }
 
 
-def text(found: GearsFound, svgs: Mapping[str, str], provenance: Mapping[str, Any]) -> str:
-    """The page: what the gears are, how they mesh, figures, what the geometry assumes."""
+def text(
+    found: GearsFound, svgs: Mapping[str, str], provenance: Mapping[str, Any], moving: Sequence[Block] = ()
+) -> str:
+    """The page: what the gears are, how they mesh, moving and in figures, what the geometry assumes."""
     parts = [Section("Rack", list(_rack(found)))]
     parts += [Section(f"Pair {one.stage}: {one.gears[0].name} and {one.gears[1].name}", list(_stage(one)))
               for one in found.stages]  # fmt: skip
@@ -28,6 +30,7 @@ def text(found: GearsFound, svgs: Mapping[str, str], provenance: Mapping[str, An
         parts.append(Section("What the scaling does", list(_scaled(found))))
     figures = [FigureSvg(svg, CAPTIONS[name.rpartition("_")[2]]) for name, svg in svgs.items()]
     parts += [
+        *([Section("Motion", moving)] if moving else []),
         Section("Figures", figures),
         Section("Geometry", [Text("It assumes:"), Items(RACK.sidecar["assumptions"])]),
         provenance_section(provenance),

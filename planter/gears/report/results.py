@@ -11,10 +11,12 @@ from planter.gearing.teeth.making import Toothed
 from planter.gears import parts
 from planter.gears.parts import Part
 from planter.gears.report import figures, page
+from planter.gears.report.scene import scene
 from planter.gears.results import GearsFound
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.folder import renews
+from planter.view.block import Motion
 
 
 @renews
@@ -37,6 +39,6 @@ def write(
         files.write_text(place / f"{name}.svg", figure.svg)
         files.write_bytes(place / f"{name}.png", figure.png)
     svgs = {name: figure.svg for name, figure in drawn.items()}
-    files.write_text(folder / "report.html", page.text(told, svgs, provenance))
+    files.write_text(folder / "report.html", page.text(told, svgs, provenance, [Motion(scene(pair)) for pair in pairs]))
     files.write_summary(folder / "summary.json", {**told.table(), "provenance": dict(provenance)})
     return told

@@ -11,6 +11,10 @@ from shapely import Point, Polygon
 from derive.__main__ import main as derive
 from planter.clutch.report import scene as clutch
 from planter.clutch.rotor import Rotor
+from planter.gearing.teeth.making import toothed
+from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.pair import circles
+from planter.gears.report import scene as gears
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
 from planter.mapping.report import scene as mapping
@@ -110,3 +114,17 @@ def test_a_point_that_leaves_its_body_is_noticed(arm: Scene) -> None:
     chain = arm.chains[0]
     first, second = (arm.points[k] for k in chain.points[:2])
     assert np.ptp(np.hypot(second.x + 0.01 * second.y - first.x, second.y - first.y)) > 1e-9
+
+
+def test_teeth_mesh_without_overlap_as_they_turn() -> None:
+    """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share an area."""
+    order = Order(teeth=23)
+    pair = toothed(circles(0.023, 0.023), order, "own", ("gear", "mate"))
+    shown = gears.scene(pair)
+    for moment in (0, 17, 101):
+        one, two = (Polygon(lines[0]) for lines in placed(shown, moment).values())
+        assert one.distance(two) < 0.02
+        assert one.intersection(two).area < 1e-3
+    turned = replace(shown.bodies[1], turn=shown.bodies[1].turn + 360 / 46)
+    one, two = (Polygon(lines[0]) for lines in placed(replace(shown, bodies=(shown.bodies[0], turned)), 17).values())
+    assert one.intersection(two).area > 1

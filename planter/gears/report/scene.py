@@ -1,0 +1,38 @@
+"""A toothed pair in motion: both gears on their axes, a turn of the gear."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planter.gearing.teeth.making import Toothed
+from planter.gearing.teeth.polygons import points
+from planter.view.scene import Body, Curve, Outline, Scene
+
+MOMENTS = 240
+SECONDS = 12.0
+"""How long a turn is shown: a mesh is the same at any speed."""
+THINNED = 3
+"""Of so many vertices one is drawn."""
+_MM = 1e3
+
+
+def scene(found: Toothed) -> Scene:
+    """A period of the mesh, over the angle by which the gear has turned."""
+    mesh = found.mesh
+    at = np.linspace(0, mesh.period * mesh.pitch, MOMENTS, endpoint=False)
+    angles = [np.degrees(np.unwrap(place[0])) for place in mesh.places(at)]
+    axes = [(0.0, 0.0), (_MM * mesh.pair.distance, 0.0)]
+    bodies = [
+        Body(gear.name, (Outline(_MM * points(gear)[::THINNED], "gear", shade=shade),), axis, angle)
+        for shade, (gear, axis, angle) in enumerate(zip(mesh.gears, axes, angles, strict=True))
+    ]
+    turned = np.abs(angles[0] - angles[0][0])
+    return Scene(
+        title=f"{mesh.gear.name} and {mesh.mate.name}",
+        place=f"rotation of {mesh.gear.name}",
+        unit="deg",
+        places=turned,
+        seconds=SECONDS,
+        bodies=bodies,
+        curves=(Curve(f"rotation of {mesh.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),),
+    )
