@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import queue
 import subprocess
 import threading
@@ -82,7 +81,7 @@ class Hand:
         for _ in range(LOST):
             line = self._line(number)
             if line.endswith("\n"):
-                return worker.content(json.loads(line))
+                return worker.content(line)
             with self._lock:
                 if self._ended:
                     raise ComputationError("the worker processes were ended")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping
 
 from planter.errors import PlanterError
 from planter.optimise import workers
@@ -19,14 +18,14 @@ def main() -> None:
     for line in told:
         try:
             task = task or recipe.job()
-            said = {"content": base64.b64encode(job.found(task, int(line))).decode("ascii")}
+            said = base64.b64encode(job.found(task, int(line))).decode("ascii")
         except PlanterError as error:
-            said = {"error": error.message}
+            said = json.dumps({"error": error.message})
         except Exception as error:  # nobody sees this process's standard error
-            said = {"error": f"{type(error).__name__}: {error}"}
-        print(json.dumps(said), flush=True)
+            said = json.dumps({"error": f"{type(error).__name__}: {error}"})
+        print(said, flush=True)
 
 
-def content(said: Mapping[str, str]) -> bytes | str:
-    """What an answer carries: a chunk, or the sentence that says why there is none."""
-    return said["error"] if "error" in said else base64.b64decode(said["content"])
+def content(said: str) -> bytes | str:
+    """What a line carries: a chunk, or the sentence that says why there is none."""
+    return str(json.loads(said)["error"]) if said.startswith("{") else base64.b64decode(said)

@@ -60,19 +60,11 @@ class Planting:
 
     def evaluated(self, points: Array, threads: int) -> Array:
         """Outputs (m, k) at points (m, n): NaN in rows that have none."""
-        found = np.empty((len(points), len(self.measures)))
-
-        def run(start: int) -> None:
-            found[start : start + SLICE] = self._slice(points[start : start + SLICE])
-
-        starts = range(0, len(points), SLICE)
-        if threads == 1 or len(starts) == 1:
-            for start in starts:
-                run(start)
-        else:
-            with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(run, starts))
-        return found
+        if threads == 1:
+            return self._slice(points)
+        parts = [points[start : start + SLICE] for start in range(0, len(points), SLICE)]
+        with ThreadPoolExecutor(threads) as pool:
+            return np.vstack(list(pool.map(self._slice, parts)))
 
     def slopes(self, point: Array) -> tuple[Array, Array]:
         """Outputs (k,) at a point (n,) and their exact slopes (k, n) in the inputs; extremes stay at their samples."""
