@@ -17,6 +17,7 @@ class _Unit(NamedTuple):
 
 
 _UNITS: dict[str, _Unit] = {
+    "um": _Unit("um", 1e-6),
     "mm": _Unit("mm", 1e-3),
     "m": _Unit("m", 1.0),
     "per_mm": _Unit("1/mm", 1e3),
