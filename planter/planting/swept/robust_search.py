@@ -5,7 +5,7 @@ Requirements, if the file has any, are those of the design that is meant, withou
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -42,20 +42,21 @@ def optimum(
     """
     robust, sigmas = Robust(machine, model, spreads, settings), settings.sigmas
     search = _Search(robust)
-    phase = Phase("robust design", "descent", 3 + settings.starts, progress)
-    nominal = search.descended(search.own, NOMINAL)
-    phase.next()
-    ends = []
-    for start in (search.own, nominal, *search.others(settings)):
-        ends.append(search.descended(start, sigmas))
-        phase.next()
-    kept = [u for u in ends if search.keeps(u)]
-    if not kept:
+    starts = [search.own, *search.others(settings)]
+    phase = Phase("robust design", "descent", 2 * len(starts) + 2, progress)
+
+    def descended(points: Sequence[Array], wanted: float | None) -> list[Array]:
+        return [search.descended(start, wanted, phase) for start in points]
+
+    ends = descended(starts, NOMINAL)
+    ends += descended([*starts, search.best(ends, NOMINAL)], sigmas)
+    ends += descended([search.best(ends, sigmas)], NOMINAL)
+    nominal, best = search.best(ends, NOMINAL), search.best(ends, sigmas)
+    if not search.keeps(best):
         raise ComputationError("no robust design was found that keeps the requirements")
-    best = min(kept, key=lambda u: search.value(u, sigmas)[0])
     found = robust.scored(search.design(best), sigmas)
     return RobustFound(
-        design=found.design, objective=found.robust, sigmas=sigmas, machines=settings.machines, starts=len(ends),
+        design=found.design, objective=found.robust, sigmas=sigmas, machines=settings.machines, starts=len(starts) + 1,
         residual=search.residual(best, sigmas), own=robust.scored(robust.device.design, sigmas),
         best_nominal=robust.scored(search.design(nominal), sigmas), best_robust=found,
     )  # fmt: skip
@@ -87,7 +88,7 @@ class _Search:
         value, slope = self.robust.turns.gradient(x) if sigmas is NOMINAL else self.robust.value(x, sigmas)
         return value, slope * self.width
 
-    def descended(self, start: Array, sigmas: float | None) -> Array:
+    def descended(self, start: Array, sigmas: float | None, phase: Phase) -> Array:
         """Where a descent from a point ends."""
         scale = abs(self.value(self.own, sigmas)[0]) or 1.0
 
@@ -99,8 +100,13 @@ class _Search:
             scaled, start, jac=True, method="SLSQP", bounds=[(0, 1)] * len(start), constraints=self._constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
         )  # fmt: skip
+        phase.next()
         end: Array = np.clip(found.x, 0, 1)
         return end if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0] or not self.keeps(start) else start
+
+    def best(self, points: Sequence[Array], sigmas: float | None) -> Array:
+        """Of some points the best that keeps the requirements; the first where none does."""
+        return min(filter(self.keeps, points), key=lambda u: self.value(u, sigmas)[0], default=points[0])
 
     def keeps(self, u: Array) -> bool:
         """Whether a point keeps the requirements."""
