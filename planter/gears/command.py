@@ -40,12 +40,12 @@ def make(gears: Gears, teeth: Teeth, made: Parts, out: Path | None, progress: Li
     """
     ready = parts.check(gears.placed, made)
     stages = [
-        summary.stage(k + 1, pair, (gears.placed[2 * k].key, gears.placed[2 * k + 1].key))
+        summary.stage(k + 1, pair, (gears.placed[2 * k].key, gears.placed[2 * k + 1].key), 1e-3 * teeth.centre_error_mm)
         for k, pair in enumerate(gears.pairs)
     ]
     found = GearsFound(
-        gears.machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm, teeth.process.value,
-        stages, gears.scaled, [],
+        gears.machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm,
+        teeth.centre_error_mm, teeth.process.value, stages, gears.scaled, [],
     )  # fmt: skip
     if out is None:
         return found

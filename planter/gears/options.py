@@ -58,6 +58,10 @@ TipRadiusOption = Annotated[
 BacklashOption = Annotated[
     float, typer.Option("--backlash-mm", min=0, max=10, help="circumferential play, shared by both gears")
 ]
+CentreErrorOption = Annotated[
+    float,
+    typer.Option("--centre-error-mm", min=0, max=5, help="also the lost motion with the axes so much farther apart"),
+]
 ProcessOption = Annotated[Process, typer.Option(help="what cuts the teeth: a hob cuts nothing hollow")]
 UndercutOption = Annotated[bool, typer.Option("--allow-undercut", help="let flanks be undercut")]
 ToleranceOption = Annotated[float, typer.Option("--tolerance-um", min=0.05, max=100, help="tolerance of the arcs")]
@@ -84,6 +88,7 @@ class Teeth:
     shift: float = 0.0
     tip_radius: float = 1.0
     backlash_mm: float = 0.0
+    centre_error_mm: float = 0.0
     process: Process = Process.hob
     allow_undercut: bool = False
 
@@ -91,6 +96,7 @@ class Teeth:
         """What is ordered for a pair."""
         own: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(self)}
         play = own.pop("backlash_mm") * 1e-3
+        own.pop("centre_error_mm")
         own["pressure_angle"] = float(np.radians(self.pressure_angle))
         own["process"] = self.process.value
         module = None if module_mm is None else module_mm * 1e-3

@@ -61,7 +61,8 @@ class StageCut(Record):
     """A pair of toothed gears, and the proof that they mesh.
 
     `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, all else is solved exactly.
-    `sliding_max` is the sliding speed of flanks per rotation rate of the first gear.
+    `farther_lost_motion_deg` is the lost motion with an error of the centre distance, null without one.
+    `sliding_max_mm` is the sliding speed of flanks per rotation rate of the first gear.
     """
 
     stage: int
@@ -76,6 +77,7 @@ class StageCut(Record):
     transmission_error_rad: float
     gap_mm: Extent
     lost_motion_deg: Extent
+    farther_lost_motion_deg: Extent | None
     sliding_max_mm: float
     overlap_mm2: float
     polygon_gap_mm: Extent
@@ -105,6 +107,7 @@ class GearsFound(Record):
     addendum: float
     clearance: float
     backlash_mm: float
+    centre_error_mm: float
     process: str
     stages: list[StageCut]
     scaled: Scaled | None

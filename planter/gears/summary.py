@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.gearing.teeth import limits
+from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed
 from planter.gears.results import Extent, GearCut, Ratio, StageCut, Undercut
@@ -13,8 +14,12 @@ from planter.kernels import Array
 _MM = 1e3
 
 
-def stage(number: int, found: Toothed, keyways: tuple[float | None, float | None] = (None, None)) -> StageCut:
-    """A pair, with the directions of its shafts' marks in the gears' frames [rad], proved to mesh.
+def stage(
+    number: int, found: Toothed, keyways: tuple[float | None, float | None] = (None, None), farther: float = 0.0
+) -> StageCut:
+    """A pair, proved to mesh, with the directions of its shafts' marks in the gears' frames [rad].
+
+    `farther` is an error of the centre distance [m].
 
     Raises GeometryError where the polygons of its teeth run into each other.
     """
@@ -30,10 +35,11 @@ def stage(number: int, found: Toothed, keyways: tuple[float | None, float | None
         gears=[_gear(gear, key) for gear, key in zip(found.gears, keyways, strict=True)],
         contact_ratio=Ratio(float(ratios.min()), float(ratios.max()), float(ratios.mean())),
         pressure_angle_deg=_extent(np.degrees(found.pressure_angles)),
-        transmission_error_rad=float(np.abs(found.transmission_errors).max()),
+        transmission_error_rad=float(np.abs(found.contacts.errors).max()),
         gap_mm=_extent(found.gaps * _MM),
         lost_motion_deg=_extent(np.degrees(found.lost_motion)),
-        sliding_max_mm=float(found.mesh.sliding(found.mesh.ends).max()) * _MM,
+        farther_lost_motion_deg=_extent(np.degrees(found.slack(farther))) if farther else None,
+        sliding_max_mm=float(Contacts(found.mesh, found.mesh.ends).sliding.max()) * _MM,
         overlap_mm2=float(found.overlaps.max()) * _MM**2,
         polygon_gap_mm=_extent(found.polygon_gaps * _MM),
         positions=len(found.mesh.positions),

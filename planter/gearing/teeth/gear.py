@@ -10,41 +10,21 @@ import numpy as np
 
 from planter.gearing.teeth import joins
 from planter.gearing.teeth.curve import PitchCurve
-from planter.gearing.teeth.flanks import Flanks, smooth_parts
+from planter.gearing.teeth.flanks import Flanks
 from planter.gearing.teeth.joins import Line
 from planter.gearing.teeth.outline import Kind, Outline
+from planter.gearing.teeth.pieces import KINDS, Pieces, at_joints, without_nothing
 from planter.gearing.teeth.rack import Cut, Rack
 from planter.kernels import Array
 from planter.numerics import extremes, quadrature
-from planter.numerics.arrays import Flags, Integers
+from planter.numerics.arrays import Integers
 from planter.numerics.latest import Latest
 
-KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
-_TIP, _ROOT = 2, 3
+_TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
 _NODES = 24
 """Nodes of a quadrature along a piece."""
 _TRIED = 17
 """Places on a piece where the nearest point to the axis is looked for."""
-
-
-@dataclass(frozen=True)
-class Pieces:
-    """Pieces (n,) of an outline in its order: index into KINDS, number of the flank or -1, tooth, side, and the arc
-    lengths of the pitch curve at which their start and end are cut."""
-
-    kind: Integers
-    flank: Integers
-    tooth: Integers
-    side: Integers
-    start: Array
-    end: Array
-
-    @property
-    def middle(self) -> Array:
-        return (self.start + self.end) / 2
-
-    def of(self, which: Integers | Flags) -> Pieces:
-        return Pieces(*(rows[which] for rows in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -116,7 +96,7 @@ class Gear:
         rows = np.array(list(self._ordered()))
         kind, flank, tooth, side = rows[:, :4].astype(int).T
         whole = Pieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
-        return _without_nothing(_at_joints(self.curve, whole), self.curve.length)
+        return without_nothing(at_joints(self.curve, whole), self.curve.length)
 
     def _ordered(self) -> Iterator[tuple[float, ...]]:
         """The rows of `Pieces`, one piece after the other."""
@@ -197,26 +177,3 @@ class Gear:
         distances = np.hypot(*self.sampled(shares).points)
         nearest = Piece(self, int(np.argmin(distances.min(axis=1))))
         return extremes.least(lambda s: np.hypot(*nearest.at(s).T), shares).value
-
-
-def _at_joints(curve: PitchCurve, whole: Pieces) -> Pieces:
-    """Pieces cut where the curvature of the pitch curve jumps, each part in the outline's direction."""
-    backwards = whole.end < whole.start
-    low, high = np.minimum(whole.start, whole.end), np.maximum(whole.start, whole.end)
-    which, starts, ends = smooth_parts(curve, low, high)
-    order = np.lexsort((np.where(backwards[which], -starts, starts), which))
-    which, starts, ends = which[order], starts[order], ends[order]
-    turned = backwards[which]
-    parts = whole.of(which)
-    return Pieces(
-        parts.kind, parts.flank, parts.tooth, parts.side, np.where(turned, ends, starts), np.where(turned, starts, ends)
-    )
-
-
-def _without_nothing(pieces: Pieces, length: float) -> Pieces:
-    """The pieces that have a length: a rack with a full round leaves no root."""
-    return pieces.of(np.abs(pieces.end - pieces.start) > _NO_LENGTH * length)
-
-
-_NO_LENGTH = 1e-12
-"""Share of a pitch curve's length below which a piece is none."""

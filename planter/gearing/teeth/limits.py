@@ -85,13 +85,19 @@ def check_gear(gear: Gear, order: Order) -> None:
 
 def check_mesh(mesh: Mesh, name: str) -> None:
     """Raise GeometryError where a tooth leaves before the next has come."""
-    ratios, pairs = mesh.contact_ratios, mesh.pairs
-    least = int(np.argmin(ratios))
+    ratios, laps, pairs = mesh.contact_ratios, mesh.laps, mesh.pairs
+    least, alone = int(np.argmin(ratios)), int(np.argmin(laps))
     if ratios[least] < CONTACT_RATIO:
         one, two = (int(n[least]) % g.z for n, g in zip(pairs.numbers, mesh.gears, strict=True))
         raise GeometryError(
             f"{name}: the contact ratio of tooth {one} of {mesh.gear.name} with tooth {two} of {mesh.mate.name} is "
             f"{ratios[least]:.4g}, which is not allowed: it must be at least {CONTACT_RATIO:g}"
+        )
+    if laps[alone] < 0:
+        tooth = int(pairs.numbers[0][alone]) % mesh.gear.z
+        raise GeometryError(
+            f"{name}: between tooth {tooth} of {mesh.gear.name} and the next no teeth touch for "
+            f"{-laps[alone] * 1e3:.4g} mm of rolling, which is not allowed"
         )
 
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from planter.gearing.teeth import limits
+from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.curve import POLAR
 from planter.gearing.teeth.flanks import Flanks
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.meshing import Facing, Mesh
+from planter.gearing.teeth.meshing import Mesh
 from planter.gearing.teeth.order import Order, Sized, sized
 from planter.gearing.teeth.pair import Pair
 from planter.gearing.teeth.polygons import Overlay
@@ -34,24 +35,24 @@ class Toothed:
         return self.mesh.gears
 
     @cached_property
-    def faced(self) -> Facing:
-        """Flanks that face each other at the positions of the mesh."""
-        return self.mesh.facing(self.mesh.positions)
-
-    @cached_property
-    def transmission_errors(self) -> Array:
-        """Of every contact at the positions of the mesh, without play [rad]."""
-        return self.mesh.transmission_errors(self.faced)
+    def contacts(self) -> Contacts:
+        """Of the flanks that face each other at the positions of the mesh."""
+        return Contacts(self.mesh, self.mesh.facing(self.mesh.positions))
 
     @cached_property
     def gaps(self) -> Array:
         """Of all flanks that face each other, along their common normals [m]."""
-        return self.mesh.gaps(self.faced) if self.order.play else np.zeros_like(self.faced.at)
+        return self.contacts.gaps if self.order.play else np.zeros_like(self.contacts.faced.at)
 
     @cached_property
     def lost_motion(self) -> Array:
         """Of both sides at the positions of the mesh [rad]."""
-        return self.mesh.lost_motion(self.faced)
+        return self.contacts.lost_motion
+
+    def slack(self, more: float) -> Array:
+        """The lost motion [rad] with the axes that much [m] farther apart."""
+        pair = replace(self.mesh.pair, distance=self.mesh.pair.distance + more)
+        return Contacts(replace(self.mesh, pair=pair), self.contacts.faced).lost_motion
 
     @cached_property
     def overlay(self) -> Overlay:

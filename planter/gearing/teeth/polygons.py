@@ -10,8 +10,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from planter.gearing.teeth.gear import KINDS, Gear
+from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.meshing import Mesh
+from planter.gearing.teeth.pieces import KINDS
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.numerics.latest import Latest

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed
 from planter.gearing.teeth.polygons import points
@@ -49,7 +50,7 @@ def meshing(found: Toothed) -> Figure:
         own, mate = mesh.places(at)
         _gear(axes, mesh.gear, own[0, 0], (0.0, 0.0), style.BLUE)
         _gear(axes, mesh.mate, mate[0, 0], (mate[1, 0], mate[2, 0]), style.VERMILION)
-        axes.plot(*(_MM * mesh.contacts(mesh.facing(at))), ".", color=style.INK, markersize=4)
+        axes.plot(*(_MM * Contacts(mesh, mesh.facing(at)).points), ".", color=style.INK, markersize=4)
         radius = _MM * float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * at)[:2])[0])
         wide = _MM * _WINDOW * mesh.pitch
         axes.plot(radius, 0, "o", color=style.PAPER, markeredgecolor=style.INK, markersize=4)
@@ -104,7 +105,7 @@ def play(found: Toothed) -> Figure:
     above.set_ylabel("lost motion / deg")
     middle.plot(share, 1e6 * found.polygon_gaps, color=style.GREEN)
     middle.set_ylabel("least gap of\npolygons / um")
-    below.plot(found.faced.at / (mesh.period * mesh.pitch), found.transmission_errors, ".", markersize=2)
+    below.plot(found.contacts.faced.at / (mesh.period * mesh.pitch), found.contacts.errors, ".", markersize=2)
     below.set_ylabel("transmission\nerror / rad")
     below.set_xlabel("share of a period")
     return figure

@@ -11,6 +11,7 @@ from planter.gears.options import (
     AddendumOption,
     BacklashOption,
     BoreOption,
+    CentreErrorOption,
     ClearanceOption,
     KeepOption,
     KeywayOption,
@@ -75,6 +76,7 @@ def gears(
     shift: ShiftOption = 0.0,
     tip_radius: TipRadiusOption = 1.0,
     backlash_mm: BacklashOption = 0.0,
+    centre_error_mm: CentreErrorOption = 0.0,
     process: ProcessOption = Process.hob,
     allow_undercut: UndercutOption = False,
     tolerance_um: ToleranceOption = 1.0,
@@ -97,7 +99,17 @@ def gears(
         if curve is None and (mate is not None or turns != 1):
             raise InputError("--mate and --turns go with --curve")
         made = options.parts(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
-        rack = Teeth(pressure_angle, addendum, clearance, shift, tip_radius, backlash_mm, process, allow_undercut)
+        rack = Teeth(
+            pressure_angle,
+            addendum,
+            clearance,
+            shift,
+            tip_radius,
+            backlash_mm,
+            centre_error_mm,
+            process,
+            allow_undercut,
+        )
         if curve is not None:
             if module1 is not None or module2 is not None:
                 raise InputError("--module1 and --module2 go with MACHINE: a curve has --module")

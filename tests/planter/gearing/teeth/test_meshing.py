@@ -11,6 +11,7 @@ import shapely
 
 from planter.errors import GeometryError
 from planter.gearing.teeth import limits, pair
+from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.meshing import Mesh
@@ -18,7 +19,7 @@ from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.polygons import Overlay
 from planter.kernels import Array
 from tests.support import pairs
-from tests.support.toothed import FREE, circles, stage
+from tests.support.toothed import FREE, circles, involute, stage
 
 PLAY = 5e-5
 COS = math.cos(math.radians(20))
@@ -29,14 +30,15 @@ EVERY = [(family, seed, (25, 32, 41, 60)[seed % 4]) for family in sorted(pairs.F
 def exact(family: str, seed: int, z: int) -> None:
     """Conjugate without play; with it the gap is that of the rack everywhere, and so is the lost motion."""
     still = stage(family, seed, z)
-    assert np.abs(still.transmission_errors).max() < 1e-11
+    assert np.abs(still.contacts.errors).max() < 1e-11
     loose = stage(family, seed, z, replace(FREE, play=PLAY))
-    gaps = loose.mesh.gaps(loose.faced)
+    gaps = loose.contacts.gaps
     np.testing.assert_allclose(gaps, PLAY / 2 * COS, atol=1e-13)
     assert loose.overlaps.max() == 0 or family in ("fourier", "limacon", "sine")
-    side = loose.faced.side
-    for one in (-1.0, 1.0):
-        assert len(np.unique(loose.faced.at[side == one])) == len(loose.mesh.positions)
+    side = loose.contacts.faced.side
+    if loose.mesh.laps.min() > PLAY:
+        for one in (-1.0, 1.0):
+            assert len(np.unique(loose.contacts.faced.at[side == one])) == len(loose.mesh.positions)
 
 
 @pytest.mark.parametrize(("family", "seed", "z"), MESHES[:3])
@@ -65,6 +67,16 @@ def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
         assert np.abs(lost - expected).max() < 0.02 * expected.max()
 
 
+def test_axes_that_are_farther_apart_give_the_mate_more_to_turn_by() -> None:
+    """Of circles: base circles stay, and the angle of contact grows to that of the new distance."""
+    found, more = circles(25, 50, Order(play=PLAY)), 2e-5
+    base, a = 25e-3 * COS, found.mesh.pair.distance
+    angle = math.acos(3 * base / (a + more))
+    opened = 3 * base * (involute(angle) - involute(math.radians(20)))
+    expected = (opened + PLAY / 2 * COS) / (2 * base)
+    np.testing.assert_allclose(found.slack(more), expected, rtol=1e-8)
+
+
 def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
     for found in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, Order(play=PLAY))):
         gap = found.polygon_gaps
@@ -76,11 +88,21 @@ def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
     assert touching.polygon_gaps.max() < 1e-6
 
 
+def test_a_pair_of_teeth_that_leaves_before_the_next_comes_is_told() -> None:
+    """On circles the rolling length that two pairs share is the contact ratio's excess over one, in pitches."""
+    mesh = circles(20, 30, Order()).mesh
+    np.testing.assert_allclose(mesh.laps, (mesh.contact_ratios[0] - 1) * mesh.pitch, rtol=1e-9)
+    with pytest.raises(GeometryError, match="the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74"):
+        circles(40, 40, Order(addendum=0.4))
+
+
 def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
     found = circles(20, 30, Order())
     path = math.pi * 2e-3 * COS * found.mesh.contact_ratios[0]
     tip = math.sqrt(22e-3**2 - (20e-3 * COS) ** 2) - 20e-3 * math.sin(math.radians(20))
-    assert found.mesh.sliding(found.mesh.ends).max() == pytest.approx(max(tip, path - tip) * (1 + 20 / 30), rel=1e-9)
+    assert Contacts(found.mesh, found.mesh.ends).sliding.max() == pytest.approx(
+        max(tip, path - tip) * (1 + 20 / 30), rel=1e-9
+    )
 
 
 def test_a_mate_turns_once_in_several_turns_of_its_gear() -> None:
@@ -88,7 +110,7 @@ def test_a_mate_turns_once_in_several_turns_of_its_gear() -> None:
     assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
     found = toothed(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
     assert found.sized.teeth == (30, 60)
-    assert np.abs(found.transmission_errors).max() < 1e-11
+    assert np.abs(found.contacts.errors).max() < 1e-11
     assert found.overlaps.max() < 1e-14
 
 
@@ -140,8 +162,8 @@ def test_axes_that_are_too_near_are_found(sound: Toothed) -> None:
     near = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
     mesh = Mesh(near, *sound.gears)
     assert refused(Overlay.of(mesh))
-    assert mesh.gaps(mesh.facing(mesh.positions)).min() < -2e-6
-    assert np.abs(mesh.transmission_errors(mesh.facing(mesh.positions))).max() > 1e-6
+    assert Contacts(mesh, mesh.facing(mesh.positions)).gaps.min() < -2e-6
+    assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-6
 
 
 @pytest.mark.parametrize(("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"])
@@ -156,4 +178,4 @@ def test_what_is_moved_of_an_outline_is_found(sound: Toothed, first: int, last: 
 def test_a_flank_of_another_rack_is_not_conjugate(sound: Toothed) -> None:
     other = replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01))
     mesh = Mesh(sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other)))
-    assert np.abs(mesh.transmission_errors(mesh.facing(mesh.positions))).max() > 1e-7
+    assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-7

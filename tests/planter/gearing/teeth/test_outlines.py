@@ -9,8 +9,9 @@ import pytest
 import shapely
 
 from planter.gearing.teeth import pair
-from planter.gearing.teeth.gear import KINDS, Gear
+from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.order import sized
+from planter.gearing.teeth.pieces import KINDS
 from tests.support import pairs
 from tests.support.toothed import FREE, Rack, circle, stage, swept
 
