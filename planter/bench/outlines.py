@@ -60,7 +60,7 @@ def ours(case: Case) -> Maker:
         found = making.toothed(curves, order, "ellipses", ("inner gear", "outer gear"))
         fits[:] = [biarcs.fit(gear.outline().pieces, TOLERANCE) for gear in found.gears]
         drawing.dxf(Line("TEETH", fit.arcs) for fit in fits)
-        if found.gears[0].z != TEETH or np.abs(found.transmission_errors).max() > TOLERANCE:
+        if found.gears[0].z != TEETH or np.abs(found.contacts.errors).max() > TOLERANCE:
             raise Absent("the pair does not mesh")
 
     def drawn() -> Drawn:

@@ -92,7 +92,7 @@ def test_a_pair_of_teeth_that_leaves_before_the_next_comes_is_told() -> None:
     """On circles the rolling length that two pairs share is the contact ratio's excess over one, in pitches."""
     mesh = circles(20, 30, Order()).mesh
     np.testing.assert_allclose(mesh.laps, (mesh.contact_ratios[0] - 1) * mesh.pitch, rtol=1e-9)
-    with pytest.raises(GeometryError, match="the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74"):
+    with pytest.raises(GeometryError, match=r"the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74"):
         circles(40, 40, Order(addendum=0.4))
 
 
