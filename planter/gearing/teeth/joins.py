@@ -39,7 +39,7 @@ class Line:
 def paths(flanks: Flanks) -> list[list[Line]]:
     """The lines of the outline from the tip to the root of each of the flanks (2 z).
 
-    Raises GeometryError for a tooth whose flank is cut away.
+    Raises GeometryError for a tooth whose flank meets no fillet.
     """
     ends = np.array([flanks.tips[0], flanks.straight_ends, flanks.middle]).T.tolist()
     found = [[Line("flank", tip, end), Line("fillet", end, middle)] for tip, end, middle in ends]
@@ -70,7 +70,8 @@ def _walked(flanks: Flanks, one: int) -> list[Line]:
         crossed = _crossed(flanks, one, Line(line.kind, at, line.lower), later[smooth:])
         if crossed is None and not smooth:
             raise GeometryError(
-                f"the flanks of tooth {flanks.tooth[one]} are cut away: the rack's round leaves nothing of them"
+                f"a flank of tooth {flanks.tooth[one]} meets no fillet: it is cut away, or the round on the tips of "
+                f"the rack is too small for a hollow place"
             )
         number, end, start = crossed or (0, line.lower, later[0].upper)
         found.append(Line(line.kind, at, end))
