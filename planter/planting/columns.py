@@ -7,6 +7,12 @@ from planter.planting import quantities
 from planter.planting.designer.shown import BORNE
 from planter.planting.functions import MODELS
 
+FITTED = {
+    "measured_N": ("measured value of the total that was fitted", "measurement"),
+    **{f"{model}_N": (f"the same by the fitted {model} model", "derived") for model in MODELS},
+}
+"""Columns of a fit to measured data."""
+
 
 def columns() -> dict[str, tuple[str, str]]:
     """Meaning and source of each column."""

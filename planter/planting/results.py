@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from planter.planting.designer.results import DesignersSummary
+from planter.planting.measured.results import MeasuredFound
 from planter.records import Record
 from planter.workshop.cams.results import Cam
 
@@ -539,7 +540,7 @@ COMMANDS = {
     "simulate": SimulationFound,
     "sensitivity": SensitivityFound,
     "validate": Validation,
-    "calibrate": CalibrationFound,
+    "calibrate": CalibrationFound | MeasuredFound,
     "compare": ComparisonFound,
     "export c": Written,
     "export cuda": Written,

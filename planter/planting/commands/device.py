@@ -165,34 +165,6 @@ def optimise(
 
 
 @app.command()
-def calibrate(
-    machine: MachineArgument,
-    target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
-    model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
-    flank: Annotated[
-        list[str] | None,
-        typer.Option(metavar="LAW", help="try only this law of the cam's flanks (repeatable)", show_default=False),
-    ] = None,
-    set_: SetOption = None,
-    speed_rpm: SpeedOption = None,
-    as_json: JsonOption = False,
-    out: OutOption = None,
-) -> None:
-    """Fit what a paper does not disclose to the force that it reports, and say how little that settles."""
-    console = Console(as_json)
-    with console.outcome():
-        from planter.planting import calibration, tables
-        from planter.planting.report import results as report
-
-        device = device_of(machine, model, set_, speed_rpm)
-        result = calibration.calibrate(device.machine, device.model, target, flank or (), console.progress)
-        if out is not None:
-            with kept(result.table()):
-                report.write_result(out, device, result)
-        console.result(result, lambda: tables.calibration(console, result))
-
-
-@app.command()
 def validate(
     machine: MachineArgument,
     set_: SetOption = None,

@@ -1,0 +1,123 @@
+"""Calibration: what a paper does not disclose fitted to its figures, or inputs fitted to measured data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planter.errors import InputError
+from planter.planting.commands.options import MachineArgument, Model, SpeedOption, device_of, kept
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
+
+if TYPE_CHECKING:
+    from planter.planting.measured.calibration import Check
+    from planter.planting.measured.reading import Columns
+    from planter.planting.model import Device
+
+app = typer.Typer()
+Text = str | None
+
+
+def _option(help_: str, metavar: str) -> typer.models.OptionInfo:
+    found: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_, show_default=False)
+    return found
+
+
+@app.command()
+def calibrate(
+    machine: MachineArgument,
+    target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
+    model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
+    flank: Annotated[list[str] | None, _option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
+    data: Annotated[Path | None, _option("fit to a measured curve in this CSV file instead", "CSV")] = None,
+    column: Annotated[Text, _option("its column with the measured values", "NAME")] = None,
+    angle: Annotated[Text, _option("its column with the carrier angle", "NAME")] = None,
+    time: Annotated[Text, _option("its column with the time; the speed is the machine's", "NAME")] = None,
+    unit: Annotated[Text, _option("unit of the values, where the header has none: N, kN, N m", "UNIT")] = None,
+    place_unit: Annotated[Text, _option("unit of angle or time: deg, rad, rev, s, ms, min", "UNIT")] = None,
+    quantity: Annotated[str, typer.Option(help="what was measured: a total of `simulate`")] = "support_N",
+    fit: Annotated[
+        list[str] | None, _option("fit this input within bounds; also offset_N and phase_deg (repeatable)",
+                                  "PATH=LOW:HIGH"),
+    ] = None,
+    check: Annotated[Path | None, _option("a second measurement to predict", "CSV")] = None,
+    check_rpm: Annotated[float | None, _option("its speed", "RPM")] = None,
+    seed: SeedOption = 0,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:  # fmt: skip
+    """Fit what a paper does not disclose to the force that it reports, or chosen inputs to a measured curve.
+
+    Measured: planter calibrate my.toml --data force.csv --column force --angle angle --fit mass.planet_kg=0.8:1.6
+    --fit offset_N=-20:20 --check faster.csv --check-rpm 50 --out fitted
+    """
+    console = Console(as_json)
+    with console.outcome():
+        device = device_of(machine, model, set_, speed_rpm)
+        if data is None:
+            _to_figures(console, device, target, flank or (), out)
+            return
+        from planter.planting.measured.calibration import Check
+        from planter.planting.measured.reading import Columns
+
+        if column is None:
+            raise InputError("--column must name the column of --data with the measured values")
+        if (check is None) != (check_rpm is None):
+            raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
+        second = None if check is None or check_rpm is None else Check(check, check_rpm)
+        columns = Columns(column, angle, time, unit, place_unit)
+        _to_data(console, device, data, columns, _bounds(fit or ()), quantity, second, seed, out)
+
+
+def _to_figures(console: Console, device: Device, target: str, laws: list[str] | tuple[()], out: Path | None) -> None:
+    from planter.planting import calibration, tables
+    from planter.planting.report import results as report
+
+    result = calibration.calibrate(device.machine, device.model, target, laws, console.progress)
+    if out is not None:
+        with kept(result.table()):
+            report.write_result(out, device, result)
+    console.result(result, lambda: tables.calibration(console, result))
+
+
+def _to_data(
+    console: Console,
+    device: Device,
+    data: Path,
+    columns: Columns,
+    bounds: dict[str, tuple[float, float]],
+    quantity: str,
+    check: Check | None,
+    seed: int,
+    out: Path | None,
+) -> None:
+    from planter.planting.measured import calibration, tables
+    from planter.planting.report import measured as report
+
+    found = calibration.calibrate(
+        device.machine, device.model, data, columns, bounds, quantity, check, seed, console.progress
+    )
+    if out is not None:
+        with kept(found.result.table()):
+            report.write(out, device, found)
+    console.result(found.result, lambda: tables.measured(console, found.result))
+
+
+def _bounds(texts: list[str] | tuple[()]) -> dict[str, tuple[float, float]]:
+    """Inputs with their bounds, as `PATH=LOW:HIGH` has them."""
+    found: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        name, _, ends = text.partition("=")
+        try:
+            low, high = map(float, ends.split(":"))
+        except ValueError:
+            raise InputError(
+                f"--fit {text} is not allowed: it must be PATH=LOW:HIGH, as mass.planet_kg=0.8:1.6"
+            ) from None
+        found[name.strip()] = (low, high)
+    return found

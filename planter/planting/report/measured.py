@@ -1,0 +1,115 @@
+"""Files of a fit to measured data: summary, residuals, the fitted machine, one figure, the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.files.written import lines
+from planter.planting.measured.calibration import Calibrated
+from planter.planting.measured.curve import NUISANCE
+from planter.planting.model import Device
+from planter.planting.report.page import meanings
+from planter.report import files, style
+from planter.report.folder import renews
+from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import inputs, provenance_section
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.kernels import Array
+
+MACHINE_FILE = "calibrated.toml"
+DENSE_DEG = np.linspace(0, 360, 721)
+
+
+@renews
+def write(out: Path, device: Device, found: Calibrated) -> None:
+    """Writes summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
+
+    Raises InputError for a folder that it cannot write.
+    """
+    folder, machine = files.output_folder(out), device.machine
+    provenance = files.provenance(machine)
+    summary = {**found.result.table(), "input": machine.table(), "provenance": provenance}
+    files.write_summary(folder / "summary.json", summary)
+    columns = _columns(found)
+    files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)
+    if found.machine is not None:
+        files.write_text(folder / MACHINE_FILE, machine_text(found))
+    drawn = style.save(measured(columns, _curves(found)), files.output_folder(folder / "figures"), "measured")[0]
+    files.write_text(folder / "report.html", _page(device, found, drawn.read_text(encoding="utf-8")))
+
+
+def machine_text(found: Calibrated) -> str:
+    """The machine file (TOML) with the fitted inputs; what was fitted beside them stands in its head."""
+    machine = found.machine
+    assert machine is not None
+    table = machine.table()
+    how = f"calibrated ({found.result.model} model, {found.result.reached.points} points)"
+    names = [entry.name for entry in found.result.fitted if entry.name not in NUISANCE]
+    origins = {name: words for name, words in machine.origins.items() if name not in names}
+    table["origin"] = origins | {name.partition("[")[0]: how for name in names}
+    beside = [f"# {e.name} = {e.value!r}" for e in found.result.fitted if e.name in NUISANCE]
+    head = [f"# {machine.name}, inputs fitted to measured data: {found.result.statement}.", *beside]
+    return "\n".join([*head, "", *lines(table, {})]) + "\n"
+
+
+def _columns(found: Calibrated) -> dict[str, Array]:
+    """Measured and computed values over the turn, in shown units."""
+    used = found.measured.used
+    columns = {"phi_deg": np.degrees(found.measured.phi[used]), "measured_N": found.measured.values[used]}
+    return columns | {f"{model}_N": columns["measured_N"] - fit.residuals for model, fit in found.fits.items()}
+
+
+def _curves(found: Calibrated) -> dict[str, Array]:
+    """Fitted curves of both models over the whole turn, whatever part of it was measured."""
+    phi = np.radians(DENSE_DEG)
+    return {model: fit.curve(fit.values, phi)[0] for model, fit in found.fits.items()}
+
+
+@style.drawn
+def measured(columns: dict[str, Array], curves: dict[str, Array]) -> Figure:
+    """Measured points with the fitted curves of both models at `DENSE_DEG`, and what each leaves."""
+    figure = style.new_figure(5.0)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
+    phi = np.mod(columns["phi_deg"], 360)
+    top.plot(phi, columns["measured_N"], "o", color=style.SOFT, markersize=2, label="measured")
+    for index, (model, values) in enumerate(curves.items()):
+        shade = style.colour(model, index)
+        top.plot(DENSE_DEG, values, color=shade, label=f"{model} model")
+        bottom.plot(phi, columns["measured_N"] - columns[f"{model}_N"], "o", color=shade, markersize=1.6)
+    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
+    top.set_ylabel("measured and fitted / N")
+    bottom.set_ylabel("left / N")
+    style.over_a_turn(bottom)
+    figure.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
+    return figure
+
+
+def _page(device: Device, found: Calibrated, drawn: str) -> str:
+    result, machine = found.result, device.machine
+    head = ("input", "value", "from", "to", "unit", "lower", "upper", "open", "origin")
+    rows = [
+        (e.name, e.value, e.low95, e.high95, e.unit, e.lower, e.upper, "yes" if e.open else "", e.origin)
+        for e in result.fitted
+    ]
+    models = [(name, m.rms_N, m.rms_of_noise, m.rank, f"{m.agreeing_starts} of {m.starts}")
+              for name, m in result.models.items()]  # fmt: skip
+    parts = [
+        Section("In one sentence", [Text(f"{result.statement[0].upper()}{result.statement[1:]}.")]),
+        Section("Data", [Items(result.treatment), Keys({"noise / N": result.noise_N, "left out": result.left_out})]),
+        Section("Fitted inputs, with 95 % bands", [Table(head, rows)]),
+        Section("Models", [Table(("model", "left / N", "over noise", "rank", "starts agree"), models)]),
+        Section("Figure", [FigureSvg(drawn, "Measured and fitted over the turn, and what each model leaves.")]),
+    ]
+    if result.prediction is not None:
+        left = [(name, value) for name, value in result.prediction.rms_N.items()]
+        caption = f"{result.prediction.points} points at {result.prediction.speed_rpm:g} r/min, nothing fitted to them"
+        parts.append(Section("Prediction", [Table(("model", "left / N"), left, caption)]))
+    parts.append(Section("Inputs", list(inputs(machine, meanings(device.sidecar), besides=("design", "bounds")))))
+    parts.append(provenance_section(files.provenance(machine)))
+    return page(f"Planting device {machine.name}, fitted to measured data", parts, machine.description)

@@ -1,0 +1,220 @@
+"""Inputs fitted to measured curves: synthetic data of both models come back, and what data cannot tell is said."""
+
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.planting import cycle
+from planter.planting.file import Machine, load
+from planter.planting.functions import Model
+from planter.planting.measured import reading, tables
+from planter.planting.measured.calibration import Calibrated, Check, calibrate
+from planter.planting.measured.curve import Chosen, MeasuredCurve
+from planter.planting.measured.fit import searched
+from planter.planting.measured.reading import Columns, read
+from planter.planting.model import Device
+from planter.planting.report import measured as report
+from planter.terminal.console import Console
+from tests.support import machines
+from tests.support.cli import refusal
+from tests.support.schemas import committed
+
+TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
+BOUNDS = {"mass.planet_kg": (0.9, 1.6), "centroid.planet_xy_mm[0]": (10.0, 26.0), "phase_deg": (-10.0, 10.0)}
+COLUMNS = Columns("force", angle="angle")
+NOISE = 0.05
+
+
+def curve(machine: Machine, model: Model, degrees: np.ndarray) -> np.ndarray:
+    device = Device(machine, model)
+    return device.support(device.prologue(device.design), np.radians(degrees))
+
+
+def written(path: Path, model: Model, machine: Machine | None = None, **more: float) -> Path:
+    """A measurement of the true machine: noise, an offset [N], a wrong zero of the angle [deg], a missing piece."""
+    own = machines.machine("wang2017").with_numbers(TRUE) if machine is None else machine
+    degrees = np.arange(0, 360, 1.5)
+    degrees = degrees[(degrees < 300) | (degrees > 300 + more.get("missing", 0))]
+    force = curve(own, model, degrees + more.get("phase", 0.0)) + more.get("offset", 0.0)
+    force = force + np.random.default_rng(int(more.get("seed", 4))).normal(0, NOISE, len(force))
+    rows = "\n".join(f"{a},{f:.9f}" for a, f in zip(degrees, force, strict=True))
+    path.write_text(f"# a made-up measurement\nangle [deg],force [N]\n{rows}\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
+    """Fits to data of each model, with a piece missing, a wrong zero, and a second measurement at another speed."""
+    folder, base = tmp_path_factory.mktemp("measured"), machines.machine("wang2017")
+    results: dict[Model, Calibrated] = {}
+    models: tuple[Model, ...] = ("exact", "printed")
+    for model in models:
+        faster = base.with_numbers({**TRUE, "operation.speed_rpm": 50.0})
+        data = written(folder / f"{model}.csv", model, phase=2.0, missing=40)
+        check = written(folder / f"{model}-faster.csv", model, faster, phase=2.0, seed=8)
+        results[model] = calibrate(base, model, data, COLUMNS, BOUNDS, check=Check(check, 50.0))
+    return results
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_inputs_come_back_within_their_bands(model: Model, found: dict[Model, Calibrated]) -> None:
+    result = found[model].result
+    wanted = {**TRUE, "phase_deg": 2.0}
+    assert result.rank == 3
+    for entry in result.fitted:
+        assert entry.low95 <= wanted[entry.name] <= entry.high95
+        assert entry.low95 < entry.value < entry.high95
+        assert entry.high95 - entry.low95 < 0.6 * (entry.upper - entry.lower)
+    assert result.noise_N == pytest.approx(NOISE, rel=0.4)
+    assert result.reached.rms_N == pytest.approx(NOISE, rel=0.2)
+    assert f"the {model} model explains the data" in result.statement
+
+
+def test_the_other_model_does_not_explain_the_data_nor_the_other_speed(found: dict[Model, Calibrated]) -> None:
+    for model, other in (("exact", "printed"), ("printed", "exact")):
+        result = found[model].result
+        assert f"the {other} model does not explain the data" in result.statement
+        assert result.prediction is not None
+        assert result.prediction.rms_N[model] == pytest.approx(NOISE, rel=0.4)
+        assert result.prediction.rms_N[other] > 10 * NOISE
+
+
+def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
+    own = found["exact"]
+    report.write(tmp_path, Device(machines.machine("wang2017")), own)
+    machine = load(tmp_path / report.MACHINE_FILE)
+    assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
+    degrees = np.degrees(own.fits["exact"].curve.phi) + own.result.fitted[2].value
+    again = curve(machine, "exact", degrees)
+    assert again == pytest.approx(own.fits["exact"].curve(own.fits["exact"].values)[0], abs=1e-9)
+    head = (tmp_path / "residuals.csv").read_text(encoding="utf-8")
+    assert "phi_deg,measured_N,exact_N,printed_N" in head
+    assert "times their noise" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    jsonschema.validate(own.result.table(), committed("calibrate"))
+
+
+def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
+    device = machines.device("wang2017")
+    chosen = Chosen.of(device, {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
+    own = MeasuredCurve(device, chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0))
+    z = own.own()
+    slopes = own(z)[1]
+    for i, width in enumerate(chosen.upper - chosen.lower):
+        step = np.zeros_like(z)
+        step[i] = 1e-6 * width
+        assert slopes[:, i] * width == pytest.approx((own(z + step)[0] - own(z - step)[0]) / 2e-6, abs=2e-6)
+
+
+def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_path: Path) -> None:
+    device = machines.device("wang2017")
+    measured = read(written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0), COLUMNS, 1.0)
+    without = searched(MeasuredCurve(device, Chosen.of(device, {"mass.sun_kg": (0.35, 0.45)}), measured), starts=2)
+    assert without.rms > 20 * measured.noise
+    gauge = searched(MeasuredCurve(device, Chosen.of(device, {"offset_N": (-20.0, 20.0)}), measured), starts=2)
+    assert gauge.rms == pytest.approx(NOISE, rel=0.2)
+    assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
+
+
+def test_what_the_data_do_not_determine_is_told(tmp_path: Path) -> None:
+    """The spring's preload is within the device: the support does not feel it in the exact model."""
+    device = machines.device("wang2017")
+    chosen = Chosen.of(device, {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
+    data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
+    fit = searched(MeasuredCurve(device, chosen, read(data, COLUMNS, 1.0)), starts=3)
+    assert fit.rank == 1
+    assert fit.correlation() is None
+    assert fit.band(0) == pytest.approx((5.0, 60.0))
+    assert fit.values[0] == pytest.approx(device.machine.si("spring.preload_N"), abs=1e-6)
+
+
+WAYS = {
+    "commas": ("angle [deg],force [N]", "{a},{f}", COLUMNS),
+    "decimal commas": ("Winkel (deg);Kraft / kN", "{a};{k}", Columns("Kraft", angle="Winkel")),
+    "tabs, radians": ("phi_rad\tF_N", "{r}\t{f}", Columns("F", angle="phi")),
+    "no header": ("", "{a},{f}", Columns("2", angle="1", value_unit="N", place_unit="deg")),
+    "time": ("t [ms],force [N]", "{t},{f}", Columns("force", time="t")),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_files_are_read_as_they_come(way: str, tmp_path: Path) -> None:
+    head, row, columns = WAYS[way]
+    speed, degrees = 4.0, np.arange(0, 360, 10.0)
+    force = 90 + 5 * np.cos(np.radians(degrees))
+    lines = []
+    for a, f in zip(degrees, force, strict=True):
+        angle = np.radians(a)
+        numbers = {"a": a, "f": f, "k": f / 1000, "r": angle, "t": 1000 * angle / speed}
+        line = row.format(**{key: repr(float(value)) for key, value in numbers.items()})
+        lines.append(line.replace(".", ",") if way == "decimal commas" else line)
+    path = tmp_path / "data.csv"
+    path.write_text("\n".join(filter(None, ["# comment", head, *lines])) + "\n", encoding="utf-8")
+    found = read(path, columns, speed)
+    assert found.phi == pytest.approx(np.radians(degrees), abs=1e-12)
+    assert found.values == pytest.approx(force, rel=1e-12)
+    assert found.used.all()
+
+
+def test_an_outlier_is_left_out_and_told(tmp_path: Path) -> None:
+    path = written(tmp_path / "data.csv", "printed")
+    text = path.read_text(encoding="utf-8").splitlines()
+    angle, force = text[40].split(",")
+    path.write_text("\n".join([*text[:40], f"{angle},{float(force) + 60}", *text[41:]]) + "\n", encoding="utf-8")
+    found = read(path, COLUMNS, 1.0)
+    assert not found.used[38]
+    assert found.used.sum() == len(found.used) - 1
+    assert "1 of 239 points left out" in found.told[1]
+
+
+REFUSED = {
+    "no such column": (Columns("forse", angle="angle"), "it must be one of 'angle [deg]', 'force [N]'"),
+    "no place": (Columns("force"), "--angle or --time must name the column"),
+    "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb is not allowed"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_columns_that_cannot_be_are_refused(case: str, tmp_path: Path) -> None:
+    columns, told = REFUSED[case]
+    with pytest.raises(InputError, match=told.replace("[", r"\[")):
+        read(written(tmp_path / "data.csv", "exact"), columns, 1.0)
+
+
+def test_options_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    data = str(written(tmp_path / "data.csv", "exact"))
+    call = ("calibrate", "wang2017", "--data", data, "--column", "force", "--angle", "angle")
+    assert "--fit must name at least one input" in refusal(*call)
+    assert "it must be PATH=LOW:HIGH" in refusal(*call, "--fit", "sun_kg=0.3")
+    assert "the lower bound must be below the upper" in refusal(*call, "--fit", "sun_kg=0.5:0.3")
+    assert "did you mean mass.sun_kg" in refusal(*call, "--fit", "sun_gk=0.3:0.5")
+    assert "--check and --check-rpm belong together" in refusal(*call, "--check-rpm", "50")
+    assert "--quantity = weight is not allowed" in refusal(*call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight")
+
+
+def test_the_tables_fit_80_columns(found: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]) -> None:
+    tables.measured(Console(as_json=False), found["exact"].result)
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+
+
+def test_too_few_points_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text(
+        "angle [deg],force [N]\n" + "\n".join(f"{i},9" for i in range(reading.FEWEST - 1)), encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="at least 12 are needed"):
+        read(path, COLUMNS, 1.0)
+
+
+def test_a_motor_s_torque_can_be_fitted_too(tmp_path: Path) -> None:
+    device = machines.device("wang2017")
+    turn = cycle.cycle(device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0)))
+    rows = "\n".join(f"{a},{m!r}" for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True))
+    path = tmp_path / "torque.csv"
+    path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")
+    measured = read(path, Columns("torque", angle="angle"), 1.0)
+    chosen = Chosen.of(device, {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)})
+    fit = searched(MeasuredCurve(device, chosen, measured, "M_L_Nm"), starts=2)
+    assert chosen.shown(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(6.0, abs=1e-4)
