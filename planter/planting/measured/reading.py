@@ -16,7 +16,7 @@ from planter.numerics.arrays import Flags
 
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0, "rev": 2 * np.pi}
 TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}
-VALUES = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "N m": 1.0, "Nm": 1.0, "kgf": 9.80665}
+VALUES = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "N m": 1.0, "Nm": 1.0}
 _UNIT = re.compile(r"(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|/ *(?P<c>[^/]+)|_(?P<d>[A-Za-z°]+))\s*$")
 FEWEST = 12
 """Points that a fit takes at least."""
