@@ -92,12 +92,18 @@ def validation(console: Console, source: str, result: Validation) -> None:
 def requirements(console: Console, found: Sequence[Requirement] | None) -> None:
     """Requirements with limits and margins, where the machine has any."""
     rows = [
-        (r.name, r.value, r.lower, r.upper, r.unit, r.margin, r.wanted_margin, r.phi_deg, r.verdict)
+        (r.name, _short(r.value), r.lower, r.upper, r.unit, _short(r.margin), r.wanted_margin, _short(r.phi_deg),
+         r.verdict)
         for r in found or ()
     ]  # fmt: skip
     if rows:
         header = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "")
         console.table("Requirements", header, rows)
+
+
+def _short(value: float | None) -> float | None:
+    """A number to four digits, where there is no room for more."""
+    return None if value is None else float(f"{value:.4g}")
 
 
 def _at(console: Console, found: Sequence[At]) -> None:

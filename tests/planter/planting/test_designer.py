@@ -8,13 +8,14 @@ import pytest
 
 from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
-from planter.planting import cycle, optimisation, simulation
+from planter.planting import cycle, optimisation, simulation, tables
 from planter.planting.designer import shown, stages, summary
 from planter.planting.designer.results import DesignersSummary
 from planter.planting.designer.turn import DesignTurn
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 from planter.planting.report.page import device_page
+from planter.terminal.console import Console
 from tests.support import machines
 
 TEETH = {"module_mm": 1.5, "face_width_mm": 12.0, "youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3}
@@ -187,3 +188,11 @@ def test_it_stands_in_the_result_and_on_the_page() -> None:
     page = device_page(device.machine, device.sidecar, result.table(), {})
     assert "Peaks of forces, true extremes over a turn" in page
     assert f"{own['motor']['max_Nm']:.6g}" in page
+
+
+def test_the_tables_fit_80_columns_and_cut_no_name(capsys: pytest.CaptureFixture[str]) -> None:
+    device = machines.device("wang2017-wide")
+    tables.simulation(Console(as_json=False), simulation.simulate(device).result)
+    said = capsys.readouterr().out
+    assert max(map(len, said.splitlines())) <= 80
+    assert "\N{HORIZONTAL ELLIPSIS}" not in said
