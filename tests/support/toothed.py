@@ -20,6 +20,11 @@ from tests.support import pairs
 
 FREE = Order(process="wire", allow_undercut=True)
 """Nothing is refused for how it would be cut."""
+REFUSED = {
+    ("sine", 5): "does not reach its tip, where the pitch curve is hollow",
+    ("fourier", 4): "and the next no teeth touch for",
+}
+"""Curves drawn at random that have no teeth, and why."""
 
 
 def circle(z: int, rack: Rack) -> Gear:

@@ -56,6 +56,11 @@ class Flanks:
         """Centres of the round of the rack beside each flank, along the pitch curve: where its fillet ends."""
         return self.centre + self.side * self.rack.sizes["beside"]
 
+    @cached_property
+    def spaces(self) -> Array:
+        """Middles of the tooth space beside each flank, along the pitch curve."""
+        return self.centre + self.side * self.rack.pitch / 2
+
     def line(self, s: Array, xi: Array, side: Array, towards: Array | None = None) -> Cut:
         """What a straight flank of the rack cuts at arc lengths (n,) that crosses its pitch line at places (n,)."""
         place = self.curve.at(s, towards)[:POLAR]
@@ -71,6 +76,10 @@ class Flanks:
         return Cut.of(
             RACK("fillet", place=place, s=s, middle=self.middle[which], depth=sizes["sunk"], rho=sizes["round_"])
         )
+
+    def root(self, s: Array, which: Integers, towards: Array | None = None) -> Cut:
+        """The line of the roots, which is the same for all flanks."""
+        return self.equidistant(s, -self.rack.sizes["root"], towards)
 
     def equidistant(self, s: Array, height: float, towards: Array | None = None) -> Cut:
         """The line at a height over the pitch curve."""

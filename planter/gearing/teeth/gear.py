@@ -103,13 +103,14 @@ class Gear:
         f, z = self.flanks, self.z
         for tooth in range(z):
             begin, end = tooth, z + tooth
-            for line in reversed(self.paths[begin]):
+            for line in reversed(self.paths[begin][:-1]):
                 yield KINDS.index(line.kind), begin, tooth, -1, line.lower, line.upper
             yield _TIP, -1, tooth, 0, f.tips[1][begin], f.tips[1][end]
-            for line in self.paths[end]:
+            *lines, root = self.paths[end]
+            for line in lines:
                 yield KINDS.index(line.kind), end, tooth, 1, line.upper, line.lower
-            root_end = f.middle[begin + 1] if begin + 1 < z else f.middle[0] + self.curve.length
-            yield _ROOT, -1, tooth, 0, f.middle[end], root_end
+            past = 0.0 if tooth + 1 < z else self.curve.length
+            yield _ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
     def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> Outline:
         """The outline, for a gear whose axis an assembly puts at a centre [m]."""
@@ -139,12 +140,12 @@ class Gear:
     @property
     def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
         """What cuts each of KINDS."""
-        f, sizes = self.flanks, self.rack.sizes
+        f, height = self.flanks, self.rack.sizes["tip"]
         return (
             f.fillet,
             f.flank,
-            lambda s, _, towards: f.equidistant(s, sizes["tip"], towards),
-            lambda s, _, towards: f.equidistant(s, -sizes["root"], towards),
+            lambda s, _, towards: f.equidistant(s, height, towards),
+            f.root,
         )
 
     @cached_property

@@ -29,20 +29,23 @@ the nearer to there it is crossed."""
 
 @dataclass(frozen=True)
 class Line:
-    """A part of a flank or of its fillet, by the arc lengths at which its upper and its lower end are cut."""
+    """A part of a flank, of its fillet or of half its root, by the arc lengths at which upper and lower end are cut."""
 
-    kind: Literal["flank", "fillet"]
+    kind: Literal["flank", "fillet", "root"]
     upper: float
     lower: float
 
 
 def paths(flanks: Flanks) -> list[list[Line]]:
-    """The lines of the outline from the tip to the root of each of the flanks (2 z).
+    """The lines of the outline from the tip to the middle of the root beside each of the flanks (2 z).
 
     Raises GeometryError for a tooth whose flank meets no fillet.
     """
-    ends = np.array([flanks.tips[0], flanks.straight_ends, flanks.middle]).T.tolist()
-    found = [[Line("flank", tip, end), Line("fillet", end, middle)] for tip, end, middle in ends]
+    ends = np.array([flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces]).T.tolist()
+    found = [
+        [Line("flank", tip, end), Line("fillet", end, middle), Line("root", middle, space)]
+        for tip, end, middle, space in ends
+    ]
     for one in _looped(flanks):
         found[one] = _walked(flanks, int(one))
     return found
@@ -76,13 +79,13 @@ def _walked(flanks: Flanks, one: int) -> list[Line]:
         number, end, start = crossed or (0, line.lower, later[0].upper)
         found.append(Line(line.kind, at, end))
         current, at = current + 1 + number + (smooth and crossed is not None), start
-    return [*found, Line("fillet", at, lines[-1].lower)]
+    return [*found, Line("root", at, lines[-1].lower)]
 
 
 def _forward(flanks: Flanks, one: int) -> Iterator[Line]:
-    """The parts of a flank and of its fillet that do not turn back, from the tip to the root."""
-    xi, tip, straight, middle = (
-        float(s[one]) for s in (flanks.xi, flanks.tips[0], flanks.straight_ends, flanks.middle)
+    """The parts of a flank and of its fillet that do not turn back, from the tip down, and its half of the root."""
+    xi, tip, straight, middle, space = (
+        float(s[one]) for s in (flanks.xi, flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces)
     )
     which = np.array([one])
     turns = list(_turns(flanks, xi, straight,
@@ -91,6 +94,7 @@ def _forward(flanks: Flanks, one: int) -> Iterator[Line]:
                        lambda s, towards: flanks.fillet(s, np.repeat(which, len(s)), towards).rate))  # fmt: skip
     yield from (Line("flank", a, b) for a, b in list(pairwise([tip, *turns, straight]))[::2])
     yield from (Line("fillet", a, b) for a, b in list(pairwise([straight, *back, middle]))[::2])
+    yield Line("root", middle, space)
 
 
 def _turns(flanks: Flanks, start: float, end: float, bad: Callable[[Array, Array], Array]) -> Iterator[float]:
@@ -136,7 +140,7 @@ def _crossed(flanks: Flanks, one: int, line: Line, others: Sequence[Line]) -> tu
 
 
 def _cutting(flanks: Flanks, line: Line) -> Callable[[Array, Integers], Cut]:
-    return flanks.flank if line.kind == "flank" else flanks.fillet
+    return {"flank": flanks.flank, "fillet": flanks.fillet, "root": flanks.root}[line.kind]
 
 
 def _chords(one: Array, other: Array) -> tuple[int, int] | None:
