@@ -10,6 +10,7 @@ from shapely import Point, Polygon
 from planter.kernels import Array
 from planter.planting import cam, file
 from planter.planting.model import Device
+from planter.planting.simulation import simulate
 from planter.workshop.cams.lifting import lift_off
 from tests.support.cli import answer, refusal
 from tests.support.outlines import read_dxf
@@ -71,6 +72,15 @@ def test_the_pressure_angle_in_the_dwells_is_that_of_the_rocker(face: cam.EndFac
     found = np.degrees(face.at(face.radius).course(np.radians([10.0, 200.0]))["pressure"])
     machine = face.device.machine.cam
     np.testing.assert_allclose(found, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12)
+
+
+@pytest.mark.parametrize("changes", [{}, {"cam.opening_deg": 14.0, "design.R3_mm": 30.6, "speed_rpm": 31.0}])
+def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, float]) -> None:
+    """Two derivations, one of the cam by its own angle, one of the machine as it runs."""
+    other = Device(file.load("wang2017", changes))
+    steepest = cam.EndFace(other, ROLLER).at(other.machine.si("base_radius_mm")).largest("pressure")
+    told = simulate(other, 16).result.designer
+    assert told.cam_pressure_angle_max_deg == pytest.approx(np.degrees(steepest.value), rel=1e-9)
 
 
 def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_of_the_speed(device: Device) -> None:
