@@ -3,13 +3,15 @@
 PYTHON ?= python3
 OUT ?= out
 VENV := .venv
-BIN := $(VENV)/bin
+OLDEST := $(VENV)-oldest
+SCRIPTS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
+BIN := $(VENV)/$(SCRIPTS)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test test-long attack derive audit check-generated bench lint clean
+.PHONY: help optimise test test-long test-oldest attack derive audit check-generated bench lint release clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -25,6 +27,9 @@ test-long: $(VENV)/.complete  ## what the suite samples, in full: proofs, mutant
 
 attack: $(VENV)/.complete  ## ten thousand files and words that nobody should hand in
 	PLANTER_ATTACKS=10000 $(BIN)/python -m pytest tests/attack
+
+test-oldest: $(OLDEST)/.complete  ## the interface and the commands with the oldest versions that are allowed
+	$(OLDEST)/$(SCRIPTS)/python -m pytest -n 0 tests/planter/test_interface.py tests/planter/cli tests/planter/files
 
 derive: $(VENV)/.complete  ## derive the equations, write generated/
 	$(BIN)/python -m derive
@@ -43,8 +48,13 @@ lint: $(VENV)/.complete  ## format check, lint, types
 	$(BIN)/ruff check
 	$(BIN)/mypy
 
-clean:  ## remove the virtual environment, caches and results
-	rm -rf $(VENV) $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
+release: $(VENV)/.complete  ## build sdist and wheel in dist/, test them in empty environments; nothing is uploaded
+	rm -rf dist
+	$(BIN)/python -m hatchling build -d dist
+	PLANTER_DIST=dist $(BIN)/python -m pytest -n 0 tests/test_release.py tests/test_wheel.py
+
+clean:  ## remove the virtual environments, caches and results
+	rm -rf $(VENV) $(OLDEST) $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
 	find derive generated planter tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
 # Stamps: what a user of the command needs, everything that tests, derivation and lint need, and the benchmark's peers.
@@ -59,6 +69,12 @@ $(VENV)/.complete: $(VENV)/.created
 $(VENV)/.bench: $(VENV)/.created
 	$(PIP) --editable '.[derive,bench]'
 	@touch $@ $(VENV)/.runtime
+
+$(OLDEST)/.complete: $(SETUP) constraints-oldest.txt
+	$(PYTHON) -m venv --clear $(OLDEST)
+	$(OLDEST)/$(SCRIPTS)/python -m pip --disable-pip-version-check install --quiet --constraint constraints-oldest.txt \
+		--editable '.[derive,notebook,studio]' pytest pytest-xdist jsonschema psutil
+	@touch $@
 
 $(VENV)/.created: $(SETUP)
 	@command -v $(PYTHON) >/dev/null || { \

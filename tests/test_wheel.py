@@ -13,10 +13,14 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[1]
+SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `make release` has built, in the folder that PLANTER_DIST names; else one that is built now."""
+    if "PLANTER_DIST" in os.environ:
+        return next((ROOT / os.environ["PLANTER_DIST"]).glob("planter-*.whl"))
     folder = tmp_path_factory.mktemp("dist")
     subprocess.run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)], cwd=ROOT, check=True)
     return next(folder.glob("planter-*.whl"))
@@ -54,11 +58,11 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("environment")
     venv.create(place, with_pip=True)
     install(place, str(wheel))
-    return place / "bin"
+    return place / SCRIPTS
 
 
 def install(place: Path, *what: str) -> None:
-    command = [str(place / "bin" / "python"), "-m", "pip", "install", "--quiet"]
+    command = [str(place / SCRIPTS / "python"), "-m", "pip", "install", "--quiet"]
     subprocess.run([*command, "--constraint", str(ROOT / "constraints.txt"), *what], cwd=place, env=CLEAN, check=True)
 
 

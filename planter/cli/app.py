@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter import rooms
-from planter.cli import derive, examples, schema
+from planter.cli import derive, examples, help, schema
 from planter.terminal.options import joined
 from planter.version import __version__
 
@@ -35,13 +35,13 @@ def application() -> typer.Typer:
         name="planter",
         help=common.__doc__,
         invoke_without_command=True,
-        add_completion=False,
+        add_completion=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(common)
-    found = joined(examples.app, derive.app, schema.app, *(room.app for room in rooms.brought("commands")))
+    found = joined(examples.app, derive.app, schema.app, help.app, *(room.app for room in rooms.brought("commands")))
     app.registered_commands += sorted(found.registered_commands, key=_name)
     app.registered_groups += found.registered_groups
     return app

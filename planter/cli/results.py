@@ -37,4 +37,19 @@ class Listed(Record):
     commands: list[str]
 
 
-COMMANDS = {"example": Examples | Example, "derive": Derived, "schema": Listed}
+@dataclass(frozen=True)
+class Topics(Record):
+    """`planter help`: what there is to read about."""
+
+    topics: list[str]
+
+
+@dataclass(frozen=True)
+class Topic(Record):
+    """`planter help TOPIC`: a page."""
+
+    topic: str
+    text: str
+
+
+COMMANDS = {"example": Examples | Example, "derive": Derived, "schema": Listed, "help": Topics | Topic}

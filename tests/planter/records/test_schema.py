@@ -19,6 +19,7 @@ CALLS = {
     "doctor": (),
     "example": (),
     "explain": ("F_B1x",),
+    "help": ("units",),
     "schema": (),
     "clutch design": ("shi2021",),
     "clutch optimise": ("shi2021", "--starts", "2"),

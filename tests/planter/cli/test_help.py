@@ -1,0 +1,58 @@
+"""`planter help` and the shell's completion."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from planter.cli.help import topics
+from planter.kernels import backends
+from tests.support.cli import answer, refusal, run
+
+TOPICS = {"completion", "environment", "exit-codes", "json", "machine-files", "own-mechanisms", "units"}
+
+
+def commands(text: str) -> set[str]:
+    """First words of the calls of `planter` that stand in lines of their own."""
+    return set(re.findall(r"^    planter ([a-z]+)", text, re.MULTILINE))
+
+
+def test_topics_are_listed_and_told() -> None:
+    assert set(answer("help")["topics"]) == TOPICS == set(topics())
+    for topic in TOPICS:
+        found = answer("help", topic)
+        assert found.keys() == {"topic", "text"}
+        assert max(map(len, found["text"].splitlines())) <= 125
+
+
+def test_a_topic_that_there_is_not_is_refused_with_what_is_meant() -> None:
+    assert "did you mean units?" in refusal("help", "unit")
+    assert "it must be one of completion, environment" in refusal("help", "zzz")
+
+
+def test_commands_that_topics_name_are_there() -> None:
+    known = commands(
+        "\n".join(f"    planter {line.split()[0]}" for line in run("--help")[1].splitlines() if line[2:3].isalpha())
+    )
+    for topic in TOPICS:
+        assert commands(answer("help", topic)["text"]) <= known
+    assert not commands("    planter simulat x") <= known
+
+
+def test_variables_that_the_page_names_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "PLANTER_KERNELS" in answer("help", "environment")["text"]
+    monkeypatch.setenv("PLANTER_KERNELS", backends.NAMES[-1])
+    assert backends.allowed() == backends.NAMES[-1:]
+
+
+def test_the_shell_is_told_how_a_word_goes_on() -> None:
+    asked = {"_PLANTER_COMPLETE": "complete_bash", "COMP_WORDS": "planter simu", "COMP_CWORD": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", "import sys; sys.argv[0] = 'planter'; from planter.cli import main; main()"],
+        env=os.environ | asked, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == ["simulate"]

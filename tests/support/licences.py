@@ -1,0 +1,92 @@
+"""`python -m tests.support.licences` writes docs/licences.md: what an installation brings, under which licences.
+
+The list is read from the environment that runs it, which must hold `planter` with all the extras for users.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, distribution
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tests.support.house import ROOT
+
+PAGE = ROOT / "docs" / "licences.md"
+EXTRAS = ("derive", "studio", "notebook", "compiler", "cluster", "step")
+"""Extras for those who use the package; the others are for those who work on it."""
+CLASSIFIER = "License :: OSI Approved :: "
+HEAD = """\
+# Licences of what is installed
+
+`planter` is under Apache-2.0, and nobody else's code is in it. `pip install planter` brings the packages below, with
+the licences that their own metadata name, at the versions that the tests pass with. An extra is named where a package
+comes with it alone. Some wheels hold libraries with licences of their own, as their folders tell; CasADi's holds IPOPT
+(EPL-2.0), MUMPS (CeCILL-C) and SUNDIALS (BSD-3-Clause) among others. Written by `python -m tests.support.licences`.
+
+| package | version | licence | extra |
+|---|---|---|---|
+"""
+
+
+def needed(name: str, extra: str = "") -> Iterator[str]:
+    """Names of the packages that a package needs here, with one of its extras, those of its needs after it."""
+    for text in distribution(name).requires or ():
+        one = Requirement(text)
+        if one.marker is None or one.marker.evaluate({"extra": extra}):
+            yield canonicalize_name(one.name)
+            for inner in one.extras:
+                yield from needed(one.name, inner)
+
+
+def closure(extra: str) -> set[str]:
+    """Everything that an installation with an extra brings; none for `""`."""
+    found, new = set[str](), {"planter"}
+    while new:
+        name = new.pop()
+        new |= set(needed(name, extra if name == "planter" else "")) - found
+        found |= new
+    return found
+
+
+def licence(metadata: Mapping[str, str], classifiers: list[str]) -> str:
+    """The licence that a package's metadata name: as an expression, else by classifier, else in a line.
+
+    >>> licence({"License-Expression": "MIT", "License": "a long text"}, [])
+    'MIT'
+    >>> licence({"License": "BSD"}, ["License :: OSI Approved :: BSD License"])
+    'BSD License'
+    >>> licence({"License": "LGPL-3.0"}, []), licence({}, [])
+    ('LGPL-3.0', 'not named')
+    """
+    if "License-Expression" in metadata:
+        return metadata["License-Expression"]
+    told = [one.removeprefix(CLASSIFIER) for one in classifiers if one.startswith(CLASSIFIER)]
+    return ", ".join(told) or metadata.get("License", "not named").splitlines()[0]
+
+
+def row(name: str, extra: str) -> str:
+    """A package's row of the page."""
+    found = distribution(name)
+    told = licence({key: found.metadata[key] for key in found.metadata}, found.metadata.get_all("Classifier") or [])
+    return f"| {found.metadata['Name']} | {found.version} | {told} | {extra} |\n"
+
+
+def page() -> str:
+    """The page: what the package itself needs first, then what each extra adds. Raises PackageNotFoundError."""
+    own = closure("")
+    rows = [row(name, "") for name in sorted(own)]
+    for extra in EXTRAS:
+        new = closure(extra) - own
+        rows += [row(name, extra) for name in sorted(new)]
+        own |= new
+    return HEAD + "".join(rows)
+
+
+if __name__ == "__main__":
+    try:
+        PAGE.write_text(page(), encoding="utf-8")
+    except PackageNotFoundError as missing:
+        sys.exit(f"{missing}: pip install '.[{','.join(EXTRAS)}]' first")

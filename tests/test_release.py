@@ -1,0 +1,153 @@
+"""What a release says of itself: versions agree, the sdist is whole, licences are listed, workflows name targets."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from collections.abc import Iterable, Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from packaging.version import Version
+
+from planter import __version__
+from tests.support import licences
+from tests.support.house import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
+def build(source: Path, kind: str, folder: Path) -> Path:
+    """A wheel or an sdist of a source tree."""
+    command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)]
+    subprocess.run(command, cwd=source, check=True, capture_output=True)
+    return next(folder.glob("planter-*.whl" if kind == "wheel" else "planter-*.tar.gz"))
+
+
+def content(wheel: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def targets() -> set[str]:
+    return set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE))
+
+
+def asked(workflow: Path | str) -> Iterator[str]:
+    """Make targets that the steps of a workflow ask for."""
+    text = workflow.read_text(encoding="utf-8") if isinstance(workflow, Path) else workflow
+    for job in yaml.safe_load(text)["jobs"].values():
+        for step in job["steps"]:
+            for line in step.get("run", "").splitlines():
+                if line.startswith("make "):
+                    yield line.split()[1]
+
+
+def pins(name: str) -> dict[str, str]:
+    lines = (ROOT / name).read_text(encoding="utf-8").splitlines()
+    found = (line.partition("==") for line in lines if line and not line.startswith("#"))
+    return {canonicalize_name(package): pinned for package, _, pinned in found}
+
+
+def wanted(extras: Iterable[str]) -> Iterator[Requirement]:
+    """What the package asks for by itself and with some extras."""
+    yield from map(Requirement, PROJECT["dependencies"])
+    for extra in extras:
+        yield from map(Requirement, PROJECT["optional-dependencies"][extra])
+
+
+def too_high(pinned: dict[str, str]) -> list[str]:
+    """Packages that are pinned above the lower bound that they have in pyproject.toml."""
+    found = []
+    for one in wanted(("derive", "notebook", "studio")):
+        bound = next(part.version for part in one.specifier if part.operator == ">=")
+        have = pinned.get(canonicalize_name(one.name), "0")
+        if Version(have) != Version(bound):
+            found.append(f"{one.name}: {have}, not {bound}")
+    return found
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert re.findall(r"^## \[([^]]+)\]", changes, re.MULTILINE)[0] == __version__ == cited["version"]
+    assert cited["license"] == PROJECT["license"]
+    assert {"cff-version", "message", "title", "authors", "type"} <= cited.keys()
+
+
+def test_every_file_has_a_licence_by_the_rules_of_reuse() -> None:
+    said = tomllib.loads((ROOT / "REUSE.toml").read_text(encoding="utf-8"))["annotations"]
+    assert [(one["path"], one["SPDX-License-Identifier"]) for one in said] == [("**", PROJECT["license"])]
+    assert (ROOT / "LICENSES" / "Apache-2.0.txt").read_bytes() == (ROOT / "LICENSE").read_bytes()
+
+
+def test_the_licences_of_all_that_is_installed_are_listed() -> None:
+    rows = [line.split(" | ") for line in licences.PAGE.read_text(encoding="utf-8").splitlines() if " | " in line]
+    listed = {canonicalize_name(name.strip("| ")): (told, licence) for name, told, licence, *_ in rows[1:]}
+    assert {canonicalize_name(one.name) for one in wanted(licences.EXTRAS)} <= listed.keys()
+    assert not [name for name, (_, licence) in listed.items() if licence in ("", "not named")]
+    for name in listed:
+        try:
+            told = licences.row(name, "").split(" | ")[1:3]
+        except PackageNotFoundError:
+            continue
+        if version(name) == listed[name][0]:
+            assert tuple(told) == listed[name]
+
+
+def test_the_sdist_holds_all_that_the_wheel_is_made_of(tmp_path: Path) -> None:
+    given = os.environ.get("PLANTER_DIST")
+    sdist = next((ROOT / given).glob("*.tar.gz")) if given else build(ROOT, "sdist", tmp_path)
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path / "source", filter="data")
+    (source,) = (tmp_path / "source").iterdir()
+    assert source.name == f"planter-{__version__}"
+    assert {"README.md", "LICENSE", "Makefile", "tests", "docs", "CONTRIBUTING.md", "SECURITY.md"} <= {
+        path.name for path in source.iterdir()
+    }
+    again, direct = build(source, "wheel", tmp_path / "again"), build(ROOT, "wheel", tmp_path / "direct")
+    assert content(again) == content(direct)
+
+
+def test_workflows_run_on_three_systems_and_name_targets_that_there_are() -> None:
+    assert WORKFLOWS
+    systems = {
+        system
+        for path in WORKFLOWS
+        for job in yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"].values()
+        for system in job.get("strategy", {}).get("matrix", {}).get("system", ())
+    }
+    assert {name.partition("-")[0] for name in systems} == {"ubuntu", "macos", "windows"}
+    for path in WORKFLOWS:
+        found = set(asked(path))
+        assert found <= targets()
+        assert found
+    assert {"test", "lint", "check-generated", "release"} <= {target for path in WORKFLOWS for target in asked(path)}
+
+
+def test_a_target_that_there_is_not_is_noticed() -> None:
+    assert set(asked("jobs: {one: {steps: [{run: make tset PYTHON=python}]}}")) - targets() == {"tset"}
+
+
+def test_the_oldest_versions_are_those_that_are_allowed() -> None:
+    pinned = pins("constraints-oldest.txt")
+    assert not too_high(pinned)
+    assert too_high(pinned | {"typer": "0.99.0"}) == ["typer: 0.99.0, not 0.18"]
+
+
+@pytest.mark.parametrize("name", ["constraints.txt", "constraints-oldest.txt"])
+def test_what_is_pinned_is_what_is_allowed(name: str) -> None:
+    pinned = pins(name)
+    for one in wanted(("derive", "notebook", "studio")):
+        assert one.specifier.contains(pinned[canonicalize_name(one.name)]), one
