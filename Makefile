@@ -11,7 +11,7 @@ SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test test-long test-oldest attack derive audit check-generated bench lint release clean
+.PHONY: help optimise test test-long test-oldest attack derive audit check-generated bench lint docs release clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -48,10 +48,13 @@ lint: $(VENV)/.complete  ## format check, lint, types
 	$(BIN)/ruff check
 	$(BIN)/mypy
 
+docs: $(VENV)/.docs  ## build the documentation into out/docs, without a network, every warning an error
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs $(OUT)/docs
+
 release: $(VENV)/.complete  ## build sdist and wheel in dist/, test them in empty environments; nothing is uploaded
 	rm -rf dist
 	$(BIN)/python -m hatchling build -d dist
-	PLANTER_DIST=dist $(BIN)/python -m pytest -n 0 tests/test_release.py tests/test_wheel.py
+	PLANTER_DIST=dist $(BIN)/python -m pytest -n 0 -m "long or not long" tests/test_release.py tests/test_wheel.py
 
 clean:  ## remove the virtual environments, caches and results
 	rm -rf $(VENV) $(OLDEST) $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
@@ -65,6 +68,10 @@ $(VENV)/.runtime: $(VENV)/.created
 $(VENV)/.complete: $(VENV)/.created
 	$(PIP) --editable '.[derive,test,dev]'
 	@touch $@ $(VENV)/.runtime
+
+$(VENV)/.docs: $(VENV)/.complete
+	$(PIP) --editable '.[derive,notebook,docs]'
+	@touch $@
 
 $(VENV)/.bench: $(VENV)/.created
 	$(PIP) --editable '.[derive,bench]'

@@ -105,10 +105,12 @@ class Vec:
 
 
 def zero(frame: Frame) -> Vec:
+    """The vector of no length, by components of ``frame``."""
     return Vec(frame, (S.Zero, S.Zero, S.Zero))
 
 
 def unit(frame: Frame, axis: Axis) -> Vec:
+    """The vector of unit length along an axis of ``frame``."""
     return Vec(frame, tuple(sp.Integer(a) for a in axis))
 
 

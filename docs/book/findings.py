@@ -1,0 +1,122 @@
+"""The page of findings: what the audit's records say is wrong in the papers, cause by cause, with the evidence.
+
+Each sentence is put together from a record, so that none claims more than was found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from planter.audit import verdicts
+
+Entry = Mapping[str, Any]
+FAULT = ("misprint", "incomplete", "contradicted")
+CURED = {
+    "misprint": "The edit removes the difference between the print and the derivation.",
+    "incomplete": "Terms of the derivation are missing in print, whatever edits are made.",
+    "contradicted": "A printed term is neither derived nor explained by an edit.",
+}
+HEAD = """\
+# Findings
+
+What four papers print, held against independent derivations of what each equation claims. Judged is the machine-read
+text, not the pages: pieces that could not be read were completed, and the page says where a finding rests on that, on a
+reading of a symbol, or on one character, which may be an error of reading rather than of the paper. A difference in
+print says nothing about the programs that the authors computed with. Every sentence below is put together from the
+records that `planter audit` prints; [how the audit judges](../theory.md) says what a verdict means. Corrections from
+authors are welcome: what a paper means goes into its file in `derive/papers/` as a reading, and the verdict follows.
+"""
+
+
+def numbers(entries: Sequence[Entry]) -> str:
+    """Equations' numbers in a row."""
+    return ", ".join(f"({entry['equation']})" for entry in entries)
+
+
+def caution(entry: Entry) -> Iterator[str]:
+    """What a finding hangs on, in sentences."""
+    if entry["fragile"]:
+        yield "It hangs on one character of the text as read."
+    if entry["rebuilt"]:
+        yield f"Completed in the text as read: {'; '.join(f'`{piece}`' for piece in entry['rebuilt'])}."
+    if not entry["robust"]:
+        yield "Under another admissible reading the verdict is another one:"
+    if entry["reading"]:
+        yield f"Read so: {entry['reading']}."
+
+
+def terms(entry: Entry, key: str, words: str) -> Iterator[str]:
+    """Terms that are missing or too many, with their size over the reference cycle."""
+    for term in entry[key]:
+        known = term.get("max_abs") is not None
+        most = f"up to {term['max_abs']:.3g} {term['unit']}" if known and term["max_abs"] else "zero over the cycle"
+        size = f", {most}" if known else ""
+        share = term.get("share_of_largest")
+        yield f"  * {words}: `{term['term']}`{size}" + (
+            f" ({share:.2g} of the largest term)" if known and share else ""
+        )
+
+
+def evidence(entry: Entry) -> Iterator[str]:
+    """An equation at fault: what it claims, the verdict, the correction, what is missing."""
+    yield f"* **({entry['equation']})**, {entry['claims']}: {entry['verdict']}. {CURED[entry['verdict']]}"
+    if entry["verdict"] == "contradicted":
+        yield f"  Found: `{entry['finding']}`."
+    if entry["correction"]:
+        yield f"  Correction: {' or '.join(f'`{one}`' for one in entry['correction'])}."
+    yield from (f"  {sentence}" for sentence in caution(entry))
+    if not entry["robust"]:
+        yield from (f"  * {one['reading']}: {one['verdict']}" for one in entry["depends"])
+    yield from terms(entry, "terms", "lacks")
+    yield from terms(entry, "unexplained", "has, unexplained")
+
+
+def shares(laws: Sequence[Entry], equations: Sequence[Entry]) -> Iterator[str]:
+    """The share of a cause's equations in the laws that the paper's chain breaks."""
+    own = {entry["equation"] for entry in equations}
+    for law in laws:
+        for share in law["shares"]:
+            if share["equation"] in own and abs(share["shapley"]) >= 0.01 * law["violation"]:
+                unit = law["unit"]
+                yield (
+                    f"* By {law['violation']:.3g} {unit}: {law['law']}. Repairs of ({share['equation']}) take away "
+                    f"{share['shapley']:.3g} {unit} on the mean over all orders of repair, {share['alone']:.3g} {unit} "
+                    "as the only ones."
+                )
+
+
+def cause(found: Entry, by_name: Mapping[str, Entry], laws: Sequence[Entry]) -> Iterator[str]:
+    """A cause with its equations, the printed numbers that its repair cures, and its share in what is broken."""
+    judged = [by_name[name] for name in found["equations"] if name in by_name]
+    yield f"\n### {numbers(judged) or 'Printed numbers'}\n"
+    yield f"Cause: `{found['cause']}`. Repair: `{found['repair']}`.\n"
+    if found["numbers"]:
+        yield f"The repair brings {len(found['numbers'])} printed numbers out as they are printed.\n"
+    for entry in judged:
+        yield from evidence(entry)
+    listed = list(shares(laws, judged))
+    if listed:
+        yield "\nShare in the laws that the printed chain breaks:\n"
+        yield from listed
+
+
+def paper(name: str, record: Entry) -> Iterator[str]:
+    """A paper: how many verdicts of each kind, then cause by cause."""
+    mine = {key: [one for one in record[key] if one["paper"] == name] for key in ("equations", "laws", "causes")}
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in record["summary"][name].items())
+    yield f"\n## {record['papers'][name]['title']}\n"
+    yield f"{len(mine['equations'])} equations and formulas: {counts}.\n"
+    by_name = {f"{name}: {one['equation']}": one for one in mine["equations"] if one["verdict"] in FAULT}
+    for found in mine["causes"]:
+        yield from cause(found, by_name, mine["laws"])
+    for one in (one for one in record["references"] if one["paper"] == name):
+        places = ", ".join(f"({number})" for number in one["refers_to"])
+        yield f"\n### {places} as the source of {', '.join(one['quantities'])}\n\nThe reference {one['verdict']}: "
+        yield f"these formulas do not hold {', '.join(one['lacking'])}."
+
+
+def page(record: Entry | None = None) -> str:
+    """The page, of the committed records."""
+    record = record or verdicts.committed()
+    return "\n".join([HEAD, *(line for name in record["papers"] for line in paper(name, record))]) + "\n"

@@ -1,0 +1,122 @@
+"""The documentation: every public name on its page, examples that run, findings that say what the records say."""
+
+from __future__ import annotations
+
+import copy
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import derive
+import planter
+from planter.audit import verdicts
+from planter.explain import dictionary
+from tests.support.cli import run
+from tests.support.house import ROOT
+
+DOCS = ROOT / "docs"
+GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem != "index")
+WITH_PROCESSES = {"own_mechanism", "own_paper", "tolerance"}
+"""Pages that start commands, for some seconds."""
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])
+
+sys.path.insert(0, str(DOCS / "book"))
+
+import commands  # noqa: E402
+import findings  # noqa: E402
+import keys  # noqa: E402
+import names  # noqa: E402
+
+
+def cells(page: Path) -> list[str]:
+    """Code cells of a page of the gallery."""
+    return re.findall(r"^```\{code-cell\}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def called(text: str) -> list[list[str]]:
+    """Commands of `planter` in the indented blocks of a page, each as its words."""
+    lines = (line.partition("#")[0] for line in text.splitlines() if re.match(r" {4}planter [a-z]", line))
+    return [line.split()[1:] for line in lines]
+
+
+@pytest.fixture(scope="module")
+def helps() -> dict[str, str]:
+    return dict(commands.texts())
+
+
+def unknown(words: list[str], helps: dict[str, str]) -> list[str]:
+    """What a call names that there is not: the command, or options of it."""
+    name = next((known for known in (" ".join(words[:2]), words[0]) if known in helps), None)
+    if name is None:
+        return words[:1]
+    return [word for word in words if word.startswith("--") and not re.search(rf"{word}\b", helps[name] + "--version")]
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=pytest.mark.long if page.stem in WITH_PROCESSES else ()) for page in GALLERY],
+    ids=[page.stem for page in GALLERY],
+)
+def test_the_gallery_runs(page: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.chdir(page.parent)
+    space: dict[str, object] = {}
+    found = cells(page)
+    assert found
+    for cell in found:
+        exec(compile(cell, page.name, "exec"), space)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
+def test_commands_and_options_that_pages_name_are_there(page: Path, helps: dict[str, str]) -> None:
+    for words in called(page.read_text(encoding="utf-8")):
+        assert not unknown(words, helps), words
+
+
+def test_a_command_or_option_that_there_is_not_is_noticed(helps: dict[str, str]) -> None:
+    assert unknown(["simulat", "wang2017"], helps) == ["simulat"]
+    assert unknown(["simulate", "wang2017", "--att", "0"], helps) == ["--att"]
+
+
+def test_every_command_has_its_place(helps: dict[str, str]) -> None:
+    listed = {line.split()[0] for line in run("--help")[1].splitlines() if re.match(r"  [a-z]+ ", line)}
+    assert {name.split()[0] for name in helps} == listed
+
+
+def test_every_public_name_is_on_its_page() -> None:
+    page = names.page()
+    for package in (planter, derive):
+        for name, found in names.public(package).items():
+            assert f":: {package.__name__}.{name}\n" in page
+            assert not callable(found) or found.__doc__, name
+
+
+def test_every_key_of_a_file_is_on_its_page() -> None:
+    page = keys.page()
+    assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 |" in page
+    wanted = {one.key for one in dictionary.every() if one.kind == "file key"}
+    assert not [key for key in wanted if f"| `{key}` |" not in page]
+
+
+def test_findings_name_every_equation_at_fault_and_no_other() -> None:
+    record, page = verdicts.committed(), findings.page()
+    told = set(re.findall(r"^\* \*\*\((.+?)\)\*\*, ", page, re.MULTILINE))
+    assert told == {one["equation"] for one in record["equations"] if one["verdict"] in findings.FAULT}
+
+
+def test_findings_say_what_they_hang_on() -> None:
+    record: dict[str, Any] = copy.deepcopy(dict(verdicts.committed()))
+    at_fault = next(one for one in record["equations"] if one["verdict"] == "misprint" and not one["fragile"])
+    before = findings.page(record).count("one character of the text as read")
+    assert before == sum(
+        findings.page(record).count(f"**({one['equation']})**, {one['claims']}")
+        for one in record["equations"]
+        if one["fragile"] and one["verdict"] in findings.FAULT
+    )
+    at_fault["fragile"] = True
+    assert findings.page(record).count("one character of the text as read") > before
+    at_fault["verdict"] = "confirmed"
+    assert f"**({at_fault['equation']})**, {at_fault['claims']}" not in findings.page(record)
