@@ -21,6 +21,7 @@ OFFERED = ("sleeve", "shaft", "tooth", "linkage")
 class ReuleauxClutch:
     """A clutch by its shape."""
 
+    handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
 
     def __init__(self, clutch: Clutch) -> None:

@@ -35,6 +35,11 @@ class Poses:
         bounds = {path: (value - reach[path], value + reach[path]) for path, value in own.items()}
         return controls(self.file, own, {}, bounds)
 
+    @cached_property
+    def handles(self) -> Sequence[tuple[str, str]]:
+        """The tips of all poses."""
+        return [(f"pose[{k}].x_mm", f"pose[{k}].y_mm") for k in range(len(self.file.pose))]
+
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Every linkage on the circuits that meet a pose."""
         from planter.mapping.report import scene

@@ -21,6 +21,7 @@ MOST = 12
 class Mechanism:
     """A mechanism that an angle drives."""
 
+    handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
 
     def __init__(self, file: MechanismFile) -> None:

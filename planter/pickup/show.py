@@ -21,6 +21,7 @@ OFFERED = ("bars", "law", "carrier", "noncircular_stage", "tray", "needle")
 class PickUp:
     """A pick-up, by its law or by its path."""
 
+    handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
 
     def __init__(self, source: str, changes: Values) -> None:

@@ -28,6 +28,7 @@ BESIDE = (
 class Planting:
     """A planting device; the design first, then some of what it is built of."""
 
+    handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact", "printed")
 
     def __init__(self, machine: Machine) -> None:

@@ -43,6 +43,7 @@ class Session:
         return {
             "name": self.machine.name,
             "models": list(self.machine.models),
+            "handles": [list(pair) for pair in self.machine.handles],
             "controls": [_control(one) for one in self.machine.controls],
         }
 

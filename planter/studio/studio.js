@@ -135,11 +135,46 @@ function draw(place, index, scene) {
   drawings[index] = new Drawing(element, scene.record);
 }
 
+/** Points of the first drawing that a hand takes hold of; the machine follows, within the ends of its numbers. */
+function handles() {
+  const svg = $("drawings").querySelector("svg.mechanism");
+  if (!svg || !state.machine.handles.length) return;
+  const machine = svg.querySelector("[data-machine]");
+  const size = svg.viewBox.baseVal.width / 60;
+  for (const [x, y] of state.machine.handles) {
+    const handle = document.createElementNS("http://www.w3.org/2000/svg", "circle");
+    for (const [key, value] of Object.entries({ class: "handle", r: size, cx: state.values[x], cy: state.values[y] })) handle.setAttribute(key, value);
+    handle.dataset.handle = x;
+    handle.addEventListener("pointerdown", (event) => take_hold(event, machine, x, y));
+    machine.append(handle);
+  }
+}
+
+function take_hold(event, machine, x, y) {
+  event.preventDefault();
+  remember({ ...state.values });
+  const matrix = machine.getScreenCTM().inverse();
+  const within = (path, value) => {
+    const one = state.machine.controls.find((known) => known.path === path);
+    return Math.min(Math.max(value, one.lower), one.upper);
+  };
+  const move = (now) => {
+    const at = new DOMPoint(now.clientX, now.clientY).matrixTransform(matrix);
+    Object.assign(state.values, { [x]: within(x, at.x), [y]: within(y, at.y) });
+    reflect();
+    ask();
+  };
+  const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); };
+  addEventListener("pointermove", move);
+  addEventListener("pointerup", end);
+}
+
 function seen(message) {
   state.shown = message.id;
   state.latest = message;
   message.scenes.forEach((scene, index) => draw($("drawings"), index, scene));
   for (const gone of drawings.splice(message.scenes.length)) gone.element.remove();
+  handles();
   readings(message.readings);
   document.body.dataset.shown = message.id;
 }

@@ -64,6 +64,8 @@ class Shown(Protocol):
     name: str
     models: Sequence[str]
     controls: Sequence[Control]
+    handles: Sequence[tuple[str, str]]
+    """Points of the drawing that a hand can draw about: paths of the numbers [mm] that are their x and y."""
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """How it moves; the first scene is the machine's."""

@@ -215,6 +215,24 @@ def test_a_page_follows_a_hand(address: str) -> None:
     assert hosts <= {address.split("/")[2]}
 
 
+def test_a_pose_is_drawn_about_by_hand(address: str) -> None:
+    """The numbers of the pose go with the pointer, and no further than they may."""
+    with page_of(address) as page:
+        page.select_option("#source", "sun2019-corrected")
+        handle = page.locator('[data-handle="pose[3].x_mm"]')
+        handle.wait_for(timeout=60_000)
+        handle.hover(timeout=60_000)
+        box = handle.bounding_box()
+        assert box
+        page.mouse.down()
+        page.mouse.move(box["x"] + 3 * box["width"], box["y"] + 2000, steps=4)
+        page.mouse.up()
+        fields = [page.locator(f'[data-path="pose[3].{axis}_mm"] input[type="number"]') for axis in "xy"]
+        x, y = (float(field.input_value()) for field in fields)
+    assert x != 80
+    assert y == -330  # the pose less the reach of a hand
+
+
 @pytest.mark.long
 def test_a_page_follows_fast(address: str) -> None:
     """Measured three times, the best counts."""
