@@ -141,7 +141,7 @@ def test_an_example_turns_and_is_optimised_from_the_wheel(name: str, environment
     assert again["machine"] == turn["machine"]
 
 
-@pytest.mark.parametrize("name", ["manipulator", *(long(name) for name in MOVED if name != "manipulator")])
+@pytest.mark.parametrize("name", [long(name) for name in MOVED])
 def test_an_example_moves_by_itself_from_the_wheel(name: str, environment: Path, examples: Path) -> None:
     options = ("--until", MOVED[name], "--points", "5", "--json")
     found = told(run(examples, environment / "planter", "move", name, *options))

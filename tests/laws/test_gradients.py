@@ -5,6 +5,8 @@ An error counts by what it does to a design that moves through its box: |error_i
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -75,5 +77,5 @@ def test_a_missing_prologue_fails(kind: Model) -> None:
     phi, design = smooth_point(device, rng)
     at = device.prologue(design)
     _, whole = device.support_slopes(at, np.array([phi]))
-    _, part = device.support_slopes(type(at)(at.x, at.h, 0 * at.dh), np.array([phi]))
+    _, part = device.support_slopes(replace(at, dh=0 * at.dh), np.array([phi]))
     assert np.abs((whole - part) * widths(device)).max() > 1e-3

@@ -134,6 +134,7 @@ def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pyte
     assert before not in {key.of_equation(other, number) for other in others}
 
 
+@pytest.mark.long
 def test_what_actions_are_called_changes_the_key_and_the_record_and_what_a_symbol_says_does_not() -> None:
     own, number = wang2017.CASE, "25"
     called = own.subject.actions()

@@ -67,6 +67,7 @@ def test_a_mechanism_of_ones_own(name: str, tmp_path: Path) -> None:
 
 
 @octave.needed
+@pytest.mark.long
 def test_the_planting_device_with_its_gears_and_its_cam(planting: Path) -> None:
     """Curves by closure and in closed form, composed functions, angles that wrap, both sides and the frame."""
     device = machines.device("wang2017")

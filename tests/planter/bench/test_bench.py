@@ -64,6 +64,7 @@ def has_compiler() -> bool:
     return True
 
 
+@pytest.mark.long
 def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> None:
     ways = [word for way in works.WAYS if way != "jax" for word in ("--way", way)]
     code, out, err = run(*QUICK, *ways, "--json", "--out", str(tmp_path / "here"))

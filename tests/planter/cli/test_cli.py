@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[3]
 SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
 SIMULATION = {
     "machine", "model", "samples", "design", "weight_N", "centre_distance_mm", "support_force", "objective", "warnings",
-    "refined", "work", "at",
+    "refined", "work", "at", "designer",
 }  # fmt: skip
 AT = {
     "phi_deg", "phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "omega_dot_rad_s2", "tip_x_mm", "tip_y_mm",
