@@ -19,6 +19,7 @@ CALLS = {
     "doctor": (),
     "example": (),
     "explain": ("F_B1x",),
+    "cite": ("optimise",),
     "help": ("units",),
     "schema": (),
     "clutch design": ("shi2021",),

@@ -1,0 +1,53 @@
+"""`planter cite`: every command that computes rests on works that there are, told in words and as BibTeX."""
+
+from __future__ import annotations
+
+import re
+
+from planter.cite.references import bibtex, references, work
+from planter.records import schema
+from planter.version import __version__
+from tests.support.cli import answer, refusal, run
+
+TELLING = {
+    "animate", "bench", "cam", "cite", "doctor", "example", "explain", "export c", "export cuda", "export fmu",
+    "export motion", "help", "optimise-least", "schema", "validate",
+}  # fmt: skip
+"""Commands that show, check or pass on what others compute."""
+
+
+def missing(commands: dict[str, list[str]]) -> set[str]:
+    """Works that are named and not there."""
+    return {key for keys in commands.values() for key in keys} - references().works.keys()
+
+
+def test_every_command_that_computes_names_its_works() -> None:
+    known = references()
+    assert set(schema.results()) - {"optimise least"} == known.commands.keys() | (TELLING - {"optimise-least"})
+    assert not missing(dict(known.commands))
+    assert missing({"simulate": ["wong2017"]}) == {"wong2017"}
+
+
+def test_a_command_s_works_begin_with_this_program() -> None:
+    keys = [one["key"] for one in answer("cite", "optimise")["works"]]
+    assert keys[0] == "planter"
+    assert {"wang2017", "casadi", "ipopt", "pymoo", "daqp"} <= set(keys)
+    assert __version__ in work("planter").text
+    assert [one["key"] for one in answer("cite", "clutch", "engage")["works"]][1:3] == ["shi2021", "hunt1975"]
+
+
+def test_entries_of_bibtex_are_whole() -> None:
+    entry = re.compile(r"@[a-z]+\{([a-z0-9]+),\n(  [a-z]+ = \{.*\},\n)*  [a-z]+ = \{.*\}\n\}")
+    text = run("cite", "simulate", "--bibtex")[1]
+    assert [found.group(1) for found in entry.finditer(text)] == ["planter", "wang2017", "casadi"]
+    for key in references().works:
+        one = work(key).bibtex
+        assert entry.fullmatch(one), one
+        assert one.count("{") == one.count("}")
+        assert "  for = " not in one
+    assert not entry.fullmatch(bibtex("a", {"type": "misc", "title": "x"})[:-1])
+
+
+def test_unknown_names_are_refused() -> None:
+    assert "did you mean wang2017" in refusal("cite", "wang2071")
+    assert "planter cite lists the works" in refusal("cite", "zzzz")
