@@ -11,7 +11,7 @@ from planter.version import __version__  # noqa: E402
 project = "planter"
 author = copyright = "The planter authors"
 version = release = __version__
-extensions = ["myst_nb", "sphinx.ext.autodoc", "book"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "book.extension"]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {
     "show_toc_level": 2,

@@ -23,12 +23,9 @@ WITH_PROCESSES = {"own_mechanism", "own_paper", "tolerance"}
 """Pages that start commands, for some seconds."""
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])
 
-sys.path.insert(0, str(DOCS / "book"))
+sys.path.insert(0, str(DOCS))
 
-import commands  # noqa: E402
-import findings  # noqa: E402
-import keys  # noqa: E402
-import names  # noqa: E402
+from book import commands, findings, keys, names  # noqa: E402
 
 
 def cells(page: Path) -> list[str]:

@@ -1,0 +1,38 @@
+"""What this documentation adds to Sphinx: pages made of the project's own records, and formulas as MathML.
+
+The pages are written to docs/made/ when a build begins; nothing in them is typed by hand.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+from book import commands, docstrings, findings, formulas, keys, names
+
+MADE = Path(__file__).parents[1] / "made"
+PAGES = {
+    "commands": commands.page,
+    "findings": findings.page,
+    "keys": keys.page,
+    "names": names.page,
+    "schemas": commands.schemas,
+    "topics": commands.topics,
+}
+
+
+def write(app: Sphinx) -> None:
+    """Writes every page that is made."""
+    MADE.mkdir(exist_ok=True)
+    for name, page in PAGES.items():
+        (MADE / f"{name}.md").write_text(page(), encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Sphinx calls this."""
+    app.connect("builder-inited", write)
+    app.connect("autodoc-process-docstring", docstrings.as_restructured_text)
+    app.add_html_math_renderer("mathml", (formulas.inline, None), (formulas.block, None))
+    app.config.html_math_renderer = "mathml"
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
