@@ -20,6 +20,8 @@ BY_HAND = {
     "clutch/engage/start.py": "where a search starts",
     "clutch/geometry.py": "direction of a line through two generated points",
     "clutch/rotor.py": "normals of a polygon's sides in a linear programme; the outline that is drawn",
+    "gearing/teeth/incomplete/segments.py": "points of an arc about a centre",
+    "gearing/teeth/incomplete/trimming.py": "directions of points on a circle",
     "mapping/defects.py": "angles of given poses",
     "mapping/dyads.py": "poses as points of a linear system",
     "mapping/family.py": "directions to search in",

@@ -45,7 +45,7 @@ def make(gears: Gears, teeth: Teeth, made: Parts, out: Path | None, progress: Li
     ]
     found = GearsFound(
         gears.machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm,
-        teeth.centre_error_mm, teeth.process.value, stages, gears.scaled, [],
+        teeth.centre_error_mm, teeth.process.value, stages, gears.scaled, None, [],
     )  # fmt: skip
     if out is None:
         return found

@@ -10,6 +10,7 @@ import numpy as np
 
 from planter.files import csv_rows
 from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.incomplete.gear import IncompleteGear
 from planter.kernels import Array
 from planter.workshop import biarcs, bores, courses, drawing, mesh, preview, solids
 from planter.workshop.arcs import Arcs
@@ -19,6 +20,10 @@ from planter.workshop.outline import Traced
 
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
+
+
+AnyGear = Gear | IncompleteGear
+"""What files are made of: with teeth all round, or on part of a turn."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ class Parts:
 class Placed:
     """A gear in its place: turned by an angle [rad], its axis at a centre [m]; direction of its keyway in its frame."""
 
-    gear: Gear
+    gear: AnyGear
     angle: float = 0.0
     centre: tuple[float, float] = (0.0, 0.0)
     key: float | None = None
@@ -61,7 +66,10 @@ class Part:
     @cached_property
     def pitch(self) -> Arcs:
         """Its pitch curve as arcs."""
-        return biarcs.fit([Traced("pitch curve", self.placed.gear.curve.places)], 10 * self.made.tolerance).arcs
+        gear, tolerance = self.placed.gear, 10 * self.made.tolerance
+        if isinstance(gear, IncompleteGear):
+            return biarcs.fit([gear.pitch_line], tolerance, closed=False).arcs
+        return biarcs.fit([Traced("pitch curve", gear.curve.places)], tolerance).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
@@ -115,7 +123,7 @@ def files(parts: Sequence[Part]) -> Iterator[tuple[str, bytes]]:
     yield "assembly.svg", preview.svg(lines, "assembly").encode()
 
 
-def _table(gear: Gear) -> str:
+def _table(gear: AnyGear) -> str:
     """Places along the outline of a gear as CSV: which piece of which tooth, arc length, place, normal, curvature."""
     pieces = gear.outline().pieces
     found = courses.course(pieces, _ROWS)

@@ -99,8 +99,50 @@ class Scaled(Record):
 
 
 @dataclass(frozen=True)
+class IncompleteCut(Record):
+    """An incomplete gear: its teeth, cut ones included, the pieces of its outline, how far these are apart at most."""
+
+    name: str
+    teeth: int
+    area_mm2: float
+    margin: float
+    margin_tooth: int
+    pieces: int
+    joins_mm: float
+
+
+@dataclass(frozen=True)
+class Intermittent(Record):
+    """A pair with teeth on part of its turn and locking arcs over the rest, both laid over each other as polygons.
+
+    `overlap_mm2` is the largest area that the outlines share at `positions` positions over the teeth,
+    `dwell_overlap_mm2` at as many over the dwell. `undriven_deg` are the angles of the driving gear after the dwell and
+    before it over which no teeth drive all the time. `slack_deg` is what the driven gear can turn by in the middle of
+    the dwell, clockwise and anticlockwise.
+    """
+
+    z: int
+    module_mm: float
+    centre_distance_mm: float
+    toothed_arc_mm: float
+    locking_radius_mm: float
+    end_radii_mm: tuple[float, float]
+    apart_mm: float
+    dwell_deg: float
+    gears: list[IncompleteCut]
+    undriven_deg: tuple[float, float]
+    slack_deg: tuple[float, float]
+    overlap_mm2: float
+    dwell_overlap_mm2: float
+    positions: int
+
+
+@dataclass(frozen=True)
 class GearsFound(Record):
-    """`planter gears`: every pair of gears, what they are cut with, and the files that were written."""
+    """`planter gears`: every pair of gears, what they are cut with, and the files that were written.
+
+    `intermittent` is the pair of a machine that dwells, else null; such a machine has no `stages`.
+    """
 
     machine: str
     pressure_angle_deg: float
@@ -111,6 +153,7 @@ class GearsFound(Record):
     process: str
     stages: list[StageCut]
     scaled: Scaled | None
+    intermittent: Intermittent | None
     files: list[str]
 
 

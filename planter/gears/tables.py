@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planter.gears.results import GearsFound, StageCut
+from planter.gears.results import GearsFound, Intermittent, StageCut
 from planter.terminal.console import Console
 
 
@@ -10,6 +10,8 @@ def show(console: Console, found: GearsFound) -> None:
     """Every pair, what the scaling does, files."""
     for one in found.stages:
         _stage(console, one)
+    if found.intermittent:
+        _intermittent(console, found.intermittent)
     if found.scaled:
         print(f"scaled to the module, the tip's path moves by up to {found.scaled.tip_moved_max_mm:.4g} mm")
         if found.scaled.broken is not None:
@@ -44,4 +46,22 @@ def _stage(console: Console, one: StageCut) -> None:
         ("gap of polygons / mm", one.polygon_gap_mm.min, one.polygon_gap_mm.max),
         ("overlap of polygons / mm2", None, one.overlap_mm2),
         ("lost motion / deg", lost.min, lost.max),
+    ])  # fmt: skip
+
+
+def _intermittent(console: Console, one: Intermittent) -> None:
+    title = f"Incomplete gears: module {one.module_mm:.6g} mm, centre distance {one.centre_distance_mm:.7g} mm"
+    rows = [(gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})", gear.area_mm2) for gear in one.gears]
+    console.table(title, ("gear", "teeth", "margin (tooth)", "area / mm2"), rows)
+    after, before = one.undriven_deg
+    clockwise, anticlockwise = one.slack_deg
+    console.table("", ("turn", "value"), [
+        ("dwell / deg", one.dwell_deg),
+        ("radius of the locking arcs / mm", one.locking_radius_mm),
+        ("after the dwell without drive / deg", after),
+        ("before the dwell without drive / deg", before),
+        ("slack in the dwell, clockwise / deg", clockwise),
+        ("slack in the dwell, anticlockwise / deg", anticlockwise),
+        ("overlap over the teeth / mm2", one.overlap_mm2),
+        ("overlap in the dwell / mm2", one.dwell_overlap_mm2),
     ])  # fmt: skip

@@ -8,7 +8,8 @@ from typing import Literal, Protocol
 
 from planter.kernels import Array
 
-Kind = Literal["tip", "flank", "fillet", "root"]
+Kind = Literal["tip", "flank", "fillet", "root", "wall", "convex arc", "concave arc", "topping"]
+"""The last four are those of incomplete gears."""
 
 
 class Piece(Protocol):

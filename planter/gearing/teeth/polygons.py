@@ -75,7 +75,7 @@ class Overlay:
         for k, gear in enumerate(self.mesh.gears):
             own = self.mesh.pair.senses[k] * at - gear.flanks.phase
             teeth: Integers = np.mod(np.rint(own / self.mesh.pitch), gear.z).astype(int)
-            found.append(_moved(self.parts[k][teeth], self.mesh.places(at)[k]))
+            found.append(moved(self.parts[k][teeth], self.mesh.places(at)[k]))
         shapely.prepare(found[0])
         return found[0], found[1]
 
@@ -91,7 +91,7 @@ class Overlay:
         return np.asarray(shapely.distance(*self.placed(at)))
 
 
-def _moved(shapes: Shapes, where: Array) -> Shapes:
+def moved(shapes: Shapes, where: Array) -> Shapes:
     """Shapes (n,) turned and moved to places (3, n), in the plane of complex numbers."""
     own, index = shapely.get_coordinates(shapes, return_index=True)
     angle, x, y = where

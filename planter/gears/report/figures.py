@@ -9,9 +9,10 @@ import numpy as np
 
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.incomplete.gear import IncompleteGear
 from planter.gearing.teeth.making import Toothed
 from planter.gearing.teeth.polygons import points
-from planter.gears.parts import Placed
+from planter.gears.parts import AnyGear, Placed
 from planter.kernels import Array
 from planter.report import style
 
@@ -123,14 +124,18 @@ def figures(found: Sequence[Toothed], gears: Sequence[Placed]) -> dict[str, Figu
     return drawn
 
 
-def _gear(axes: Axes, gear: Gear, angle: float, centre: tuple[float, float], shade: str) -> None:
+def _gear(axes: Axes, gear: AnyGear, angle: float, centre: tuple[float, float], shade: str) -> None:
     outline, pitch = (
         _MM * (_rotated(line, angle) + np.asarray(centre))
-        for line in (points(gear), gear.curve.places(np.linspace(0, 1, 361)))
+        for line in (_vertices(gear), gear.outline().pitch(np.linspace(0, 1, 361)))
     )
     axes.fill(*outline.T, facecolor=shade, alpha=0.12, edgecolor="none")
     axes.plot(*np.vstack([outline, outline[:1]]).T, color=shade, linewidth=0.8, label=gear.name)
     axes.plot(*pitch.T, color=shade, linewidth=0.5, linestyle=(0, (6, 3)))
+
+
+def _vertices(gear: AnyGear) -> Array:
+    return gear.points if isinstance(gear, IncompleteGear) else points(gear)
 
 
 def _rotated(line: Array, angle: float) -> Array:

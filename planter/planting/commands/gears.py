@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter import rooms
 from planter.errors import InputError
 from planter.gears.options import (
     AddendumOption,
@@ -39,7 +40,8 @@ app = typer.Typer()
 
 HELP = """Teeth on the pitch curves of a machine, or of a curve in a file: proved to mesh, in files for a workshop.
 
-MACHINE is a planting device: both of its stages are cut. --curve takes a CSV file with the columns polar_deg and
+MACHINE is a planting device: both of its stages are cut; or a seedling pick-up: its sun and intermediate gear have
+teeth where the arm moves, and locking arcs where it dwells. --curve takes a CSV file with the columns polar_deg and
 radius_mm over a closed turn, or FILE:PREFIX for columns PREFIX_polar_deg and PREFIX_radius_mm, as `planter train`
 writes them; its mate is the conjugate, against which --mate is held.
 
@@ -49,6 +51,7 @@ each gear, the assembly, figures and a page; --step and --stl solids too.
 \b
     planter gears wang2017 --module 2 --backlash-mm 0.05 --out gears
     planter gears wang2017 --teeth 31,31 --bore-mm 12 --step --out gears
+    planter gears yu2023 --backlash-mm 0.05 --out gears
     planter gears --curve pitch_curves.csv:driver_1 --mate pitch_curves.csv:follower_1 --teeth 48
 """
 
@@ -114,11 +117,17 @@ def gears(
             if module1 is not None or module2 is not None:
                 raise InputError("--module1 and --module2 go with MACHINE: a curve has --module")
             found = command.of_curves(curve, mate, turns, rack, module, teeth, keep)
+            result = command.make(found, rack, made, out, console.progress)
         else:
-            from planter.planting import gears as cut
-
             assert machine is not None
-            device = device_of(machine, "exact", set_, speed_rpm)
-            found = cut.gears(device, rack, options.modules(module, module1, module2), options.counts(teeth), keep)
-        result = command.make(found, rack, made, out, console.progress)
+            modules, numbers = options.modules(module, module1, module2), options.counts(teeth)
+            other = next((room for room in rooms.brought("toothed") if room.takes(machine)), None)
+            if other is not None:
+                result = other.make(machine, rack, modules, numbers, keep, set_, made, out, console.progress)
+            else:
+                from planter.planting import gears as cut
+
+                device = device_of(machine, "exact", set_, speed_rpm)
+                found = cut.gears(device, rack, modules, numbers, keep)
+                result = command.make(found, rack, made, out, console.progress)
         console.result(result, lambda: tables.show(console, result))

@@ -1,0 +1,137 @@
+"""Incomplete gears: exact joins, no interference all round the turn, drive and dwell as the outlines allow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from scipy.integrate import simpson
+from scipy.optimize import brentq
+
+from planter.errors import GeometryError
+from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
+from planter.gearing.teeth.incomplete.proof import Turn
+from planter.gearing.teeth.incomplete.rolling import Rolling
+from planter.gearing.teeth.order import Order
+
+R, WAVE, SHIFT, FIRST, LAST = 0.03, 0.1, 0.2, -2.4, 2.5
+_T = np.linspace(FIRST, LAST, 20001)
+PLAY = 4e-5
+SEEN = 1e-9 * 1e-6
+"""What the issue allows the outlines to share [m2]."""
+
+
+def radius(t: np.ndarray) -> np.ndarray:
+    """A wavy curve, neither end like the other."""
+    return R * (1 + WAVE * np.cos(t + SHIFT))
+
+
+def turned(distance: float) -> float:
+    """How far its mate turns over the teeth, by hand."""
+    return float(simpson(radius(_T) / (distance - radius(_T)), x=_T))
+
+
+A = brentq(lambda a: turned(a) - 2 * np.pi, 1.5 * R, 3 * R, xtol=1e-16)
+"""The centre distance at which that is once."""
+
+
+def rolling(distance: float = A) -> Rolling:
+    return Rolling.of(radius, (FIRST, LAST), np.array([FIRST, LAST]), distance)
+
+
+@pytest.fixture(scope="module")
+def made() -> Intermittent:
+    return intermittent(rolling(), 21, Order(play=PLAY, process="wire"), "wavy", ("one", "two"))
+
+
+@pytest.fixture(scope="module")
+def turn(made: Intermittent) -> Turn:
+    return Turn(made)
+
+
+def test_the_curves_roll(made: Intermittent) -> None:
+    """Both pitch points lie in one place of the line of centres, and the mate turns by the integral of the ratio."""
+    own = made.rolling
+    at = np.linspace(0, own.length, 50)
+    found = []
+    for curve, s, place in zip(
+        own.pair.curves, (own.lead + at, own.behind + own.length - at), own.places(at), strict=True
+    ):
+        x, y = curve.at(s)[:2]
+        found.append((x + 1j * y) * np.exp(1j * place[0]) + place[1])
+    assert np.abs(found[0] - found[1]).max() < 1e-14
+    assert np.abs(found[0].imag).max() < 1e-14
+    assert own.turned == pytest.approx(turned(A), abs=1e-11)
+
+
+def test_a_mate_that_does_not_turn_once_is_refused() -> None:
+    with pytest.raises(GeometryError, match="must be 360 deg"):
+        intermittent(rolling(1.05 * A), 21, Order(process="wire"), "wavy", ("one", "two"))
+
+
+def test_pieces_join_exactly_and_outlines_are_simple(made: Intermittent) -> None:
+    for gear in made.gears:
+        assert gear.joins < 1e-14
+        assert shapely.Polygon(gear.points).is_valid
+        shares = np.linspace(0, 1, 9)
+        for piece in gear.pieces:
+            assert np.hypot(*piece.tangent(shares).T) == pytest.approx(1, abs=1e-9)
+
+
+def test_arcs_lie_about_the_driving_axis_while_they_hold(made: Intermittent) -> None:
+    mate = made.rolling.held(np.array([0.5]))[1][:, 0]
+    arcs = [piece for piece in made.mate.pieces if piece.kind == "concave arc"]
+    assert arcs
+    for piece in arcs:
+        z = piece.at(np.linspace(0, 1, 11)) @ np.array([1, 1j]) * np.exp(1j * mate[0]) + mate[1]
+        assert np.abs(z) == pytest.approx(made.radius + made.apart, abs=1e-15)
+        assert (piece.curvature(np.zeros(1)) < 0).all()
+    (convex,) = [piece for piece in made.gear.pieces if piece.kind == "convex arc"]
+    assert np.hypot(*convex.at(np.linspace(0, 1, 11)).T) == pytest.approx(made.radius, abs=1e-15)
+
+
+def test_nothing_interferes_all_round_the_turn(turn: Turn) -> None:
+    assert len(turn.rolled) >= 720
+    assert turn.rolling.max() < SEEN
+    assert turn.held.max() < SEEN
+
+
+def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: Intermittent, turn: Turn) -> None:
+    """Contacts by formulas against outlines that know none: turned back by more than the play, teeth run into teeth."""
+    which = np.arange(5, 720, 25)
+    gear, mate = made.rolling.places(turn.rolled[which])
+    back = mate + np.array([[-3 * PLAY / A], [0.0], [0.0]])
+    runs = turn.overlaps(gear, back) > 1e-12
+    drives = turn.drives[0][which]
+    assert runs[drives].all()
+    assert drives.mean() > 0.8
+    after, before = turn.undriven
+    assert 0 <= after < 0.5
+    assert 0 <= before < 0.7
+
+
+def test_the_arcs_hold_in_the_dwell_and_not_without(made: Intermittent, turn: Turn) -> None:
+    assert max(turn.slack(0.5)) < np.radians(2)
+    gear, mate = made.rolling.held(np.array([0.5]))
+    for sense in (-1, 1):
+        assert turn.overlaps(gear, mate + np.array([[sense * np.radians(3)], [0.0], [0.0]]))[0] > 1e-8
+
+
+def untrimmed(made: Intermittent, k: int) -> Intermittent:
+    """With the whole teeth of one gear in place of what arcs and topping leave."""
+    gear = made.gears[k]
+    whole = replace(gear, pieces=tuple(gear.row.line()))
+    return replace(made, **{("gear", "mate")[k]: whole})
+
+
+def test_tampered_gears_interfere(made: Intermittent, turn: Turn) -> None:
+    few = np.linspace(0, 1, 60)
+    held = made.rolling.held(few)
+    assert turn.overlaps(*held).max() < SEEN
+    for k in (0, 1):
+        assert Turn(untrimmed(made, k)).overlaps(*held).max() > 1e-7
+    gear, mate = made.rolling.places(few * made.rolling.length)
+    assert turn.overlaps(gear, mate - np.array([[0.0], [2 * PLAY], [0.0]])).max() > 1e-10
+    assert turn.overlaps(gear, mate + np.array([[3 * PLAY / A], [0.0], [0.0]])).max() > 1e-10

@@ -1,0 +1,56 @@
+"""`planter gears` with a pick-up: keys, files, whole teeth, one sentence for what cannot be."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from tests.support.cli import answer, refusal
+from tests.support.schemas import committed
+
+
+def test_the_built_in_pick_up(tmp_path: Path) -> None:
+    found = answer("gears", "yu2023", "--backlash-mm", "0.05", "--stl", "--out", str(tmp_path))
+    jsonschema.validate(found, committed("gears"))
+    one = found["intermittent"]
+    assert found["stages"] == []
+    assert one["z"] == 23
+    assert np.pi * one["module_mm"] * one["z"] == pytest.approx(one["toothed_arc_mm"], rel=1e-14)
+    assert one["toothed_arc_mm"] == pytest.approx(answer("pickup", "yu2023")["sun_toothed_arc_mm"], rel=1e-12)
+    assert one["locking_radius_mm"] == max(one["end_radii_mm"])
+    assert max(one["overlap_mm2"], one["dwell_overlap_mm2"]) < 1e-9
+    assert one["positions"] >= 720
+    assert {gear["joins_mm"] < 1e-9 for gear in one["gears"]} == {True}
+    names = {Path(name).name for name in found["files"]}
+    assert {"sun.dxf", "intermediate_gear.stl", "sun_flanks.csv", "assembly.dxf"} <= names
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["intermittent"] == one
+
+
+REFUSED = {
+    "two pairs": (("--module1", "2"), "one non-circular pair"),
+    "scaled": (("--keep", "module"), "follows from its bars"),
+    "disagree": (("--teeth", "30", "--module", "2"), "which makes 23 teeth"),
+    "few teeth": (("--teeth", "5"), "at least 6"),
+    "undercut": (("--teeth", "10"), "undercut"),
+    "play": (("--backlash-mm", "1"), "at most 0.2 modules"),
+    "bore": (("--bore-mm", "60"), "60"),
+}
+
+
+@pytest.mark.parametrize(("options", "told"), REFUSED.values(), ids=REFUSED.keys())
+def test_what_cannot_be_is_told_in_a_sentence(options: tuple[str, ...], told: str) -> None:
+    assert told in refusal("gears", "yu2023", *options)
+
+
+def test_a_law_that_comes_to_rest_smoothly_is_refused(tmp_path: Path) -> None:
+    from planter.files import examples
+
+    text = examples.example("yu2023", "pickup").replace("# ends = ", "ends = ").replace("# transition_deg", "transition_deg")  # fmt: skip # noqa: E501
+    file = tmp_path / "own.toml"
+    file.write_text(text)
+    assert "other means than teeth" in refusal("gears", str(file))
