@@ -43,7 +43,9 @@ COARSE, FINE = np.array([0.3284552113, 0.9445195467]), np.array([0.3284573768, 0
 END = FINE + (FINE - COARSE) / 3
 
 
-@pytest.mark.parametrize(("tolerance", "kept", "near"), [(1e-8, 1e-6, 1e-6), (1e-10, 1e-8, 2e-8)])
+@pytest.mark.parametrize(
+    ("tolerance", "kept", "near"), [(1e-8, 1e-6, 1e-6), pytest.param(1e-10, 1e-8, 2e-8, marks=pytest.mark.long)]
+)
 def test_two_windows_fall_through_their_singular_poses(tolerance: float, kept: float, near: float) -> None:
     run = own.dynamics(BARS.replace("COUNT", "2"), "bars").run(np.linspace(0, 10, 101), tolerance)
     energy = run.results["kinetic"] + run.results["potential"]

@@ -79,6 +79,7 @@ def audited(known: tuple[list[record.Record], list[record.Record]]) -> tuple[lis
     return verdicts.judged(modules(papers), record.keyed(known[0], shown), known[1])
 
 
+@pytest.mark.long
 def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:
     first = audited(([], []))
     total = sum(len(case.paper.equations) for case in CASES.values())

@@ -50,6 +50,7 @@ def test_a_sun_without_room_for_teeth_is_refused_with_radius_and_ratio(tmp_path:
     assert "by point 21" in message
 
 
+@pytest.mark.long
 def test_an_ellipse_either_way_round_gives_gears_and_no_noise(tmp_path: Path) -> None:
     for turn in (1, -1):
         path = points(tmp_path, *(part[::turn] for part in ELLIPSE))

@@ -52,7 +52,12 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+SAMPLED = {"a file with comments", "numbers set"}
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[] if case in SAMPLED else pytest.mark.long) for case in CASES]
+)
 def test_what_is_written_goes_back_into_every_command(case: str, commented: str, tmp_path: Path) -> None:
     source, options = CASES[case]
     found = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))

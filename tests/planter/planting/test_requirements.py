@@ -320,6 +320,7 @@ def test_simulate_and_validate_report_them() -> None:
     assert "requirements" not in json.loads(planter("simulate", "wang2017", "--json").stdout)
 
 
+@pytest.mark.long
 def test_optimise_answers_infeasible_requirements_with_exit_code_1() -> None:
     call = ("optimise", WIDE, "--method", "ipopt", "--starts", "1", "--samples", "36", "--json",
             "--set", "funnel_speed_margin_m_s=0.05")  # fmt: skip
