@@ -37,11 +37,14 @@ def _called() -> int:
     from planter.errors import InputError
 
     try:
-        return application()(standalone_mode=False) or 0
+        code = application()(standalone_mode=False) or 0
     except Exception as error:
         if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
             raise
         raise InputError(error.format_message() + _hint()) from None
+    if code and signals.exit_code() is not None:  # the library ends silently where a signal comes between its own lines
+        raise KeyboardInterrupt
+    return code
 
 
 def _hint() -> str:

@@ -42,6 +42,34 @@ def test_a_signal_during_the_imports_ends_in_one_line(number: signal.Signals, co
     assert json.loads(done.stdout) == {"error": {"name": "Interrupted", "message": "interrupted"}, "partial": None}
 
 
+BETWEEN = """
+import os, sys, time
+from planter import cli
+from planter.cli import app
+
+def library(standalone_mode):
+    try:
+        os.kill(os.getpid(), int(sys.argv.pop()))
+        time.sleep(5)
+    except KeyboardInterrupt:
+        return 130
+
+app.application = lambda: library
+cli.main()
+"""
+"""What the command-line library does with a signal that comes outside a command."""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_outside_a_command_is_told_too(number: signal.Signals) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", BETWEEN, "--json", str(int(number))],
+        cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=_hears_interrupts,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (128 + number, "planter: interrupted\n")
+    assert json.loads(done.stdout)["error"]["name"] == "Interrupted"
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("delay", [0.2, 0.4, 0.7])
 def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: float) -> None:
