@@ -47,9 +47,7 @@ class Device:
         self.names: tuple[str, ...] = tuple(name for part in parts for name in part)
         machine.check_names(self.names)
         self.scale = np.array([units.factor(name) for name in self.names])
-        self.design = self.scale * [machine.design[name] for name in self.names]
-        self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
-        self.constants = self._constants(machine)
+        self._take(machine)
         ends = np.cumsum([len(part) for part in parts])
         first, second = (
             stage.build(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
@@ -58,10 +56,12 @@ class Device:
         self.stages = first, second
         self.functions = Functions(model, self.stages, flanks.function(machine.cam.flank))
 
-    def _constants(self, machine: Machine) -> Array:
-        """What the model takes of a machine beside its design (c,) [SI]."""
-        numbers = machine.numbers()
-        return np.array([numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]])
+    def _take(self, machine: Machine) -> None:
+        """The numbers of a machine in SI: its design and bounds (p,), and what the model takes beside it (c,)."""
+        self.machine, numbers = machine, machine.numbers()
+        self.design = self.scale * [machine.design[name] for name in self.names]
+        self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
+        self.constants = np.array([numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]])
 
     @property
     def _vectors(self) -> dict[str, Any]:
@@ -88,10 +88,7 @@ class Device:
         """
         found = copy.copy(self)
         found.__dict__.pop("force", None)
-        found.machine = machine
-        found.design = self.scale * [machine.design[name] for name in self.names]
-        found.lower, found.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
-        found.constants = self._constants(machine)
+        found._take(machine)
         for index, pair in enumerate(self.stages):
             own = Candidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
             pair.check_parameters(own)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import Any
-
-from planter.studio.session import lines
 
 Send = Callable[[dict[str, Any]], Awaitable[None]]
 
@@ -45,7 +43,7 @@ class Search:
         answer = asyncio.create_task(process.stdout.read())
         last = ""
         while part := await process.stderr.read(4096):
-            for line in lines(part.decode("utf-8", "replace")):
+            for line in _lines(part.decode("utf-8", "replace")):
                 last = line
                 await self._send({"progress": line})
         text = await answer
@@ -56,3 +54,8 @@ class Search:
         design = {f"design.{name}": value for name, value in found["design"].items()}
         told = {key: found[key] for key in ("start_objective", "objective") if key in found}
         await self._send({"optimum": design, **told, "certificate": found.get("certificate")})
+
+
+def _lines(text: str) -> Iterator[str]:
+    """What is left of a text that writes over its own lines."""
+    yield from (part for part in text.replace("\r", "\n").split("\n") if part.strip())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -123,8 +123,3 @@ def _control(one: Control) -> dict[str, Any]:
 def told(error: PlanterError) -> dict[str, str]:
     """An error as a message."""
     return {"error": str(error)}
-
-
-def lines(text: str) -> Iterator[str]:
-    """What is left of a text that writes over its own lines."""
-    yield from (part for part in text.replace("\r", "\n").split("\n") if part.strip())

@@ -9,7 +9,7 @@ from planter.errors import InputError
 from planter.report import files
 from planter.view.frames import gif
 from planter.view.results import Animated
-from planter.view.subject import opened
+from planter.view.subject import first_scene, opened
 
 
 def animate(
@@ -20,10 +20,7 @@ def animate(
     Raises InputError for what is no machine or model, and where it cannot write.
     """
     machine = opened(source, changes)
-    chosen = machine.models[0] if model is None else model
-    if chosen not in machine.models:
-        raise InputError(f"--model {chosen} is not allowed: it must be one of {', '.join(machine.models)}")
-    scene, *_ = machine.scenes({one.path: one.value for one in machine.controls}, chosen)
+    scene, chosen = first_scene(machine, model, f"--model {model}")
     path = out / f"{machine.name}.gif" if out.is_dir() else out
     if path.suffix.lower() != ".gif":
         raise InputError(f"--out {path} is not allowed: it must be a folder or a file that ends in .gif")

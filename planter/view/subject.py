@@ -99,6 +99,17 @@ def opened(source: str, changes: Values | None = None) -> Shown:
     raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")
 
 
+def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, str]:
+    """A machine as it is, in one of its models, and which that is: the first unless one is named.
+
+    Raises InputError, naming the `option`, for a model that it has not.
+    """
+    chosen = machine.models[0] if model is None else model
+    if chosen not in machine.models:
+        raise InputError(f"{option} is not allowed: it must be one of {', '.join(machine.models)}")
+    return machine.scenes({one.path: one.value for one in machine.controls}, chosen)[0], chosen
+
+
 def controls(
     document: Document, paths: Iterable[str], meanings: Mapping[str, str], bounds: Mapping[str, tuple[float, float]]
 ) -> list[Control]:

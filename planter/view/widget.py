@@ -10,7 +10,7 @@ from planter.view.block import text
 from planter.view.channels import packed
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Values, opened
+from planter.view.subject import Values, first_scene, opened
 
 
 def widget(scene: Scene) -> Any:
@@ -26,11 +26,7 @@ def show(source: str, changes: Values | None = None, model: str | None = None) -
 
     Raises InputError for what is no machine or model, and where anywidget is missing.
     """
-    machine = opened(source, changes)
-    chosen = machine.models[0] if model is None else model
-    if chosen not in machine.models:
-        raise InputError(f"model = {chosen} is not allowed: it must be one of {', '.join(machine.models)}")
-    return widget(machine.scenes({one.path: one.value for one in machine.controls}, chosen)[0])
+    return widget(first_scene(opened(source, changes), model, f"model = {model}")[0])
 
 
 @cache
