@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.report import style
 from planter.view.picture import Picture
-from planter.view.scene import Body, Outline, Scene
+from planter.view.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,9 +57,8 @@ def _draw(axes: Axes, picture: Picture, moment: int) -> None:
     for point, path in zip(scene.points, picture.paths, strict=True):
         if point.traced:
             axes.plot(*path.T, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)))
-    for body in scene.bodies:
-        for outline, points in _placed(scene, body, moment, 0j, 1 + 0j):
-            _line(axes, points, outline.look, outline.shade, outline.closed)
+    for outline, points in scene.placed(slice(moment, moment + 1)):
+        _line(axes, points[0], outline.look, outline.shade, outline.closed)
     for chain in scene.chains:
         corners = np.array([picture.paths[index][moment] for index in chain.points])
         _line(axes, corners, "body", chain.shade, chain.closed)
@@ -69,16 +67,6 @@ def _draw(axes: Axes, picture: Picture, moment: int) -> None:
     for label in scene.labels:
         side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]
         axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=6)
-
-
-def _placed(scene: Scene, body: Body, moment: int, origin: complex, way: complex) -> Iterator[tuple[Outline, Array]]:
-    x, y, turn = (float(channel[moment]) for channel in scene.pose(body))
-    here, way = origin + way * complex(x, y), way * np.exp(1j * np.radians(turn))
-    for outline in body.outlines:
-        corners = here + way * (outline.points @ [1, 1j])
-        yield outline, np.column_stack([corners.real, corners.imag])
-    for part in body.parts:
-        yield from _placed(scene, part, moment, here, way)
 
 
 def _line(axes: Axes, points: Array, look: str, shade: int, closed: bool) -> None:

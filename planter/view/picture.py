@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.report.html import escape
 from planter.view.scene import Body, Outline, Point, Scene
 
-Complex = NDArray[np.complex128]
 LOOKED_AT = 48
 """Moments of a cycle at which the bodies' reach is measured."""
 MARGIN = 0.04
@@ -98,20 +96,9 @@ class Picture:
 
     def _reached(self) -> Iterator[Array]:
         """Corners (k, 2) of all bodies, at some moments of the cycle."""
-        at = slice(None, None, max(1, self.scene.moments // LOOKED_AT))
-        for body in self.scene.bodies:
-            yield from self._placed(body, at, np.zeros(1, dtype=complex), np.ones(1, dtype=complex))
-
-    def _placed(self, body: Body, at: slice, origin: Complex, way: Complex) -> Iterator[Array]:
-        """Corners as above; places and directions of the parent are complex numbers, one a moment."""
-        x, y, turn = (channel[at] for channel in self.scene.pose(body))
-        here, way = origin + way * (x + 1j * y), way * np.exp(1j * np.radians(turn))
-        for outline in body.outlines:
-            own = outline.points[:: max(1, len(outline.points) // CORNERS)] @ [1, 1j]
-            corners = (here[:, None] + way[:, None] * own).ravel()
-            yield np.column_stack([corners.real, corners.imag])
-        for part in body.parts:
-            yield from self._placed(part, at, here, way)
+        looked_at = slice(None, None, max(1, self.scene.moments // LOOKED_AT))
+        for outline, points in self.scene.placed(looked_at):
+            yield points[:, :: max(1, len(outline.points) // CORNERS)].reshape(-1, 2)
 
     def _body(self, body: Body, numbers: dict[int, int]) -> Iterator[str]:
         x, y, turn = (number(float(channel[0])) for channel in self.scene.pose(body))

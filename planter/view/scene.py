@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planter.kernels import Array
 
+Complex = NDArray[np.complex128]
 Look = Literal["body", "gear", "frame", "mark", "ground", "before"]
 """How an outline is drawn: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or palely."""
 
@@ -138,6 +140,22 @@ class Scene:
     def every(self) -> Iterator[Body]:
         """Bodies and their parts, parents before parts: the order of the drawing."""
         return _every(self.bodies)
+
+    def placed(self, moments: slice) -> Iterator[tuple[Outline, Array]]:
+        """Every outline with its points (m, k, 2) in the machine at some moments."""
+        still = np.zeros(1, dtype=complex)
+        for body in self.bodies:
+            yield from self._placed(body, moments, still, still + 1)
+
+    def _placed(self, body: Body, moments: slice, origin: Complex, way: Complex) -> Iterator[tuple[Outline, Array]]:
+        """Those of a body and its parts; the parent's places and directions are complex numbers, one a moment."""
+        x, y, turn = (channel[moments] for channel in self.pose(body))
+        here, way = origin + way * (x + 1j * y), way * np.exp(1j * np.radians(turn))
+        for outline in body.outlines:
+            points = here[:, None] + way[:, None] * (outline.points @ [1, 1j])
+            yield outline, np.stack([points.real, points.imag], axis=-1)
+        for part in body.parts:
+            yield from self._placed(part, moments, here, way)
 
     def pose(self, body: Body) -> tuple[Array, Array, Array]:
         """Origin and turn of a body at every moment, (n,) each."""
