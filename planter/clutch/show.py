@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planter.files import examples, units
-from planter.view.subject import Check, Control, Reading, Values, changed, controls, written
+from planter.files import examples
+from planter.view.subject import Check, Control, Reading, Values, changed, controls, singles, written
 
 if TYPE_CHECKING:
     from planter.clutch.file import Clutch
@@ -43,10 +43,7 @@ class ReuleauxClutch:
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Single numbers of what `planter clutch geometry` tells."""
-        table = self._geometry(values).table()
-        numbers = {key: value for key, value in table.items() if isinstance(value, int | float)}
-        return [Reading(key, units.unit(key), float(value)) for key, value in numbers.items()
-                if not isinstance(value, bool)]  # fmt: skip
+        return singles(self._geometry(values).table())
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """None that have a margin."""

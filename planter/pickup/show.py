@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
-from planter.view.subject import Check, Control, Reading, Values, controls, written
+from planter.view.subject import Check, Control, Reading, Values, controls, singles, written
 
 if TYPE_CHECKING:
     from planter.pickup.command import Outcome
@@ -47,12 +47,7 @@ class PickUp:
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Single numbers of what `planter pickup` tells."""
-        from planter.files import units
-
-        table = self._outcome(values).result.table()
-        numbers = {key: value for key, value in table.items() if isinstance(value, int | float)}
-        return [Reading(key, units.unit(key), float(value)) for key, value in numbers.items()
-                if not isinstance(value, bool)]  # fmt: skip
+        return singles(self._outcome(values).result.table())
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """What the path must do before the tray."""

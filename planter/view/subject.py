@@ -128,6 +128,15 @@ def _about(value: float) -> tuple[float, float]:
     return value - reach, value + reach
 
 
+def singles(table: Mapping[str, Any]) -> list[Reading]:
+    """The single numbers of a result as readings."""
+    return [
+        Reading(key, units.unit(key), float(value))
+        for key, value in table.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    ]
+
+
 def changed(document: Any, values: Values) -> Any:
     """A file with other numbers, if they are others."""
     own = document.numbers()
