@@ -12,7 +12,7 @@ from typing import Any, Literal
 from planter import legible, rooms
 from planter.errors import InputError
 from planter.files import paths
-from planter.files.text import read_text
+from planter.files.text import parse_toml, read_text
 
 Suffix = Literal[".toml", ".csv"]
 SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")
@@ -44,8 +44,8 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
     )
 
 
-def text(source: str | Path, kind: str, suffix: Suffix = ".toml") -> str:
-    """The text of the file at a path, or of the built-in one of that name.
+def text(source: str | Path, kind: str | None = None, suffix: Suffix = ".toml") -> str:
+    """The text of the file at a path, or of the built-in one of that name, of any room or of one.
 
     Raises InputError where there is neither, where the file cannot be read, or where it is a CSV file and no TOML file
     by its name, or the other way round.
@@ -69,9 +69,20 @@ def belongs(source: str, kind: str, tables: set[str]) -> bool:
         return False
 
 
+def resembles(source: str, kind: str) -> bool:
+    """Whether a source is a built-in machine of a room, or a TOML file that is more like its than any other's."""
+    if source in names(kind, ".toml"):
+        return True
+    try:
+        alike = _alike(parse_toml(read_text(source), source))
+    except InputError:
+        return False
+    return 0 < alike[kind] == max(alike.values())
+
+
 def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
     """Raises InputError for the table of a file that belongs to another room, by the names of its tables."""
-    alike = {room: _likeness(table, room) for room in rooms.folders("examples")}
+    alike = _alike(table)
     best = max(alike, key=lambda room: alike[room])
     if best != kind and alike[best] > max(_ALIKE, alike.get(kind, 0)):
         known = ", ".join(names(kind, ".toml"))
@@ -91,6 +102,11 @@ def _takers(room: str) -> str:
     return f"planter {', '.join(rooms.commands(room))}"
 
 
+def _alike(table: Mapping[str, Any]) -> dict[str, float]:
+    """How much a table is like the files of each room."""
+    return {room: _likeness(table, room) for room in rooms.folders("examples")}
+
+
 def _likeness(table: Mapping[str, Any], room: str) -> float:
     """Largest share of top-level keys that a table has in common with a built-in file of a room."""
     own = set(table) - _EVERYWHERE
@@ -99,7 +115,7 @@ def _likeness(table: Mapping[str, Any], room: str) -> float:
     return max((len(own & other) / len(own | other) for other in others if own | other), default=0)
 
 
-def _is_name(source: str | Path, kind: str, suffix: Suffix) -> bool:
+def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
     if isinstance(source, Path):
         return False
     if source in names(kind, suffix):

@@ -264,21 +264,22 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Pick
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
     label = str(source)
-    if _is_points(label):
+    if is_points(label):
         points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
         found = load(DEFAULT).with_points(points, label)
         found = found.with_numbers(changes) if changes else found
     else:
         found = Pickup.load(source, "pickup", changes)
     if found.path is not None:
-        csv = label if _is_points(label) else _beside(label, found.path.csv)
+        csv = label if is_points(label) else _beside(label, found.path.csv)
         found._points_source = str(csv)
         text = examples.text(csv, "pickup", ".csv")
         found._points, found._resolution = parse_points(text, str(csv))
     return found
 
 
-def _is_points(label: str) -> bool:
+def is_points(label: str) -> bool:
+    """Whether a source is a CSV of points, by its name."""
     return label.lower().endswith(".csv") or label in examples.names("pickup", ".csv")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,43 +12,54 @@ from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
 from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.gears import intermittent as made_known
 from planter.gears.options import Keep, Teeth
-from planter.gears.parts import Parts
 from planter.gears.results import GearsFound
+from planter.gears.room import Wanted
 from planter.kernels import Array
 from planter.pickup import gears
-from planter.pickup.file import Pickup, load
+from planter.pickup.file import Pickup, is_points, load
 from planter.pickup.model import Train, build
 from planter.progress import Listener
 from planter.report import files
-from planter.terminal.options import changes
 
 NAMES = ("sun", "intermediate gear")
-_TABLES = {"carrier", "helical_stage", "noncircular_stage"}
 
 
 def takes(source: str) -> bool:
-    """Whether a source is a pick-up's."""
-    return examples.belongs(source, "pickup", _TABLES)
+    """Whether a source is a pick-up, or the points of its path."""
+    return is_points(source) or examples.resembles(source, "pickup")
 
 
-def make(
-    source: str, teeth: Teeth, modules_mm: Sequence[float | None], counts: Sequence[int], keep: Keep | None,
-    set_: Sequence[str] | None, made: Parts, out: Path | None, progress: Listener | None = None,
-) -> GearsFound:  # fmt: skip
-    """The gears of a pick-up, by the options of a command.
+def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+    """The gears of a pick-up.
 
-    Raises InputError for options that no pick-up takes and for a law without teeth beside a dwell, GeometryError as
+    Raises InputError for what no pick-up takes and for a law without teeth beside a dwell, GeometryError as
     `intermittent` does.
     """
-    machine = load(source, changes(set_))
+    machine = load(source, wanted.changes)
+    _check(machine, wanted)
     train = build(machine)
     gears.check(machine, train)
-    if keep is Keep.module:
-        raise InputError("--keep module is not allowed: the size of a pick-up's gears follows from its bars")
-    if len(counts) > 1 or modules_mm[0] != modules_mm[1]:
-        raise InputError(f"{source}: a pick-up has one non-circular pair: it takes --module M or --teeth Z")
-    found = cut(machine, train, teeth, modules_mm[0], counts[0] if counts else None)
-    return made_known.make(found, machine.name, teeth, made, files.provenance(machine), out, progress)
+    found = cut(machine, train, wanted.teeth, wanted.modules_mm[0], wanted.counts[0] if wanted.counts else None)
+    return made_known.make(found, machine.name, wanted.teeth, wanted.made, files.provenance(machine), out, progress)
+
+
+def _check(machine: Pickup, wanted: Wanted) -> None:
+    """Raise InputError for what is wanted that no pick-up takes."""
+    refused = {
+        "--speed-rpm is not allowed: no pick-up's gears depend on its speed": wanted.speed_rpm is not None,
+        "--centre-error-mm is not allowed: a pick-up's gears are tried at their own distance": (
+            wanted.teeth.centre_error_mm > 0
+        ),
+        "--keep module is not allowed: the size of a pick-up's gears follows from its bars": (
+            wanted.keep is Keep.module
+        ),
+        "a pick-up has one non-circular pair: it takes --module M or --teeth Z": (
+            len(wanted.counts) > 1 or wanted.modules_mm[0] != wanted.modules_mm[1]
+        ),
+    }  # fmt: skip
+    for told, given in refused.items():
+        if given:
+            raise InputError(f"{machine.source}: {told}")
 
 
 def cut(machine: Pickup, train: Train, teeth: Teeth, module_mm: float | None, count: int | None) -> Intermittent:

@@ -24,6 +24,7 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
+SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
 SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
 
 

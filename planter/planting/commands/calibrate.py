@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.planting.commands.options import MachineArgument, Model, SpeedOption, device_of, kept
+from planter.planting.commands.options import MachineArgument, Model, device_of, kept
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption
 
 if TYPE_CHECKING:
     from planter.planting.measured.calibration import Check

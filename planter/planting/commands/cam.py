@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.planting.commands.options import SpeedOption, device_of
+from planter.planting.commands.options import device_of
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
 
 app = typer.Typer()
 

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, SpeedOption, kept, machine_of
+from planter.planting.commands.options import MachineArgument, kept, machine_of
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, listing
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, listing
 
 app = typer.Typer()
 

@@ -9,17 +9,9 @@ import typer
 
 from planter.errors import Interrupted
 from planter.mechanism.search import HoldOption, LeastOption, search
-from planter.planting.commands.options import (
-    MachineArgument,
-    Model,
-    ModelOption,
-    SamplesOption,
-    SpeedOption,
-    device_of,
-    kept,
-)
+from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of, kept
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
 
 
 class Method(enum.StrEnum):

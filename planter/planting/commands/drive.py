@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, SamplesOption, SpeedOption, device_of
+from planter.planting.commands.options import MachineArgument, SamplesOption, device_of
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption
 
 app = typer.Typer()
 

@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, SpeedOption, device_of
+from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of
 from planter.planting.results import MotionWritten, Written
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, SetOption
+from planter.terminal.options import JsonOption, SetOption, SpeedOption
 
 export = typer.Typer(
     help="A machine for other programs: source text, a unit for co-simulation, tables over time.",

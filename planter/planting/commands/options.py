@@ -29,7 +29,6 @@ ModelOption = Annotated[Model, typer.Option(help="first principles, or the paper
 SamplesOption = Annotated[
     int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
 ]
-SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
 
 
 def machine_of(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:

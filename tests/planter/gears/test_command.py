@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
+from planter.files import examples
 from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.polygons import points
 from planter.gears.parts import Placed
@@ -177,13 +178,35 @@ BAD = {
     "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is hollow with a radius of 21.16 mm at",
     "--keyway-mm 4,2": "not allowed without --bore-mm",
     "--curve own.csv": "one of MACHINE and --curve must be given",
-    "--turns 2": "--mate and --turns go with --curve",
+    "--turns 2": "--turns goes with --curve, not with MACHINE",
+    "--mate own.csv": "--mate goes with --curve, not with MACHINE",
+    "--stl": "--stl needs --out DIR",
 }
 
 
 @pytest.mark.parametrize("options", BAD)
 def test_bad_input_is_one_sentence(options: str) -> None:
     assert BAD[options] in refusal("gears", "wang2017", *options.split())
+
+
+@pytest.mark.parametrize(
+    ("machine", "told"),
+    [
+        ("wang2071", "there is no built-in machine of that name, did you mean wang2017"),
+        ("shi2021", "no gears are cut of such a machine: it must be one like"),
+        ("own.toml", "there is no such file"),
+    ],
+)
+def test_a_machine_without_gears_is_told(machine: str, told: str) -> None:
+    assert told in refusal("gears", machine)
+
+
+def test_a_file_with_a_fault_is_told_by_its_own_room(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(examples.example("wang2017").replace("[stage1]", "[first]"))
+    assert "stage1" in refusal("gears", str(file))
+    file.write_text(examples.example("yu2023").replace("[carrier]", "[carriers]"))
+    assert "carrier" in refusal("gears", str(file))
 
 
 def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
@@ -197,4 +220,7 @@ def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
         assert sentence in refusal("gears", "--curve", file, "--module", "5")
     file = curve_file(tmp_path / "own.csv", wavy())
     assert "it must have 80 teeth" in refusal("gears", "--curve", file, "--teeth", "40,41", "--turns", "2")
+    for option in ("--module2", "--speed-rpm"):
+        told = refusal("gears", "--curve", file, "--teeth", "40", option, "2")
+        assert f"{option} goes with MACHINE, not with --curve" in told
     assert "has no column other_polar_deg" in refusal("gears", "--curve", f"{file}:other", "--teeth", "40")

@@ -33,6 +33,8 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
 
 REFUSED = {
     "two pairs": (("--module1", "2"), "one non-circular pair"),
+    "speed": (("--speed-rpm", "30"), "depend on its speed"),
+    "centre": (("--centre-error-mm", "0.1"), "--centre-error-mm is not allowed"),
     "scaled": (("--keep", "module"), "follows from its bars"),
     "disagree": (("--teeth", "30", "--module", "2"), "which makes 23 teeth"),
     "few teeth": (("--teeth", "5"), "at least 6"),

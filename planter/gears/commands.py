@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated
 
 import typer
 
-from planter import rooms
 from planter.errors import InputError
 from planter.gears.options import (
     AddendumOption,
@@ -32,9 +32,8 @@ from planter.gears.options import (
     UndercutOption,
     WidthOption,
 )
-from planter.planting.commands.options import SpeedOption, device_of
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
 
 app = typer.Typer()
 
@@ -95,12 +94,11 @@ def gears(
 ) -> None:
     console = Console(as_json)
     with console.outcome():
-        from planter.gears import command, options, tables
+        from planter.gears import command, options, room, tables
 
         if (machine is None) == (curve is None):
             raise InputError("one of MACHINE and --curve must be given")
-        if curve is None and (mate is not None or turns != 1):
-            raise InputError("--mate and --turns go with --curve")
+        _check("needs --out DIR to write solids to", {"--step": step and not out, "--stl": stl and not out})
         made = options.parts(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
         rack = Teeth(
             pressure_angle,
@@ -114,20 +112,21 @@ def gears(
             allow_undercut,
         )
         if curve is not None:
-            if module1 is not None or module2 is not None:
-                raise InputError("--module1 and --module2 go with MACHINE: a curve has --module")
+            stages = {"--module1": module1, "--module2": module2}
+            _check("goes with MACHINE, not with --curve", {**stages, "--set": set_, "--speed-rpm": speed_rpm})
             found = command.of_curves(curve, mate, turns, rack, module, teeth, keep)
             result = command.make(found, rack, made, out, console.progress)
         else:
             assert machine is not None
+            _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != 1})
             modules, numbers = options.modules(module, module1, module2), options.counts(teeth)
-            other = next((room for room in rooms.brought("toothed") if room.takes(machine)), None)
-            if other is not None:
-                result = other.make(machine, rack, modules, numbers, keep, set_, made, out, console.progress)
-            else:
-                from planter.planting import gears as cut
-
-                device = device_of(machine, "exact", set_, speed_rpm)
-                found = cut.gears(device, rack, modules, numbers, keep)
-                result = command.make(found, rack, made, out, console.progress)
+            wanted = room.Wanted(rack, made, modules, numbers, keep, changes(set_), speed_rpm)
+            result = room.room_of(machine).make(machine, wanted, out, console.progress)
         console.result(result, lambda: tables.show(console, result))
+
+
+def _check(allowed: str, given: Mapping[str, object]) -> None:
+    """Raise InputError for the first option that is given and must not be."""
+    for option, value in given.items():
+        if value:
+            raise InputError(f"{option} {allowed}")
