@@ -104,12 +104,15 @@ def gears(
     return Gears(device.machine.name, made.stages, made.placed(), made.change(), files.provenance(device.machine))
 
 
-def train(device: Device, orders: Sequence[Order]) -> Train:
-    """Both stages of a device's own design with the teeth that are ordered for each. Raises as `toothed` does."""
-    x = device.design.copy()
+def train(device: Device, orders: Sequence[Order], design: Array | None = None) -> Train:
+    """Both stages of a design (p,) [SI], the device's own unless given, with the teeth that are ordered for each.
+
+    Raises as `toothed` does.
+    """
+    x = (device.design if design is None else design).copy()
     stages = []
     for k, order in enumerate(orders):
-        pair = of_stage(device.stages[k], device.of_stage(k, device.design), SENSES[k])
+        pair = of_stage(device.stages[k], device.of_stage(k, x), SENSES[k])
         found = toothed(pair, order, f"{device.machine.source}: stage {k + 1}", NAMES[k])
         stages.append(found)
         x[_lengths(device, k)] *= found.sized.scale

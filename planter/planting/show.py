@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from planter.planting.swept.room import ROOM
@@ -53,7 +54,9 @@ class Planting:
         from planter.planting.report.scene import scene
 
         device, x = self._at(values, model)
-        return [scene(device, x, None if (device.design == x).all() else device.design)]
+        before = None if (device.design == x).all() else device.design
+        shown = scene(device, x, before, toothed=False)
+        return [replace(shown, later=partial(scene, device, x, before))]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Objective, support force, motor torque, centre distances; all of the samples of the file."""

@@ -1,4 +1,4 @@
-"""A page's live line: of what it asks only the newest is computed; requirements follow when its hand rests."""
+"""A page's live line: of what it asks only the newest is computed; what takes longer follows when its hand rests."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from planter.errors import PlanterError
 from planter.studio.search import Search
 from planter.studio.session import Message, Session, told
 
-REST_S = 0.15
-"""How long a hand rests before requirements are computed."""
+REST_S = 0.1
+"""How long a hand rests before what takes longer is computed."""
 
 
 class Live:
@@ -66,7 +66,7 @@ class Live:
             await self._send({"error": f"ask = {ask} is not allowed"})
 
     async def _follow(self) -> None:
-        """Compute the newest that was asked for, and its requirements if nothing newer comes for a while."""
+        """Compute the newest that was asked for, and what takes longer if nothing newer comes for a while."""
         while True:
             await self._asked.wait()
             self._asked.clear()
@@ -77,7 +77,13 @@ class Live:
             try:
                 await asyncio.wait_for(self._asked.wait(), REST_S)
             except TimeoutError:
-                await self._told(partial(self._marked, self.session.checked, message))
+                await self._rested(message)
+
+    async def _rested(self, message: Message) -> None:
+        """What takes longer, as long as nothing newer comes: requirements, then all that there is to see."""
+        for compute in (self.session.checked, self.session.finished):
+            if not self._asked.is_set():
+                await self._told(partial(self._marked, compute, message))
 
     @staticmethod
     def _marked(compute: Callable[[Message], dict[str, Any]], message: Message) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +12,7 @@ from planter.errors import InputError, PlanterError
 from planter.files import examples
 from planter.view.channels import packed
 from planter.view.picture import picture
+from planter.view.scene import Scene
 from planter.view.subject import Control, Shown, opened
 
 LARGEST = 1_000_000
@@ -27,6 +28,7 @@ class Session:
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
         self.machine: Shown | None = None
+        self._scenes: Sequence[Scene] = ()
         self._scratch = TemporaryDirectory(prefix="planter-")
 
     def close(self) -> None:
@@ -50,11 +52,17 @@ class Session:
     def seen(self, message: Message) -> dict[str, Any]:
         """The machine with other numbers: scenes and readings."""
         values, model = self._asked(message)
-        scenes = self._open.scenes(values, model)
+        self._scenes = self._open.scenes(values, model)
         return {
-            "scenes": [{"picture": picture(one), "record": packed(one)} for one in scenes],
+            "scenes": _drawn(self._scenes),
             "readings": [asdict(one) for one in self._open.readings(values, model)],
         }
+
+    def finished(self, message: Message) -> dict[str, Any]:
+        """The latest scenes with all that there is to see; nothing where they had that."""
+        if not any(one.later for one in self._scenes):
+            return {}
+        return {"finished": _drawn([one.whole() for one in self._scenes])}
 
     def checked(self, message: Message) -> dict[str, Any]:
         """The requirements of the machine with other numbers."""
@@ -118,6 +126,10 @@ class Session:
 
 def _control(one: Control) -> dict[str, Any]:
     return {**asdict(one), "group": one.group}
+
+
+def _drawn(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
+    return [{"picture": picture(one), "record": packed(one)} for one in scenes]
 
 
 def told(error: PlanterError) -> dict[str, str]:

@@ -24,6 +24,7 @@ function take(message) {
   if (message.sources) sources(message.sources);
   if (message.opened) opened(message.opened);
   if (message.scenes && message.id > state.shown) { seen(message); say(""); }
+  if (message.finished && message.id === state.id) finished(message.finished);
   if (message.checks && message.id === state.id) checks(message.checks);
   if (message.file) download(message.file);
   if (message.progress) say(message.progress);
@@ -172,11 +173,22 @@ function take_hold(event, machine, x, y) {
 function seen(message) {
   state.shown = message.id;
   state.latest = message;
-  message.scenes.forEach((scene, index) => draw($("drawings"), index, scene));
-  for (const gone of drawings.splice(message.scenes.length)) gone.element.remove();
-  handles();
+  draw_all(message.scenes);
   readings(message.readings);
   document.body.dataset.shown = message.id;
+}
+
+/** What takes longer to find is drawn when the hand rests. */
+function finished(scenes) {
+  state.latest.scenes = scenes;
+  draw_all(scenes);
+  document.body.dataset.finished = state.id;
+}
+
+function draw_all(scenes) {
+  scenes.forEach((scene, index) => draw($("drawings"), index, scene));
+  for (const gone of drawings.splice(scenes.length)) gone.element.remove();
+  handles();
 }
 
 const digits = (value) => (value === null ? "\u2013" : Number(value.toPrecision(6)).toString().replace("-", "\u2212"));

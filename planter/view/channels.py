@@ -12,24 +12,32 @@ from planter.kernels import Array
 from planter.view.scene import Scene
 
 Record = Mapping[str, Any]
+EVEN = 1e-9
+"""How far a series that goes on evenly may be from that, in parts of its range: less than a single float tells."""
 
 
 class Channels:
-    """Series (n,) in one block of float32, each named by its number; a series that stands still is its value."""
+    """Series (n,) in one block of float32, each named by its number; a series that stands still is its value.
+
+    One that goes on evenly is its first value and its step.
+    """
 
     def __init__(self, moments: int) -> None:
         self.moments = moments
         self._series: list[bytes] = []
         self._known: dict[bytes, int] = {}
 
-    def add(self, values: float | Array) -> float | dict[str, int]:
-        """How a value is told: itself, or the number of its series and how far ahead of that it is.
+    def add(self, values: float | Array) -> float | dict[str, float]:
+        """How a value is told: itself, its first value and its step, or its series and how far ahead of that it is.
 
         What another did half a cycle before is told as that.
         """
-        series = np.broadcast_to(np.asarray(values, dtype="<f4"), (self.moments,))
+        exact = np.broadcast_to(np.asarray(values, dtype=float), (self.moments,))
+        series = exact.astype("<f4")
         if np.ptp(series) == 0:
             return float(series[0])
+        if np.ptp(exact - np.linspace(exact[0], exact[-1], self.moments)) < EVEN * np.ptp(exact):
+            return {"from": float(exact[0]), "step": float(exact[-1] - exact[0]) / (self.moments - 1)}
         for ahead in (0, self.moments // 2):
             known = self._known.get(np.roll(series, ahead).tobytes())
             if known is not None:

@@ -21,7 +21,8 @@ RATE = 20
 MOST = 200
 """Pictures of a cycle."""
 _LINES: dict[str, dict[str, Any]] = {
-    "body": {"linewidth": 1.0}, "gear": {"linewidth": 0.9}, "frame": {"linewidth": 1.6, "color": style.INK},
+    "body": {"linewidth": 1.0}, "gear": {"linewidth": 0.9}, "teeth": {"linewidth": 0.6},
+    "frame": {"linewidth": 1.6, "color": style.INK},
     "mark": {"linewidth": 0.6, "color": style.SOFT}, "ground": {"linewidth": 1.0, "color": "#7a5c34"},
     "before": {"linewidth": 0.6, "color": style.FAINT, "linestyle": (0, (3, 2))},
 }  # fmt: skip
@@ -58,7 +59,8 @@ def _draw(axes: Axes, picture: Picture, moment: int) -> None:
         if point.traced:
             axes.plot(*path.T, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)))
     for outline, points in scene.placed(slice(moment, moment + 1)):
-        _line(axes, points[0], outline.look, outline.shade, outline.closed)
+        pitch = scene.toothed and outline.look == "gear"
+        _line(axes, points[0], "mark" if pitch else outline.look, outline.shade, outline.closed)
     for chain in scene.chains:
         corners = np.array([picture.paths[index][moment] for index in chain.points])
         _line(axes, corners, "body", chain.shade, chain.closed)
@@ -73,5 +75,5 @@ def _line(axes: Axes, points: Array, look: str, shade: int, closed: bool) -> Non
     corners = np.vstack([points, points[:1]]) if closed else points
     colour = style.PALETTE[shade % len(style.PALETTE)]
     axes.plot(*corners.T, **({"color": colour} | _LINES[look]))
-    if closed and look in ("body", "gear"):
+    if closed and look in ("body", "gear", "teeth"):
         axes.fill(*corners.T, facecolor=colour, alpha=0.1, edgecolor="none")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 
@@ -59,9 +60,10 @@ class Picture:
     def text(self) -> str:
         """The whole SVG."""
         title, (near, wide) = escape(self.scene.title), self.frames
-        numbers = {id(body): i for i, body in enumerate(self.scene.every())}
+        shown = "mechanism toothed" if self.scene.toothed else "mechanism"
+        numbers = count()
         return "\n".join([
-            f'<svg xmlns="http://www.w3.org/2000/svg" class="mechanism" role="img" aria-label="{title}" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="{shown}" role="img" aria-label="{title}" '
             f'viewBox="{near}" data-near="{near}" data-wide="{wide}" data-force="{self.force_scale:.6g}">',
             f"<title>{title}</title>",
             '<g transform="scale(1 -1)">',
@@ -100,9 +102,9 @@ class Picture:
         for outline, points in self.scene.placed(looked_at):
             yield points[:, :: max(1, len(outline.points) // CORNERS)].reshape(-1, 2)
 
-    def _body(self, body: Body, numbers: dict[int, int]) -> Iterator[str]:
+    def _body(self, body: Body, numbers: Iterator[int]) -> Iterator[str]:
         x, y, turn = (number(float(channel[0])) for channel in self.scene.pose(body))
-        yield f'<g data-body="{numbers[id(body)]}" transform="translate({x} {y}) rotate({turn})">'
+        yield f'<g data-body="{next(numbers)}" transform="translate({x} {y}) rotate({turn})">'
         yield f"<title>{escape(body.name)}</title>"
         yield from map(_outline, body.outlines)
         for part in body.parts:
@@ -166,8 +168,19 @@ def line(points: Array, closed: bool) -> str:
     return f"M{steps}{'Z' if closed else ''}"
 
 
+def steps(points: Array, closed: bool) -> str:
+    """Points (k, 2) as the path of an SVG in hundredths, from each to the next: in half as many letters.
+
+    >>> steps(np.array([[0.0, 1.0], [2.5, 3.0], [2.0, 0.0]]), closed=True)
+    'm0 100 250 200-50-300z'
+    """
+    moves = np.diff(np.rint(100 * points).astype(int), axis=0, prepend=0)
+    return f"m{' '.join(map(str, moves.ravel().tolist())).replace(' -', '-')}{'z' if closed else ''}"
+
+
 def _outline(outline: Outline) -> str:
-    return f'<path class="{outline.look} s{outline.shade}" d="{line(outline.points, outline.closed)}"/>'
+    path = steps(outline.points, outline.closed)
+    return f'<path class="{outline.look} s{outline.shade}" transform="scale(.01)" d="{path}"/>'
 
 
 def _path(point: Point, moments: int) -> Array:

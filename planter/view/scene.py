@@ -5,7 +5,7 @@ Lengths in mm, angles in deg, y upwards; what varies is sampled at the same n mo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 from planter.kernels import Array
 
 Complex = NDArray[np.complex128]
-Look = Literal["body", "gear", "frame", "mark", "ground", "before"]
-"""How an outline is drawn: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or palely."""
+Look = Literal["body", "gear", "teeth", "frame", "mark", "ground", "before"]
+"""How an outline is drawn: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or palely.
+
+A gear is its pitch curve, which is a thin mark where the scene has teeth.
+"""
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,7 @@ class Scene:
     """A mechanism over a cycle. `places` (n,) say where in the cycle a moment is, `seconds` how long the cycle takes.
 
     The cycle begins `again` where it ends, unless it is a motion that does not.
+    `later` is the same scene with what takes longer to find than a hand that moves the machine waits, such as teeth.
     `travel` (n,) is how far the machine has moved over the ground, along x; `ground` stands still there.
     """
 
@@ -121,16 +125,26 @@ class Scene:
     travel: Array | None = None
     again: bool = True
     labels: Sequence[Label] = ()
+    later: Callable[[], Scene] | None = None
 
     @property
     def moments(self) -> int:
         """How many there are, n."""
         return len(self.places)
 
+    def whole(self) -> Scene:
+        """The scene with all that there is to see."""
+        return self if self.later is None else self.later()
+
     @property
     def travels(self) -> bool:
         """Whether the machine moves over the ground."""
         return self.travel is not None and bool(np.ptp(self.travel) > 0)
+
+    @property
+    def toothed(self) -> bool:
+        """Whether any teeth are drawn."""
+        return any(outline.look == "teeth" for body in self.every() for outline in body.outlines)
 
     @property
     def largest_force(self) -> float:

@@ -107,7 +107,7 @@ def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, 
     chosen = machine.models[0] if model is None else model
     if chosen not in machine.models:
         raise InputError(f"{option} is not allowed: it must be one of {', '.join(machine.models)}")
-    return machine.scenes({one.path: one.value for one in machine.controls}, chosen)[0], chosen
+    return machine.scenes({one.path: one.value for one in machine.controls}, chosen)[0].whole(), chosen
 
 
 def controls(

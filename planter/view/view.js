@@ -4,14 +4,17 @@
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
-/** Series of float32, one after another in base64, each of `moments` numbers. */
+/** Series of float32, one after another in base64, each of `moments` numbers; or what stands still or goes on evenly. */
 function series(record) {
   const text = atob(record.data);
   const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
   const all = new Float32Array(bytes.buffer);
   const part = (k) => all.subarray(k * record.moments, (k + 1) * record.moments);
   const moving = (values, ahead) => (i) => values[(i + ahead) % record.moments];
-  return (told) => (typeof told === "number" ? () => told : moving(part(told.series), told.ahead));
+  return (told) => {
+    if (typeof told === "number") return () => told;
+    return "step" in told ? (i) => told.from + told.step * i : moving(part(told.series), told.ahead);
+  };
 }
 
 /** An element with attributes and children. */
@@ -67,6 +70,7 @@ class Mechanism {
     this.traces = all("trace");
     this.near = this.traces.map((trace) => trace.getAttribute("d"));
     this.machine = svg.querySelector("[data-machine]");
+    this.cut = svg.querySelector(".teeth") !== null;
     this.ground = svg.querySelector("[data-ground]");
     this.scale = Number(svg.dataset.force);
     if (motion.record.travel && this.ground) this.ground.style.display = "none";
@@ -257,7 +261,9 @@ export class Drawing {
       const choice = { apply: () => apply(box.checked) };
       box.addEventListener("change", () => { choice.apply(); this.show(this.moment); });
       this.chosen.push(choice);
-      row.append(make("label", {}, box, ` ${name}`));
+      const label = make("label", {}, box, ` ${name}`);
+      row.append(label);
+      return label;
     };
     const title = (part) => part.querySelector("title").textContent;
     this.mechanism.points.forEach((point, k) => {
@@ -268,8 +274,13 @@ export class Drawing {
       add(`forces, the longest ${digits(this.motion.record.largest_N)} N`, false, (on) => this.mechanism.arrows.forEach((arrow) => arrow.setAttribute("visibility", on ? "visible" : "hidden")));
       this.chosen.at(-1).apply();
     }
+    const teeth = add("teeth", true, (on) => {
+      this.mechanism.svg.classList.toggle("toothed", this.mechanism.cut && on);
+      if (this.mechanism.cut) teeth.hidden = false;
+    });
+    teeth.hidden = !this.mechanism.cut;
     if (this.motion.record.travel) add("over the ground", false, (on) => this.mechanism.look(on));
-    row.hidden = !this.chosen.length;
+    row.hidden = this.chosen.length === 1 && teeth.hidden;
     return row;
   }
 

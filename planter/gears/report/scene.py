@@ -6,13 +6,14 @@ import numpy as np
 
 from planter.gearing.teeth.making import Toothed
 from planter.gearing.teeth.polygons import points
+from planter.view.outlines import thinned
 from planter.view.scene import Body, Curve, Outline, Scene
 
 MOMENTS = 240
 SECONDS = 12.0
 """How long a turn is shown: a mesh is the same at any speed."""
-THINNED = 3
-"""Of so many vertices one is drawn."""
+WITHIN = 0.01
+"""How far what is drawn may be from the teeth, in modules."""
 _MM = 1e3
 
 
@@ -23,7 +24,12 @@ def scene(found: Toothed) -> Scene:
     angles = [np.degrees(np.unwrap(place[0])) for place in mesh.places(at)]
     axes = [(0.0, 0.0), (_MM * mesh.pair.distance, 0.0)]
     bodies = [
-        Body(gear.name, (Outline(_MM * points(gear)[::THINNED], "gear", shade=shade),), axis, angle)
+        Body(
+            gear.name,
+            (Outline(_MM * thinned(points(gear), WITHIN * gear.rack.module), "gear", shade=shade),),
+            axis,
+            angle,
+        )
         for shade, (gear, axis, angle) in enumerate(zip(mesh.gears, axes, angles, strict=True))
     ]
     turned = np.abs(angles[0] - angles[0][0])

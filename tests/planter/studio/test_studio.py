@@ -210,6 +210,9 @@ def test_a_page_follows_a_hand(address: str) -> None:
         moved = objective.inner_text()
         page.click("#undo")
         expect(objective).to_have_text(first)
+        expect(page.locator("#drawings .teeth")).to_have_count(7)  # drawn when the hand rests
+        page.get_by_label("teeth").uncheck()
+        expect(page.locator("#drawings .teeth").first).to_be_hidden()
     known = [command("simulate", "wang2017-wide", *more)["objective"] for more in ((), ("--set", "design.R3_mm=30.8"))]
     assert [float(first), float(moved)] == pytest.approx(known, rel=1e-5)
     assert hosts <= {address.split("/")[2]}

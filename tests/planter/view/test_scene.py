@@ -10,11 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shapely import Polygon
 
+from planter.gearing.teeth.order import Order
 from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
+from planter.planting.report import teeth
 from planter.planting.report.scene import scene
 from planter.report.html import Section, page
 from planter.view.block import Motion
@@ -43,6 +46,8 @@ def unpacked(record: Any, told: Any) -> Array:
     count = record["moments"]
     if isinstance(told, float):
         return np.full(count, told)
+    if "step" in told:
+        return told["from"] + told["step"] * np.arange(count)
     every = np.frombuffer(base64.b64decode(record["data"]), dtype="<f4").reshape(-1, count)
     return np.roll(every[told["series"]], -told["ahead"]).astype(float)
 
@@ -66,6 +71,37 @@ def test_a_gear_drawn_at_a_wrong_place_does_not_touch(shown: Scene) -> None:
     moved = [replace(part, at=(part.at[0] + 0.2, part.at[1] + 0.2)) for part in carrier.parts]
     wrong = replace(shown, bodies=(sun, replace(carrier, parts=moved), *others))
     assert max(gaps(wrong, 47)) > TOUCHING
+
+
+def shared(shown: Scene, moment: int) -> tuple[float, float]:
+    """Largest area [mm2] and distance [mm] between teeth that mesh, of both sides."""
+    cut = [Polygon(points[0]) for line, points in shown.placed(slice(moment, moment + 1)) if line.look == "teeth"]
+    sun, *others = cut
+    meshing = [(sun, others[0]), (others[1], others[2]), (sun, others[3]), (others[4], others[5])]
+    return max(a.intersection(b).area for a, b in meshing), max(a.distance(b) for a, b in meshing)
+
+
+@pytest.mark.parametrize("moment", [0, 47, 133, 200, 291])
+def test_teeth_mesh_wherever_the_carrier_is(shown: Scene, moment: int) -> None:
+    """Drawn outlines share no more, and are no farther apart, than they are thinned."""
+    area, distance = shared(shown, moment)
+    assert area < 1e-3
+    assert distance < 1e3 * teeth.WITHIN
+
+
+def test_a_gear_turned_by_half_a_tooth_does_not_mesh(shown: Scene) -> None:
+    sun, *others = shown.bodies
+    turned = replace(sun.parts[0], turn=sun.parts[0].turn + 180 / 31)
+    area, _ = shared(replace(shown, bodies=(replace(sun, parts=[turned]), *others)), 47)
+    assert area > 1
+
+
+def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert scene(device, device.design).toothed
+    monkeypatch.setattr(teeth, "ORDER", Order(teeth=8, keep="size"))
+    plain = scene(device, device.design)
+    assert not plain.toothed
+    assert picture(plain) == picture(scene(device, device.design, toothed=False))
 
 
 def test_the_nozzle_ends_where_the_tip_is(device: Device, shown: Scene) -> None:
@@ -92,11 +128,17 @@ def test_what_is_packed_comes_back_as_single_floats(shown: Scene) -> None:
         assert unpacked(record, one["values"]) == pytest.approx(curve.values.astype(np.float32), abs=1e-6)
 
 
+def test_what_goes_on_evenly_is_told_by_its_step(shown: Scene) -> None:
+    assert packed(shown)["places"] == {"from": 0.0, "step": pytest.approx(1.0)}
+    bent = replace(shown, places=shown.places + 1e-6 * np.sin(shown.places))
+    assert "series" in packed(bent)["places"]
+
+
 def test_what_happens_again_half_a_cycle_later_is_packed_once(shown: Scene) -> None:
     values = np.sin(np.linspace(0, 2 * np.pi, shown.moments, endpoint=False)) + 0.3
     twins = [Curve("one", "", values), Curve("two", "", np.roll(values, shown.moments // 2))]
     record = packed(replace(shown, bodies=(), points=(), forces=(), curves=twins, travel=None))
-    assert len(base64.b64decode(record["data"])) == 2 * 4 * shown.moments  # the angle, and one of them
+    assert len(base64.b64decode(record["data"])) == 4 * shown.moments
     assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(twins[1].values, abs=1e-6)
 
 
