@@ -18,6 +18,7 @@ from planter.studio.live import Live
 FILES = {
     "": ("planter.studio", "studio.html", "text/html"),
     "studio.js": ("planter.studio", "studio.js", "text/javascript"),
+    "line.js": ("planter.studio", "line.js", "text/javascript"),
     "studio.css": ("planter.studio", "studio.css", "text/css"),
     "view.js": ("planter.view", "view.js", "text/javascript"),
     "view.css": ("planter.view", "view.css", "text/css"),

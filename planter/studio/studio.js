@@ -1,19 +1,10 @@
 // The studio's page. All that it knows stands here: a server that was started anew is told again.
 
+import { connect } from "./line.js";
 import { Drawing } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, sources: [], opening: null, searching: false };
-let socket = null;
-
-function connect() {
-  socket = new WebSocket(new URL("live", location.href.split("#")[0]).href.replace(/^http/, "ws"));
-  socket.onopen = () => state.opening && send({ ask: "open", ...state.opening });
-  socket.onmessage = (event) => take(JSON.parse(event.data));
-  socket.onclose = () => { say("The studio does not answer; trying again.", true); setTimeout(connect, 1000); };
-}
-
-const send = (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
 
 function say(text, wrong = false) {
   $("said").textContent = text;
@@ -293,4 +284,8 @@ $("load").addEventListener("change", async () => {
   if (file) open({ text: await file.text() });
   $("load").value = "";
 });
-connect();
+const send = connect({
+  heard: take,
+  back: () => state.opening && send({ ask: "open", ...state.opening }),
+  lost: () => say("The studio does not answer; trying again.", true),
+});

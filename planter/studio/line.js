@@ -1,0 +1,14 @@
+// A page's talk with the server that it comes from. `heard` takes what is said, `back` is called whenever the line
+// stands, `lost` when it broke; it is mended by itself. What is given back sends a message.
+export function connect({ heard, back, lost }) {
+  const address = new URL("live", location.href.split("#")[0]).href.replace(/^http/, "ws");
+  let socket = null;
+  const open = () => {
+    socket = new WebSocket(address);
+    socket.onopen = back;
+    socket.onmessage = (event) => heard(JSON.parse(event.data));
+    socket.onclose = () => { lost(); setTimeout(open, 1000); };
+  };
+  open();
+  return (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
+}
