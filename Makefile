@@ -22,7 +22,7 @@ optimise: $(VENV)/.runtime  ## set up, optimise the paper's planting device, wri
 test: $(VENV)/.complete  ## set up, run the whole test suite
 	$(BIN)/python -m pytest
 
-test-long: $(VENV)/.complete  ## what the suite samples, in full: proofs, mutants, searches, the browser (half an hour)
+test-long: $(VENV)/.lab  ## what the suite samples, in full: proofs, mutants, searches, the browser (half an hour)
 	$(BIN)/python -m pytest -m long
 
 attack: $(VENV)/.complete  ## ten thousand files and words that nobody should hand in
@@ -60,7 +60,8 @@ clean:  ## remove the virtual environments, caches and results
 	rm -rf $(VENV) $(OLDEST) $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
 	find derive generated planter tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
-# Stamps: what a user of the command needs, everything that tests, derivation and lint need, and the benchmark's peers.
+# Stamps: what a user of the command needs, everything that tests, derivation and lint need, a notebook's page, the
+# documentation, and the benchmark's peers.
 $(VENV)/.runtime: $(VENV)/.created
 	$(PIP) --editable .
 	@touch $@
@@ -68,6 +69,10 @@ $(VENV)/.runtime: $(VENV)/.created
 $(VENV)/.complete: $(VENV)/.created
 	$(PIP) --editable '.[derive,test,dev]'
 	@touch $@ $(VENV)/.runtime
+
+$(VENV)/.lab: $(VENV)/.complete
+	$(PIP) --editable '.[derive,notebook,lab,test,dev]'
+	@touch $@
 
 $(VENV)/.docs: $(VENV)/.complete
 	$(PIP) --editable '.[derive,notebook,docs]'
