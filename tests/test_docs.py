@@ -25,7 +25,7 @@ PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")
 
 sys.path.insert(0, str(DOCS))
 
-from book import commands, findings, keys, names  # noqa: E402
+from book import commands, drawings, findings, keys, names  # noqa: E402
 
 
 def cells(page: Path) -> list[str]:
@@ -96,6 +96,16 @@ def test_every_key_of_a_file_is_on_its_page() -> None:
     assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 |" in page
     wanted = {one.key for one in dictionary.every() if one.kind == "file key"}
     assert not [key for key in wanted if f"| `{key}` |" not in page]
+
+
+def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
+    page = drawings.page()
+    for found in drawings.machines().values():
+        for sheet in found.labelled.sheets:
+            assert f"]({found.room}-{sheet.name}.svg)" in page
+        missing = [one.name for one in found.symbols() if f"| `{one.name}` |" not in page]
+        assert not missing
+    assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page
 
 
 def test_findings_name_every_equation_at_fault_and_no_other() -> None:

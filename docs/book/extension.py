@@ -9,11 +9,12 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from book import commands, docstrings, findings, formulas, keys, names
+from book import commands, docstrings, drawings, findings, formulas, keys, names
 
 MADE = Path(__file__).parents[1] / "made"
 PAGES = {
     "commands": commands.page,
+    "drawings": drawings.page,
     "findings": findings.page,
     "keys": keys.page,
     "names": names.page,
@@ -27,6 +28,7 @@ def write(app: Sphinx) -> None:
     MADE.mkdir(exist_ok=True)
     for name, page in PAGES.items():
         (MADE / f"{name}.md").write_text(page(), encoding="utf-8")
+    drawings.draw(MADE)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

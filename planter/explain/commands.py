@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption
+from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
 app = typer.Typer()
 
@@ -16,15 +16,32 @@ app = typer.Typer()
 def explain(
     name: Annotated[
         str | None,
-        typer.Argument(help="a symbol, key or column, as F_B1x, mass.sun_kg, range_N, tip_x_mm", show_default=False),
+        typer.Argument(
+            help="a symbol, key or column, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine, whose drawings have "
+            "all symbols of its geometry",
+            show_default=False,
+        ),
     ] = None,
+    out: OutOption = None,
+    set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Say what a symbol, a file's key, a result's key or a column means: unit, source, verdict, figures."""
+    """Say what a symbol, a file's key, a result's key or a column means: unit, source, verdict, figures.
+
+    Of a machine, every symbol of its geometry; `--out` writes the drawings that they stand on, beside their tables:
+    `planter explain wang2017 --out drawn`.
+    """
     console = Console(as_json)
     with console.outcome():
-        from planter.explain import dictionary, tables
+        from planter.explain import dictionary, machine, tables
 
+        if name is not None and (out is not None or set_ or machine.takes(name)):
+            from planter.explain import page
+
+            drawn = machine.drawn(name, changes(set_))
+            whole = drawn.explained([]) if out is None else page.write(drawn, out)
+            console.result(whole, lambda: tables.machine(whole))
+            return
         if name is None:
             known = dictionary.names()
             console.result(known, lambda: tables.names(known))

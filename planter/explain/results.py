@@ -52,4 +52,41 @@ class KnownNames(Record):
     names: dict[str, list[str]]
 
 
-COMMANDS = {"explain": Explained | KnownNames}
+@dataclass(frozen=True)
+class DrawnSheet(Record):
+    """A drawing of a machine: its name, what it shows, and the symbols that stand on it."""
+
+    name: str
+    title: str
+    symbols: list[str]
+
+
+@dataclass(frozen=True)
+class DrawnSymbol(Record):
+    """A length, angle or coordinate of a machine, and where it is drawn.
+
+    `key` is where its value stands in the machine's file, `column` its name in CSV files, `sheet` the first drawing
+    that it stands on; `left_out` says why it is on none.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    key: str | None = None
+    column: str | None = None
+    sheet: str | None = None
+    left_out: str | None = None
+
+
+@dataclass(frozen=True)
+class ExplainedMachine(Record):
+    """`planter explain MACHINE`: its drawings and every symbol of its geometry; `files` were written by `--out`."""
+
+    machine: str
+    kind: str
+    sheets: list[DrawnSheet]
+    symbols: list[DrawnSymbol]
+    files: list[str]
+
+
+COMMANDS = {"explain": Explained | KnownNames | ExplainedMachine}

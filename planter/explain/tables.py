@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from planter.explain.results import Explained, KnownNames, Meaning
+from planter.explain.results import DrawnSymbol, Explained, ExplainedMachine, KnownNames, Meaning
 
 WIDTH = 80
 
@@ -29,6 +29,26 @@ def told(one: Meaning) -> list[str]:
         facts.append(f"drawn in {', '.join(one.figures)}")
     return [*lines, *(line for fact in facts for line in textwrap.wrap(
         fact, WIDTH, initial_indent="  ", subsequent_indent="    "))]  # fmt: skip
+
+
+def machine(found: ExplainedMachine) -> None:
+    """Symbols sheet by sheet, then those that are on none."""
+    by_name = {one.name: one for one in found.symbols}
+    for sheet in found.sheets:
+        print(f"{sheet.name}: {sheet.title}")
+        _rows([by_name[name] for name in sheet.symbols])
+    print("on no drawing")
+    _rows([one for one in found.symbols if one.sheet is None])
+
+
+def _rows(symbols: list[DrawnSymbol]) -> None:
+    for one in symbols:
+        places = ", ".join(place for place in (one.key, one.column) if place)
+        facts = [one.meaning, f"shown as {places}" if places else "", one.left_out or ""]
+        print(f"  {one.name} [{one.unit}]")
+        for fact in filter(None, facts):
+            print(textwrap.fill(fact, WIDTH, initial_indent="    ", subsequent_indent="      "))
+    print()
 
 
 def names(found: KnownNames) -> None:

@@ -44,12 +44,13 @@ def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes
         path = Path(scratch) / "moving.gif"
         with writer.saving(figure, str(path), dpi=96):
             for moment in np.linspace(0, scene.moments, count, endpoint=False).astype(int):
-                _draw(axes, picture, int(moment))
+                draw(axes, picture, int(moment))
                 writer.grab_frame()
         return path.read_bytes()
 
 
-def _draw(axes: Axes, picture: Picture, moment: int) -> None:
+def draw(axes: Axes, picture: Picture, moment: int) -> None:
+    """A scene at one of its moments, in place of what the axes showed."""
     scene, frame = picture.scene, picture.frames[0]
     axes.clear()
     axes.set_axis_off()

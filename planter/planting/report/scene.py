@@ -109,14 +109,21 @@ def _corner(device: Device, columns: dict[str, Array]) -> Array:
     return np.array([right, float(np.max(columns["y_B1_mm"])) - apart])
 
 
+def halves(device: Device) -> tuple[Array, Array]:
+    """Sketch of the inner and the outer half of the nozzle across it, from their hinges with x' to the right."""
+    along, _, apart = device.machine.nozzle.hinge_A_mm
+    length = device.machine.nozzle.tip_distance_mm - along
+    inner = np.array([[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -apart], [0.5 * length, -apart]])
+    return inner, inner * [1, -1]
+
+
 def _halves(device: Device, columns: dict[str, Array], corner: Array) -> list[Body]:
     """Both halves of the nozzle of side 1, seen across it: the cam swings them about their hinges."""
     along, _, apart = device.machine.nozzle.hinge_A_mm
     length = device.machine.nozzle.tip_distance_mm - along
-    shape = np.array([[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -apart], [0.5 * length, -apart]])
     found = []
-    for name, sense in (("inner", 1), ("outer", -1)):
-        outline = Outline(shape * [1, sense], "body", shade=4)
+    for name, sense, shape in zip(("inner", "outer"), (1, -1), halves(device), strict=True):
+        outline = Outline(shape, "body", shade=4)
         x, y = corner[0] - length, corner[1] + sense * apart
         found.append(Body(f"{name} half, side 1", (outline,), (float(x), float(y)), sense * columns["theta1_deg"]))
     return found

@@ -1,0 +1,45 @@
+"""The files of a machine that is explained: its drawings beside the tables of their symbols."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from planter.explain.machine import Drawn
+from planter.explain.results import DrawnSymbol, ExplainedMachine
+from planter.files import csv_rows
+from planter.report import bundle, files
+from planter.report.html import FigureSvg, Section, Table, page
+from planter.view.labelling import figure
+
+HEADER = ("symbol", "unit", "meaning", "key in the file", "column")
+FIELDS = ("name", "unit", "meaning", "key", "column", "sheet", "left_out")
+
+
+def write(drawn: Drawn, out: Path) -> ExplainedMachine:
+    """Writes `report.html`, `symbols.csv`, `summary.json` and every drawing; says what was written.
+
+    Raises InputError, naming the path, for a folder that cannot be written.
+    """
+    labelled = drawn.labelled
+    figures = bundle.drawn({sheet.name: figure(sheet) for sheet in labelled.sheets})
+    names = ["report.html", "symbols.csv", "summary.json"]
+    found = drawn.explained([*names, *(f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png"))])
+    sections = [Section(sheet.title, [FigureSvg(figures[sheet.name].svg, sheet.title),
+                                      table([one for one in found.symbols if one.name in sheet.names])])
+                for sheet in labelled.sheets]  # fmt: skip
+    sections.append(Section("On no drawing", [_rest(found.symbols)]))
+    title = f"{labelled.name}: symbols, keys and columns"
+    rows = ([getattr(one, field) or "" for field in FIELDS] for one in found.symbols)
+    texts = (page(title, sections), csv_rows.written((), FIELDS, rows), files.summary_text(found.table()))
+    bundle.write(out, dict(zip(names, texts, strict=True)), figures)
+    return found
+
+
+def table(symbols: list[DrawnSymbol]) -> Table:
+    """What symbols mean, and under which key and column they are shown."""
+    return Table(HEADER, [[one.name, one.unit, one.meaning, one.key, one.column] for one in symbols])
+
+
+def _rest(symbols: list[DrawnSymbol]) -> Table:
+    return Table(("symbol", "unit", "meaning", "why"),
+                 [[one.name, one.unit, one.meaning, one.left_out] for one in symbols if one.sheet is None])  # fmt: skip

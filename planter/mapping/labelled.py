@@ -1,0 +1,59 @@
+"""The drawings of poses, linkages and gear trains with their symbols: `LABELS`, as `planter.view.sheet` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from planter.mapping.show import KIND
+
+if TYPE_CHECKING:
+    from planter.mapping.synthesis import Synthesis
+    from planter.mapping.training import Training
+    from planter.view.sheet import Labelled
+
+
+class Labels:
+    """Poses with their linkages, and the train of their first carrier."""
+
+    undrawn: Mapping[str, Sequence[str]] = {
+        "a coordinate of the mapping, not of the plane": (
+            "Z1", "Z2", *(f"A_j{k}" for k in range(2, 6)), *(f"p{k}" for k in range(2, 6)),
+            *(f"v_{name}{k}" for name in ("alpha", "beta", "gamma") for k in range(2, 6)),
+        ),
+        "of a dyad with a hinge at infinity: planter synthesise lists those": ("normal_X", "normal_Y"),
+        "points of the angle curve: planter train draws it": ("curve.", "points."),
+        "where on a pitch curve the contact is": ("*_polar_deg",),
+    }  # fmt: skip
+
+    def takes(self, source: str) -> bool:
+        """A built-in name, or a file with poses."""
+        return KIND.takes(source)
+
+    def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
+        """The poses in a file, or the built-in ones of that name."""
+        from planter.mapping.file import load_poses
+        from planter.mapping.report.sheets import sheets
+        from planter.mapping.synthesis import synthesise
+        from planter.view.sheet import Labelled
+
+        file = load_poses(source, changes)
+        found = synthesise(file)
+        return Labelled(file.name, file.numbers(), sheets(found, _train(found)))
+
+
+def _train(found: Synthesis) -> Training | None:
+    """The train of the curve that the file's points give, or the nearest monotone one; None where neither makes one."""
+    from planter.errors import PlanterError
+    from planter.mapping.training import train_of
+
+    curve = found.of_paths or (None if found.nearest is None else found.nearest.curve)
+    if curve is None or found.file.train is None or curve.sense > 0:
+        return None
+    try:
+        return train_of(curve, found.file.si("train.centre_distance_mm"), file=found.file)
+    except PlanterError:
+        return None
+
+
+LABELS = Labels()

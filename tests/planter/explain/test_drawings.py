@@ -1,0 +1,156 @@
+"""Every length, angle and point of a machine stands on its drawings, or it is said why not; marks measure values."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from planter.explain import machine
+from planter.explain.machine import Drawn, drawn
+from planter.files import units
+from planter.view.labelling import figure
+from planter.view.sheet import Angle, Length, Sheet, Spot
+from tests.support.cli import answer, refusal
+
+MACHINES = {"wang2017": 4, "shi2021": 4, "yu2023": 3, "sun2019-corrected": 2}
+SHEETS = [(source, index) for source, count in MACHINES.items() for index in range(count)]
+
+
+@cache
+def of(source: str) -> Drawn:
+    return drawn(source, {})
+
+
+def without_reason(found: Drawn) -> list[str]:
+    """Names of the geometry that are on no sheet and for which nothing says why."""
+    return [one.name for one in found.symbols() if one.sheet is None and one.left_out is None]
+
+
+@pytest.mark.parametrize("source", MACHINES)
+def test_every_length_angle_and_point_is_drawn_or_it_is_said_why_not(source: str) -> None:
+    found = of(source)
+    assert not without_reason(found)
+    known = {one.name for one in machine.geometric(found.room)}
+    named = set().union(*(sheet.names for sheet in found.labelled.sheets))
+    assert named <= known
+    reasons = [pattern for patterns in found.labels.undrawn.values() for pattern in patterns]
+    missing = [one for one in machine.geometric(found.room) if one.name not in named]
+    assert not [pattern for pattern in reasons if not any(machine.meant(one, pattern) for one in missing)]
+
+
+def test_a_symbol_that_is_forgotten_is_noticed() -> None:
+    found = of("wang2017")
+    train = found.labelled.sheets[0]
+    fewer = replace(train, marks=[mark for mark in train.marks if "a1" not in mark.names])
+    labelled = replace(found.labelled, sheets=[fewer, *found.labelled.sheets[1:]])
+    assert without_reason(replace(found, labelled=labelled)) == ["a1"]
+
+
+@pytest.mark.parametrize(("source", "index"), SHEETS)
+def test_names_stand_inside_the_figure_and_on_no_other(source: str, index: int) -> None:
+    shown = figure(of(source).labelled.sheets[index])
+    shown.draw_without_rendering()
+    texts = [text for text in shown.axes[0].texts if isinstance(text, Text) and text.get_text()]
+    boxes = [text.get_window_extent() for text in texts]
+    assert len(boxes) == len(of(source).labelled.sheets[index].marks)
+    for box in boxes:
+        assert shown.bbox.x0 <= box.x0
+        assert box.x1 <= shown.bbox.x1
+        assert shown.bbox.y0 - 1 <= box.y0
+        assert box.y1 <= shown.bbox.y1 + 1
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+
+
+def measured(sheets: list[Sheet]) -> dict[str, float]:
+    """What lengths and angles measure [mm, deg], by name."""
+    found = {}
+    for sheet in sheets:
+        for mark in sheet.marks:
+            size = mark.size if isinstance(mark, Length) else abs(mark.turn) if isinstance(mark, Angle) else None
+            found |= {} if size is None else dict.fromkeys(mark.names, size)
+    return found
+
+
+def given(found: Drawn) -> dict[str, float]:
+    """What the machine's file gives for symbols [mm, deg], by name."""
+    numbers = found.labelled.numbers
+    return {one.name: abs(float(numbers[one.key])) for one in found.symbols() if one.key in numbers}
+
+
+@pytest.mark.parametrize("source", MACHINES)
+def test_lengths_and_angles_measure_what_the_file_gives(source: str) -> None:
+    found = of(source)
+    sizes, values = measured(list(found.labelled.sheets)), given(found)
+    both = sorted(sizes.keys() & values.keys())
+    assert len(both) >= (1 if found.room == "mapping" else 9)
+    assert {name: sizes[name] for name in both} == pytest.approx({name: values[name] for name in both}, rel=1e-9)
+
+
+def test_lengths_and_angles_of_a_device_measure_what_a_simulation_gives() -> None:
+    (at,) = answer("simulate", "wang2017", "--samples", "36", "--at", "40")["at"]
+    sheets = list(of("wang2017").labelled.sheets)
+    sizes = measured(sheets[:2])
+    for name, column in (
+        ("phi52", "phi52_deg"),
+        ("phi72", "phi72_deg"),
+        ("alpha", "alpha_deg"),
+        ("phi_deg", "phi_deg"),
+    ):
+        assert sizes[name] == pytest.approx(abs(at[column]), rel=1e-9)
+    spots = {mark.names[0]: mark.at for mark in sheets[1].marks if isinstance(mark, Spot)}
+    assert spots["x_tip"] == pytest.approx([at["tip_x_mm"], at["tip_y_mm"]], rel=1e-9)
+
+
+def test_angles_at_a_joint_end_on_the_bars() -> None:
+    """The nozzle lies along alpha; what the planet turned by ends there, and began where it is mounted."""
+    marks = {mark.names[0]: mark for sheet in of("wang2017").labelled.sheets[:2] for mark in sheet.marks}
+    nozzle, alpha, mounted, turned = (marks[name] for name in ("L_tip", "alpha", "theta", "phi72"))
+    assert isinstance(nozzle, Length)
+    along = np.degrees(np.arctan2(*(np.asarray(nozzle.end) - nozzle.start)[::-1]))
+    ends = [mark.start + mark.turn for mark in (alpha, turned) if isinstance(mark, Angle)]
+    assert [(end - along + 180) % 360 - 180 for end in ends] == pytest.approx([0, 0], abs=1e-6)
+    assert isinstance(mounted, Angle)
+    assert isinstance(turned, Angle)
+    assert mounted.start + mounted.turn == pytest.approx(turned.start)
+    line, ray = marks["a1"], marks["t1"]
+    assert isinstance(line, Length)
+    assert isinstance(ray, Angle)
+    towards = np.degrees(np.arctan2(*np.asarray(line.end)[::-1]))
+    assert ray.start + ray.turn == pytest.approx(towards, abs=1e-6)
+
+
+def test_marks_of_the_polygon_lie_on_it() -> None:
+    """C is the width away from A and from B; A and B lie on their sides; the ellipse passes C."""
+    marks = {mark.names[0]: mark for mark in of("shi2021").labelled.sheets[0].marks}
+    a, b, c, centre = (np.asarray(marks[name].anchor) for name in ("x_A", "X_B", "x_C", "x_E"))
+    width = measured([of("shi2021").labelled.sheets[0]])["R"]
+    assert np.hypot(*(c - a)) == pytest.approx(width) == np.hypot(*(c - b))
+    assert a[1] == pytest.approx(width / 2)
+    axis = np.radians(measured([of("shi2021").labelled.sheets[0]])["axis"])
+    own = np.array([[np.cos(axis), -np.sin(axis)], [np.sin(axis), np.cos(axis)]]) @ (c - centre)
+    major, minor = (measured([of("shi2021").labelled.sheets[0]])[name] for name in ("s_1", "s_2"))
+    assert (own[0] / major) ** 2 + (own[1] / minor) ** 2 == pytest.approx(1)
+
+
+def test_a_machine_is_drawn_beside_its_table(tmp_path: Path) -> None:
+    found = answer("explain", "shi2021", "--set", "crank_mm=14.5", "--out", str(tmp_path))
+    assert {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.name[0] != "."} >= set(
+        found["files"]
+    )
+    crank = next(one for one in found["symbols"] if one["name"] == "l_AB")
+    assert (crank["key"], crank["sheet"], crank["unit"]) == ("linkage.crank_mm", "linkage", "m")
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == found
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "length of the crank" in page
+    assert page.count("<svg") == len(found["sheets"])
+    assert "no such machine" in refusal("explain", "F_B1x", "--out", str(tmp_path))
+
+
+def test_units_of_lengths_and_angles_are_known() -> None:
+    assert {units.unit(key) for key in ("a_mm", "a_deg")} < machine.GEOMETRIC
