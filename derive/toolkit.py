@@ -15,7 +15,7 @@ from .equations import Balance, Equation, loop, what
 from .formulas import Formulas
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Part, about_pin
-from .mechanics.contacts import GearContact, SlidingContact, tangent_angle
+from .mechanics.contacts import GearContact, SharedContact, SlidingContact, tangent_angle
 from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
 from .mechanics.friction import creeping, dahl
 from .mechanics.impact import Impact, ImpactLaw
@@ -67,6 +67,7 @@ __all__ = [
     "RuntimeFunction",
     "Shape",
     "Shared",
+    "SharedContact",
     "Sides",
     "SlidingContact",
     "Solve",

@@ -103,13 +103,27 @@ def _shorter(expr: Expr, named: tuple[Let, ...] = ()) -> Expr:
     return min(expr, sp.factor(top / under), key=sp.count_ops)
 
 
-def flank() -> ClosedForm:
-    """The straight flank cuts where the perpendicular from the pitch point meets it."""
+def _flank() -> tuple[Vec, Vec]:
+    """What the straight flank cuts, from the pitch point, and its tangent: the foot of the perpendicular from there."""
     outwards = _inward(-side * sp.sin(alpha), -sp.cos(alpha))
     start = _inward(xi - s, S.Zero)
     point = start - start.dot(outwards) * outwards
-    foot = Vec(TANGENT, tuple(map(_shorter, point.components)))
-    return _envelope("flank", (PLACE, s, xi, side, alpha), foot, (-side) * outwards)
+    return Vec(TANGENT, tuple(map(_shorter, point.components))), (-side) * outwards
+
+
+def flank() -> ClosedForm:
+    """The straight flank."""
+    return _envelope("flank", (PLACE, s, xi, side, alpha), *_flank())
+
+
+beyond = _given("beyond", "m", "distance of a flank's point from the pitch point, along the normal into the gear")
+
+
+def action() -> ClosedForm:
+    """Where on the line of action a flank is cut, and so touches its mate."""
+    foot, tangent = _flank()
+    steps = (Let(beyond, _shorter(tangent.cross(foot)[2]), "derived: line of action"),)
+    return ClosedForm("action", (s, xi, side, alpha), steps, Vector("acting", (beyond,)))
 
 
 def fillet() -> ClosedForm:
@@ -276,7 +290,7 @@ def placed() -> ClosedForm:
 def exact() -> System:
     """Teeth of a rack on pitch curves."""
     forms = (
-        pitch(), mate(), rolling(), sizes(), flank(), regularity(), fillet(), equidistant(), reach_(),
+        pitch(), mate(), rolling(), sizes(), flank(), regularity(), fillet(), equidistant(), action(), reach_(),
         pressure_(), placed(),
     )  # fmt: skip
     return System("rack_teeth", "Teeth cut by a rack on pitch curves", "derived (geometry)", ASSUMPTIONS,

@@ -65,25 +65,55 @@ class GearContact:
 class SlidingContact(GearContact):
     """Teeth that touch a distance ``beyond`` from the pitch point along the line of action, and slide there.
 
-    ``turning`` is the rate of the inner gear relative to the outer one. ``share`` of 1 has friction act against the
-    sliding, of 0 outwards.
+    The distance counts along the normal force on the inner gear. ``turning`` is the rate of the inner gear relative to
+    the outer one. ``share`` of 1 has friction act against the sliding, of 0 outwards.
     """
 
     beyond: Expr = S.Zero
     turning: Expr = S.Zero
     share: Expr = S.One
 
+    def lead(self, bearing: int) -> Expr:
+        """Share of the normal force that acts beyond the pitch point, less the share before it."""
+        return sp.sign(self.beyond)
+
+    def away(self, bearing: int) -> Expr:
+        """Mean distance of the normal force from the pitch point."""
+        return self.beyond * sp.sign(self.beyond)
+
     def drag(self, bearing: int) -> Expr:
-        against = bearing * sp.sign(self.turning * self.beyond)
+        against = bearing * sp.sign(self.turning) * self.lead(bearing)
         return sp.tan(self.friction) * (1 + self.share * (against - 1))
 
     def lever(self, bearing: int) -> Expr:
         """Friction acts beyond the pitch point; the normal force, on its own line, has the lever that it has there."""
-        return super().lever(bearing) + bearing * self.beyond * self.drag(bearing)
+        return super().lever(bearing) + sp.sign(self.turning) * self._rubbing(bearing)
 
     def loss(self, bearing: int) -> Expr:
         """Power lost per normal force."""
-        return bearing * self.drag(bearing) * self.turning * self.beyond
+        return self.turning * sp.sign(self.turning) * self._rubbing(bearing)
+
+    def _rubbing(self, bearing: int) -> Expr:
+        """Moment of friction about the pitch point per normal force, against the turning."""
+        return self.share * sp.tan(self.friction) * self.away(bearing)
+
+
+@dataclass(frozen=True)
+class SharedContact(SlidingContact):
+    """Several pairs of teeth on one line of action that share the normal force in any way.
+
+    ``leads`` and ``aways`` are what `lead` and `away` are over all pairs, on the flank that turns the outer gear with
+    (+1) and on the one that turns it against (-1).
+    """
+
+    leads: tuple[Expr, Expr] = (S.Zero, S.Zero)
+    aways: tuple[Expr, Expr] = (S.Zero, S.Zero)
+
+    def lead(self, bearing: int) -> Expr:
+        return self.leads[bearing < 0]
+
+    def away(self, bearing: int) -> Expr:
+        return self.aways[bearing < 0]
 
 
 def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, radius: Expr, slope: Expr) -> Expr:

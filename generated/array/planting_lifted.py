@@ -9,7 +9,7 @@ of cam flanks, (xp, x) -> (p, dp, ddp).
 
 
 def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, lifted, stage1, stage2):
-    """hoisted: 17 entries in the order of the CasADi function."""
+    """hoisted: 18 entries in the order of the CasADi function."""
     alpha3 = mounting[2]  # [rad] initial phase of the sun
     beta6 = mounting[3]  # [rad] initial phase of gear 6
     omega = machine[0]  # [rad/s] carrier speed, constant
@@ -28,6 +28,7 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     delta_r1 = machine[44]  # [rad] end of the rise
     delta_f0 = machine[45]  # [rad] start of the fall
     delta_f1 = machine[46]  # [rad] end of the fall
+    against = lifted[1]  # [1] 1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017
     # derived: stage 1, phi = 0
     _, _, _, _, _, T1_0 = stage1(xp, alpha3, parameters1, hoisted1)
     c1 = omega**2
@@ -51,15 +52,16 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c58 = -c50
     c80 = xp.cos(mu1)
     c101 = xp.tan(mu2)
-    c115 = rho_CA**2
-    c116 = J_56 - m2 * (c115 * c34**2 + c115 * c37**2)
+    c102 = against * c101
+    c119 = rho_CA**2
+    c120 = J_56 - m2 * (c119 * c34**2 + c119 * c37**2)
     return (
-        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c80, c101, c116,
+        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c80, c101, c102, c120,
     )
 
 
 def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, lifted, hoisted, stage1, stage2, flank):
-    """side: 42 entries in the order of the CasADi function."""
+    """side: 44 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -105,8 +107,14 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     speed_rate = lifted[0]  # [rad/s2] angular acceleration of the carrier
     against = lifted[1]  # [1] 1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017
     along_hinge = lifted[2]  # [1] share of the roller's sliding along the hinge that rubs on the cam
-    s_P = lifted[3]  # [m] distance of the contact from P along the line of action, along the normal force
-    s_Q = lifted[4]  # [m] distance of the contact from Q along the line of action, along the normal force
+    lead_P_plus = lifted[3]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, P, on the flank that turns the outer gear anticlockwise
+    lead_P_minus = lifted[4]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, P, on the flank that turns the outer gear clockwise
+    away_P_plus = lifted[5]  # [m] mean distance of the normal force from P, on the flank that turns the outer gear anticlockwise
+    away_P_minus = lifted[6]  # [m] mean distance of the normal force from P, on the flank that turns the outer gear clockwise
+    lead_Q_plus = lifted[7]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, Q, on the flank that turns the outer gear anticlockwise
+    lead_Q_minus = lifted[8]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, Q, on the flank that turns the outer gear clockwise
+    away_Q_plus = lifted[9]  # [m] mean distance of the normal force from Q, on the flank that turns the outer gear anticlockwise
+    away_Q_minus = lifted[10]  # [m] mean distance of the normal force from Q, on the flank that turns the outer gear clockwise
     T1_0 = hoisted[0]  # [rad] T1 at phi = 0
     c1 = hoisted[1]
     T2_0 = hoisted[2]  # [rad] T2 at phi = 0
@@ -123,7 +131,8 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c58 = hoisted[13]
     c80 = hoisted[14]
     c101 = hoisted[15]
-    c116 = hoisted[16]
+    c102 = hoisted[16]
+    c120 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -353,71 +362,80 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
         M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c91 * c92 - c91 * c93 - c94 * c95 - c95 *
         c96 + c97 * (-y_B1 + y_CB) - c98 * (-x_B1 + x_CB)
     )
-    c99 = s_Q * (phi52_dot - phi72_dot)
+    c99 = phi52_dot - phi72_dot
     c100 = xp.sign(c99)
-    c102 = c101 * (against * (c100 - 1) + 1)
-    c103 = alpha_n + xi2
-    c104 = xp.sin(c103)
-    c105 = xp.cos(c103)
-    c106 = -c102 * c105 + c104
-    c107 = M_Q >= 0
-    c108 = c101 * (against * (-c100 - 1) + 1)
-    c109 = alpha_n - xi2
-    c110 = xp.sin(c109)
-    c111 = xp.cos(c109)
-    c112 = -c108 * c111 + c110
+    c103 = c100 * c102
+    c104 = away_Q_plus * c103
+    c105 = alpha_n + xi2
+    c106 = xp.sin(c105)
+    c107 = xp.cos(c105)
+    c108 = c101 * (against * (lead_Q_plus * c100 - 1) + 1)
+    c109 = c106 - c107 * c108
+    c110 = M_Q >= 0
+    c111 = away_Q_minus * c103
+    c112 = alpha_n - xi2
+    c113 = xp.sin(c112)
+    c114 = xp.cos(c112)
+    c115 = c101 * (against * (-lead_Q_minus * c100 - 1) + 1)
+    c116 = c113 - c114 * c115
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c107, 1 / (r7 * c106 + s_Q * c102), 1 / (r7 * c112 - s_Q * c108))
-    c113 = F_NQ * xp.where(c107, c106, c112)
-    c114 = F_NQ * xp.where(c107, c102 * c104 + c105, -c108 * c110 - c111)
+    F_NQ = M_Q * xp.where(c110, 1 / (r7 * c109 + c104), 1 / (r7 * c116 + c111))
+    c117 = F_NQ * xp.where(c110, c109, c116)
+    c118 = F_NQ * xp.where(c110, c106 * c108 + c107, -c113 * c115 - c114)
     # derived: tooth force of planet on middle body
-    F_Qx = -c113 * c20 - c114 * c18
+    F_Qx = -c117 * c20 - c118 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c113 * c18 + c114 * c20
+    F_Qy = -c117 * c18 + c118 * c20
     # derived: power lost to friction between the teeth of middle body and planet
-    F_Q_loss = F_NQ * xp.where(c107, c102 * c99, -c108 * c99)
-    c117 = y_A1 - y_CA
-    c121 = -x_A1 + x_CA
-    c118 = omega + phi52_dot
-    c119 = omega * x_A1
-    c120 = -c118
-    c122 = m2 * (-ax_A1 - phi52_ddot * c117 - speed_rate * c117 - c118 * c119 - c120 * (c118 * c121 + c119))
-    c123 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c120 - phi52_ddot * c121 - speed_rate * c121 - c118 * (-omega * y_CA +
+    F_Q_loss = F_NQ * xp.where(c110, c104 * c99, c111 * c99)
+    # derived: power of the inner gear on the outer one at Q, seen from the carrier
+    F_Q_power = M_Q * phi72_dot
+    c121 = y_A1 - y_CA
+    c125 = -x_A1 + x_CA
+    c122 = omega + phi52_dot
+    c123 = omega * x_A1
+    c124 = -c122
+    c126 = m2 * (-ax_A1 - phi52_ddot * c121 - speed_rate * c121 - c122 * c123 - c124 * (c122 * c125 + c123))
+    c127 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c124 - phi52_ddot * c125 - speed_rate * c125 - c122 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c116 + speed_rate * c116 - c117 * c122 -
-        c121 * c123
+        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c120 + speed_rate * c120 - c121 * c126 -
+        c125 * c127
     )
-    c124 = s_P * c120
-    c125 = xp.sign(c124)
-    c126 = c101 * (against * (c125 - 1) + 1)
-    c127 = alpha_n + xi1
-    c128 = xp.sin(c127)
-    c129 = xp.cos(c127)
-    c130 = -c126 * c129 + c128
-    c131 = M_P >= 0
-    c132 = c101 * (against * (-c125 - 1) + 1)
-    c133 = alpha_n - xi1
-    c134 = xp.sin(c133)
-    c135 = xp.cos(c133)
-    c136 = -c132 * c135 + c134
+    c128 = xp.sign(c124)
+    c129 = c102 * c128
+    c130 = away_P_plus * c129
+    c131 = alpha_n + xi1
+    c132 = xp.sin(c131)
+    c133 = xp.cos(c131)
+    c134 = c101 * (against * (lead_P_plus * c128 - 1) + 1)
+    c135 = c132 - c133 * c134
+    c136 = M_P >= 0
+    c137 = away_P_minus * c129
+    c138 = alpha_n - xi1
+    c139 = xp.sin(c138)
+    c140 = xp.cos(c138)
+    c141 = c101 * (against * (-lead_P_minus * c128 - 1) + 1)
+    c142 = c139 - c140 * c141
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c131, 1 / (r5 * c130 + s_P * c126), 1 / (r5 * c136 - s_P * c132))
-    c137 = F_NP * xp.where(c131, c130, c136)
-    c138 = F_NP * xp.where(c131, c126 * c128 + c129, -c132 * c134 - c135)
+    F_NP = M_P * xp.where(c136, 1 / (r5 * c135 + c130), 1 / (r5 * c142 + c137))
+    c143 = F_NP * xp.where(c136, c135, c142)
+    c144 = F_NP * xp.where(c136, c132 * c134 + c133, -c139 * c141 - c140)
     # derived: tooth force of middle body on sun
-    F_Px = -c13 * c138 - c137 * c15
+    F_Px = -c13 * c144 - c143 * c15
     # derived: tooth force of middle body on sun
-    F_Py = -c13 * c137 + c138 * c15
+    F_Py = -c13 * c143 + c144 * c15
     # derived: power lost to friction between the teeth of sun and middle body
-    F_P_loss = F_NP * xp.where(c131, c124 * c126, -c124 * c132)
+    F_P_loss = F_NP * xp.where(c136, c124 * c130, c124 * c137)
+    # derived: power of the inner gear on the outer one at P, seen from the carrier
+    F_P_power = M_P * phi52_dot
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c122
+    F_A1x = F_Px - F_Qx - c126
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c123
+    F_A1y = F_Py - F_Qy - c127
     # derived: planet: force along x of frame
     F_B1x = F_Qx + c94 + c96 - c97
     # derived: planet: force along y of frame
@@ -425,7 +443,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
-        x_tip_machine, F_Aox, F_Aoy, F_Az, F_Aoz, F_P_loss, F_Q_loss, x_E, y_E, F_Ey,
+        x_tip_machine, F_Aox, F_Aoy, F_Az, F_Aoz, F_P_loss, F_Q_loss, F_P_power, F_Q_power, x_E, y_E, F_Ey,
     )
 
 
@@ -478,7 +496,10 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     speed_rate = lifted[0]  # [rad/s2] angular acceleration of the carrier
     against = lifted[1]  # [1] 1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017
     along_hinge = lifted[2]  # [1] share of the roller's sliding along the hinge that rubs on the cam
-    s_Q = lifted[4]  # [m] distance of the contact from Q along the line of action, along the normal force
+    lead_Q_plus = lifted[7]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, Q, on the flank that turns the outer gear anticlockwise
+    lead_Q_minus = lifted[8]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, Q, on the flank that turns the outer gear clockwise
+    away_Q_plus = lifted[9]  # [m] mean distance of the normal force from Q, on the flank that turns the outer gear anticlockwise
+    away_Q_minus = lifted[10]  # [m] mean distance of the normal force from Q, on the flank that turns the outer gear clockwise
     T1_0 = hoisted[0]  # [rad] T1 at phi = 0
     c1 = hoisted[1]
     T2_0 = hoisted[2]  # [rad] T2 at phi = 0
@@ -495,7 +516,8 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c58 = hoisted[13]
     c80 = hoisted[14]
     c101 = hoisted[15]
-    c116 = hoisted[16]
+    c102 = hoisted[16]
+    c120 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -707,41 +729,44 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
         M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c91 * c92 - c91 * c93 - c94 * c95 - c95 *
         c96 + c97 * (-y_B1 + y_CB) - c98 * (-x_B1 + x_CB)
     )
-    c99 = s_Q * (phi52_dot - phi72_dot)
+    c99 = phi52_dot - phi72_dot
     c100 = xp.sign(c99)
-    c102 = c101 * (against * (c100 - 1) + 1)
-    c103 = alpha_n + xi2
-    c104 = xp.sin(c103)
-    c105 = xp.cos(c103)
-    c106 = -c102 * c105 + c104
-    c107 = M_Q >= 0
-    c108 = c101 * (against * (-c100 - 1) + 1)
-    c109 = alpha_n - xi2
-    c110 = xp.sin(c109)
-    c111 = xp.cos(c109)
-    c112 = -c108 * c111 + c110
+    c103 = c100 * c102
+    c104 = away_Q_plus * c103
+    c105 = alpha_n + xi2
+    c106 = xp.sin(c105)
+    c107 = xp.cos(c105)
+    c108 = c101 * (against * (lead_Q_plus * c100 - 1) + 1)
+    c109 = c106 - c107 * c108
+    c110 = M_Q >= 0
+    c111 = away_Q_minus * c103
+    c112 = alpha_n - xi2
+    c113 = xp.sin(c112)
+    c114 = xp.cos(c112)
+    c115 = c101 * (against * (-lead_Q_minus * c100 - 1) + 1)
+    c116 = c113 - c114 * c115
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c107, 1 / (r7 * c106 + s_Q * c102), 1 / (r7 * c112 - s_Q * c108))
-    c113 = F_NQ * xp.where(c107, c106, c112)
-    c114 = F_NQ * xp.where(c107, c102 * c104 + c105, -c108 * c110 - c111)
+    F_NQ = M_Q * xp.where(c110, 1 / (r7 * c109 + c104), 1 / (r7 * c116 + c111))
+    c117 = F_NQ * xp.where(c110, c109, c116)
+    c118 = F_NQ * xp.where(c110, c106 * c108 + c107, -c113 * c115 - c114)
     # derived: tooth force of planet on middle body
-    F_Qx = -c113 * c20 - c114 * c18
+    F_Qx = -c117 * c20 - c118 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c113 * c18 + c114 * c20
-    c117 = y_A1 - y_CA
-    c121 = -x_A1 + x_CA
-    c118 = omega + phi52_dot
-    c119 = omega * x_A1
-    c120 = -c118
-    c122 = m2 * (-ax_A1 - phi52_ddot * c117 - speed_rate * c117 - c118 * c119 - c120 * (c118 * c121 + c119))
-    c123 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c120 - phi52_ddot * c121 - speed_rate * c121 - c118 * (-omega * y_CA +
+    F_Qy = -c117 * c18 + c118 * c20
+    c121 = y_A1 - y_CA
+    c125 = -x_A1 + x_CA
+    c122 = omega + phi52_dot
+    c123 = omega * x_A1
+    c124 = -c122
+    c126 = m2 * (-ax_A1 - phi52_ddot * c121 - speed_rate * c121 - c122 * c123 - c124 * (c122 * c125 + c123))
+    c127 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c124 - phi52_ddot * c125 - speed_rate * c125 - c122 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c116 + speed_rate * c116 - c117 * c122 -
-        c121 * c123
+        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c120 + speed_rate * c120 - c121 * c126 -
+        c125 * c127
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -799,9 +824,9 @@ def frame(xp, side1, side2, machine):
     y_A1 = side1[27]  # [m] A1, y
     x_B1 = side1[28]  # [m] B1, x
     y_B1 = side1[29]  # [m] B1, y
-    x_E = side1[39]  # [m] roller centre, x'
-    y_E = side1[40]  # [m] roller centre, y'
-    F_Ey = side1[41]  # [N] contact force of carrier on inner half at E inner half, y
+    x_E = side1[41]  # [m] roller centre, x'
+    y_E = side1[42]  # [m] roller centre, y'
+    F_Ey = side1[43]  # [N] contact force of carrier on inner half at E inner half, y
     alpha_2 = side2[2]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg; side 2
     F_Ex_2 = side2[9]  # [N] force of the cam on the roller, planet frame, x; side 2
     M_P_2 = side2[11]  # [N m] moment about A1 of the sun's action on gear 5; side 2
@@ -815,9 +840,9 @@ def frame(xp, side1, side2, machine):
     y_A1_2 = side2[27]  # [m] A1, y; side 2
     x_B1_2 = side2[28]  # [m] B1, x; side 2
     y_B1_2 = side2[29]  # [m] B1, y; side 2
-    x_E_2 = side2[39]  # [m] roller centre, x'; side 2
-    y_E_2 = side2[40]  # [m] roller centre, y'; side 2
-    F_Ey_2 = side2[41]  # [N] contact force of carrier on inner half at E inner half, y; side 2
+    x_E_2 = side2[41]  # [m] roller centre, x'; side 2
+    y_E_2 = side2[42]  # [m] roller centre, y'; side 2
+    F_Ey_2 = side2[43]  # [N] contact force of carrier on inner half at E inner half, y; side 2
     g = machine[1]  # [m/s2] gravity
     m1 = machine[6]  # [kg] mass of the sun
     m4 = machine[9]  # [kg] mass of the carrier

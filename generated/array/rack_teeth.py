@@ -223,6 +223,15 @@ def equidistant(xp, place, height):
     )
 
 
+def action(xp, s, xi, side, alpha):
+    """acting: 1 entries in the order of the CasADi function."""
+    # derived: line of action
+    beyond = side * (s - xi) * xp.cos(alpha)
+    return (
+        beyond,
+    )
+
+
 def reach(xp, kappa, height, alpha):
     """reached: 1 entries in the order of the CasADi function."""
     c1 = 2 * height

@@ -17,6 +17,7 @@ from planter.gears.curves import load_pair, path_of
 from planter.gears.options import Keep, Teeth, counts
 from planter.gears.parts import Parts, Placed
 from planter.gears.results import GearsFound, Scaled
+from planter.gears.rubbing import Rubbing
 from planter.progress import Listener
 from planter.version import __version__
 
@@ -30,6 +31,7 @@ class Gears:
     placed: Sequence[Placed]
     scaled: Scaled | None
     provenance: Mapping[str, Any]
+    rubbing: Rubbing | None = None
 
 
 def make(gears: Gears, teeth: Teeth, made: Parts, out: Path | None, progress: Listener | None = None) -> GearsFound:
@@ -45,13 +47,14 @@ def make(gears: Gears, teeth: Teeth, made: Parts, out: Path | None, progress: Li
     ]
     found = GearsFound(
         gears.machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm,
-        teeth.centre_error_mm, teeth.process.value, stages, gears.scaled, None, [],
+        teeth.centre_error_mm, teeth.process.value, stages, gears.scaled, None,
+        gears.rubbing.found if gears.rubbing else None, [],
     )  # fmt: skip
     if out is None:
         return found
     from planter.gears.report import results
 
-    return results.write(out, found, gears.pairs, ready, gears.provenance, progress)
+    return results.write(out, found, gears.pairs, ready, gears.rubbing, gears.provenance, progress)
 
 
 def of_curves(

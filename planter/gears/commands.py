@@ -44,6 +44,9 @@ teeth where the arm moves, and locking arcs where it dwells. --curve takes a CSV
 radius_mm over a closed turn, or FILE:PREFIX for columns PREFIX_polar_deg and PREFIX_radius_mm, as `planter train`
 writes them; its mate is the conjugate, against which --mate is held.
 
+Of a planting device it also says what friction of the teeth does: without, by the paper's convention, and against the
+sliding, with the work that is lost.
+
 Every flank is exact, and so are the numbers; --out writes a drawing (DXF with arcs), a preview (SVG) and a table of
 each gear, the assembly, figures and a page; --step and --stl solids too.
 

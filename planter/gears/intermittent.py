@@ -44,7 +44,7 @@ def make(
     ready = parts.check(_placed(found), made)
     told = GearsFound(
         machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm, teeth.centre_error_mm,
-        teeth.process.value, [], None, told_of(found, machine), [],
+        teeth.process.value, [], None, told_of(found, machine), None, [],
     )  # fmt: skip
     return told if out is None else write(out, told, found, ready, provenance, progress)
 

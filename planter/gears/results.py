@@ -99,6 +99,46 @@ class Scaled(Record):
 
 
 @dataclass(frozen=True)
+class FrictionTurn(Record):
+    """A machine over a turn with one kind of friction between its teeth.
+
+    `largest_N` and `rms_N` are those of forces by name, `lost_J` the work lost by place, of all sides together.
+    `efficiency` (stage 1, stage 2) is the share that a mesh leaves of the work that it is given, seen from the carrier.
+    """
+
+    largest_N: dict[str, float]
+    rms_N: dict[str, float]
+    torque_Nm: Extent
+    motor_work_J: float
+    lost_J: dict[str, float]
+    efficiency: list[float]
+
+
+@dataclass(frozen=True)
+class Friction(Record):
+    """What friction between teeth does to a machine: without any, as its paper has it, and against the sliding.
+
+    `sliding` has all pairs in contact bear the same; with `nearest` the one nearest to the pitch point bears all, with
+    `farthest` the one farthest from there. `at_most_N` bounds the forces over all ways to share a load, and `pairs` are
+    the most pairs of a stage that bear at once. The support force, and with it the `objective`, feels none of it:
+    `support_changed_N` is by how much it changes at most.
+    """
+
+    friction_angle_deg: float
+    pressure_angle_deg: float
+    angles: int
+    pairs: list[int]
+    objective: float
+    support_changed_N: float
+    without: FrictionTurn
+    convention: FrictionTurn
+    sliding: FrictionTurn
+    nearest: FrictionTurn
+    farthest: FrictionTurn
+    at_most_N: dict[str, float]
+
+
+@dataclass(frozen=True)
 class IncompleteCut(Record):
     """An incomplete gear: its teeth, cut ones included, the pieces of its outline, how far these are apart at most."""
 
@@ -141,7 +181,8 @@ class Intermittent(Record):
 class GearsFound(Record):
     """`planter gears`: every pair of gears, what they are cut with, and the files that were written.
 
-    `intermittent` is the pair of a machine that dwells, else null; such a machine has no `stages`.
+    `intermittent` is the pair of a machine that dwells, else null; such a machine has no `stages`. `friction` is null
+    where nothing is known of the machine's forces.
     """
 
     machine: str
@@ -154,6 +195,7 @@ class GearsFound(Record):
     stages: list[StageCut]
     scaled: Scaled | None
     intermittent: Intermittent | None
+    friction: Friction | None
     files: list[str]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from planter.gears import rubbing
 from planter.gears.results import GearsFound, Intermittent, StageCut
 from planter.terminal.console import Console
 
@@ -19,6 +20,8 @@ def show(console: Console, found: GearsFound) -> None:
                 ", ".join(names or ()) or "none" for names in (found.scaled.broken_before, found.scaled.broken)
             )
             print(f"requirements broken as designed: {before}; as scaled: {after}")
+    if found.friction:
+        console.table("Friction of the teeth over a turn", rubbing.HEAD, list(rubbing.rows(found.friction)))
     if found.files:
         print(f"{len(found.files)} files written")
 

@@ -22,6 +22,7 @@ from planter.gears.parts import Placed
 from planter.gears.results import Scaled
 from planter.kernels import Array
 from planter.numerics.angles import wrapped
+from planter.planting.friction.summary import rubbing
 from planter.planting.model import Device
 from planter.planting.report.gearing import gearing
 from planter.planting.requirements.measures import Measures
@@ -101,7 +102,9 @@ def gears(
         raise InputError(f"--teeth {counts[0]} is not allowed: it must be Z1,Z2, the teeth of stage 1 and of stage 2")
     orders = [teeth.order(counts[k] if counts else None, module, keep) for k, module in enumerate(modules_mm)]
     made = train(device, orders)
-    return Gears(device.machine.name, made.stages, made.placed(), made.change(), files.provenance(device.machine))
+    told = files.provenance(device.machine)
+    friction = rubbing(device, made.x, made.stages)
+    return Gears(device.machine.name, made.stages, made.placed(), made.change(), told, friction)
 
 
 def train(device: Device, orders: Sequence[Order], design: Array | None = None) -> Train:

@@ -27,6 +27,7 @@ MODULE_MM = 2.0
 JOINTS = {"F_A1": ("F_A1x", "F_A1y"), "F_B1": ("F_B1x", "F_B1y"), "F_O": ("F_Ox", "F_Oy"), "F_O1": ("F_O1x", "F_O1y")}
 TOTALS = frozenset({"F_O", "F_O1"})
 Columns = Mapping[str, Array]
+Lifting = Mapping[str, Array | float]
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,13 @@ class Turn:
 
 
 class LiftedModel:
-    """A device of the exact model whose assumptions can be lifted, at its own design."""
+    """A device of the exact model whose assumptions can be lifted, at a design (p,) [SI], its own unless told."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, x: Array | None = None) -> None:
         self.device = device
         self.vectors = generated.sidecar(NAME)["vectors"]
         self.inputs = tuple(entry["name"] for entry in self.vectors["lifted"])
-        at = device.prologue(device.design)
+        at = device.prologue(device.design if x is None else x)
         self._x, self._h = at.x, at.h
 
     @cached_property
@@ -83,37 +84,48 @@ class LiftedModel:
         return Kernel(f, lanes=["phi", "lifted1", "lifted2"])
 
     def turn(
-        self, phi: Array, lifted: Mapping[str, Array | float] | None = None, changes: Mapping[str, float] | None = None
+        self,
+        phi: Array,
+        lifted: Lifting | None = None,
+        changes: Mapping[str, float] | None = None,
+        behind: Lifting | None = None,
     ) -> Turn:
         """A turn with values of what is lifted, one for all or one for each angle of side 1, over a whole turn.
 
-        `changes` are other values of constants, in SI, by where they stand in the machine file.
+        `changes` are other values of constants, in SI, by where they stand in the machine file. What is lifted is the
+        same on side 2, half a turn behind, unless `behind` has values for it, one for each of its angles of a turn.
         """
-        rows = np.zeros((len(self.inputs), len(phi)))
-        for name, values in (lifted or {}).items():
-            rows[self.inputs.index(name)] = values
+        rows = self._rows(lifted or {}, len(phi))
         constants = self.device.constants.copy()
         shown = [entry["shown"] for entry in self.vectors["machine"]]
         for path, value in (changes or {}).items():
             constants[shown.index(path)] = value
-        behind = np.roll(rows, len(phi) // 2, axis=1)
-        behind[self.inputs.index("speed_rate")] = rows[self.inputs.index("speed_rate")]
-        found = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=behind)
+        second = np.roll(rows if behind is None else self._rows(behind, len(phi)), len(phi) // 2, axis=1)
+        second[self.inputs.index("speed_rate")] = rows[self.inputs.index("speed_rate")]
+        found = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=second)
         return Turn(*(dict(zip((e["name"] for e in self.vectors[vector]), found[name], strict=True))
                       for vector, name in (("side", "side1"), ("side", "side2"), ("totals", "totals"))))  # fmt: skip
 
+    def _rows(self, lifted: Lifting, count: int) -> Array:
+        """The inputs (k, n) that are lifted; what is not named is not."""
+        rows = np.zeros((len(self.inputs), count))
+        for name, values in lifted.items():
+            rows[self.inputs.index(name)] = values
+        return rows
+
     def beyond(self, turn: Turn, phi: Array, module: float) -> dict[str, Array]:
-        """How far each contact is from its pitch point, along the normal force on the inner gear [m], (n,) each.
+        """Where teeth that nobody has drawn bear, as inputs of both flanks of both meshes, (n,) each.
 
         One pair of teeth bears at a time, from half a base pitch before the pitch point to half behind it; the place on
         the pitch curve counts from its joint at t = 0.
         """
         cosine = np.cos(self.device.machine.si("contact.pressure_angle_deg"))
         pitch = np.pi * module
-        found = {}
+        found: dict[str, Array] = {}
         for tag, sense, arc in zip("PQ", (-1, 1), self._arcs(turn, phi), strict=True):
-            bearing = np.where(turn.one[f"M_{tag}"] >= 0, 1, -1)
-            found[f"s_{tag}"] = sense * bearing * cosine * pitch * (np.mod(arc / pitch, 1) - 0.5)
+            along = sense * cosine * pitch * (np.mod(arc / pitch, 1) - 0.5)
+            for flank, way in (("plus", 1), ("minus", -1)):
+                found |= {f"lead_{tag}_{flank}": np.sign(way * along), f"away_{tag}_{flank}": np.abs(along)}
         return found
 
     def _arcs(self, turn: Turn, phi: Array) -> Iterator[Array]:

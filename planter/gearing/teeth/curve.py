@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -86,6 +87,27 @@ class PitchCurve:
         found = self.rows(s - past, self.rows.panel(seen - past))
         found[POLAR] += TURN * turns
         return found
+
+    def arc(self, polar: Array) -> Array:
+        """Arc lengths (n,) at polar angles (n,) [rad] of any turn."""
+        turns = np.floor(polar / TURN)
+        own = polar - TURN * turns
+        starts = self._starts
+        index = np.clip(np.searchsorted(starts, own, "right") - 1, 0, len(starts) - 2)
+        slope = self.rows.slope
+
+        def rates(s: Array) -> tuple[Array, Array]:
+            return self.rows(s, index)[POLAR] - own, slope(s, index)[POLAR]
+
+        ends = np.minimum(starts[index] - own, -0.0), np.maximum(starts[index + 1] - own, 0.0)
+        found = roots.newton(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
+        return np.asarray(found + turns * self.length)
+
+    @cached_property
+    def _starts(self) -> Array:
+        """Polar angles at the ends of the panels."""
+        count = np.arange(len(self.rows.series))
+        return np.append(self.rows(self.rows.ends[:-1], count)[POLAR], TURN)
 
     def bends(self, s: Array, towards: Array | None = None) -> Array:
         """Curvature and its first two derivatives along the curve (3, n), on the side `towards` places."""

@@ -64,6 +64,11 @@ class Mesh:
         """Rolling lengths over a period [m]."""
         return np.arange(POSITIONS) * self.period * self.pitch / POSITIONS
 
+    def rolled(self, polar: Array) -> Array:
+        """Rolling lengths (n,) at which the gear touches at polar angles (n,) [rad], counted in the pair's sense."""
+        sense = self.pair.sense
+        return np.asarray(sense * self.gear.curve.arc(sense * polar))
+
     def places(self, at: Array) -> tuple[Array, Array]:
         """Angle and axis (3, n) of both gears at rolling lengths (n,)."""
         turned = [c.at(sense * at)[POLAR] for c, sense in zip(self.pair.curves, self.pair.senses, strict=True)]
@@ -127,6 +132,13 @@ class Mesh:
         return np.minimum(tip, mate_end), np.minimum(mate_tip, end)
 
     @property
+    def spans(self) -> tuple[Array, Array]:
+        """Of each of `pairs`: lengths of rolling in contact before the pitch point and behind it."""
+        above, below = self.arcs
+        along = self.pair.sense * self.pairs.side > 0
+        return np.where(along, above, below), np.where(along, below, above)
+
+    @property
     def contact_ratios(self) -> Array:
         """Contact ratio of each of `pairs`."""
         return np.asarray(sum(self.arcs) / self.pitch)
@@ -137,10 +149,8 @@ class Mesh:
 
         Below 0 no teeth touch for so long between the two.
         """
-        pairs, (above, below) = self.pairs, self.arcs
-        along = self.pair.sense * pairs.side > 0
-        start = pairs.at - np.where(along, above, below)
-        end = pairs.at + np.where(along, below, above)
+        pairs, (before, behind) = self.pairs, self.spans
+        start, end = pairs.at - before, pairs.at + behind
         found = np.empty_like(start)
         for side in (-1.0, 1.0):
             which = np.flatnonzero(pairs.side == side)

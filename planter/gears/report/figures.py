@@ -13,6 +13,8 @@ from planter.gearing.teeth.incomplete.gear import IncompleteGear
 from planter.gearing.teeth.making import Toothed
 from planter.gearing.teeth.polygons import points
 from planter.gears.parts import AnyGear, Placed
+from planter.gears.report.friction import friction
+from planter.gears.rubbing import Rubbing
 from planter.kernels import Array
 from planter.report import style
 
@@ -112,7 +114,7 @@ def play(found: Toothed) -> Figure:
     return figure
 
 
-def figures(found: Sequence[Toothed], gears: Sequence[Placed]) -> dict[str, Figure]:
+def figures(found: Sequence[Toothed], gears: Sequence[Placed], rubbing: Rubbing | None = None) -> dict[str, Figure]:
     """All figures by the names of their files."""
     drawn = {"assembly": assembly(gears)}
     for number, one in enumerate(found, 1):
@@ -121,7 +123,7 @@ def figures(found: Sequence[Toothed], gears: Sequence[Placed]) -> dict[str, Figu
             f"stage{number}_teeth": round_the_gear(one),
             f"stage{number}_play": play(one),
         }
-    return drawn
+    return drawn | ({"friction": friction(rubbing)} if rubbing else {})
 
 
 def _gear(axes: Axes, gear: AnyGear, angle: float, centre: tuple[float, float], shade: str) -> None:

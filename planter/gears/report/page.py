@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from planter.gearing.teeth.rack import RACK
-from planter.gears.results import GearsFound, StageCut
+from planter.gears import rubbing
+from planter.gears.results import Friction, GearsFound, StageCut
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import provenance_section
 
@@ -16,6 +17,8 @@ CAPTIONS = {
     "teeth": "Contact ratio of every pair of teeth; margin against undercut of both flanks and top land of each tooth.",
     "play": "What the mate can turn by between its flanks, the gap of the outlines as polygons, and the error of "
     "transmission at every contact, without play.",
+    "friction": "What friction of the teeth adds over a turn to the forces in the joints, to the motor's torque M_L "
+    "and to the power lost at both meshes of side 1: by the paper's convention, and against the sliding.",
 }
 
 
@@ -28,6 +31,8 @@ def text(
               for one in found.stages]  # fmt: skip
     if found.scaled:
         parts.append(Section("What the scaling does", list(_scaled(found))))
+    if found.friction:
+        parts.append(Section("Friction of the teeth", list(_friction(found.friction))))
     figures = [FigureSvg(svg, CAPTIONS[name.rpartition("_")[2]]) for name, svg in svgs.items()]
     parts += [
         *([Section("Motion", moving)] if moving else []),
@@ -66,6 +71,17 @@ def _stage(one: StageCut) -> Iterator[Block]:
     ]
     if undercut:
         yield Table(("gear", "tooth", "flank", "margin"), undercut, "Undercut flanks")
+
+
+def _friction(found: Friction) -> Iterator[Block]:
+    yield Text(
+        f"Angle of friction {found.friction_angle_deg:.4g} deg, pressure angle {found.pressure_angle_deg:.4g} deg. By "
+        "the paper's convention friction acts at the pitch point, outwards, and does no work; teeth that slide rub in "
+        "their contacts along the flanks, against the sliding. The pairs that are in contact at once bear the same, "
+        "or the one nearest to the pitch point or farthest from it bears all; no sharing makes a force larger than the "
+        f"last column. The support force changes by {found.support_changed_N:.2g} N at most."
+    )
+    yield Table(rubbing.HEAD, list(rubbing.rows(found)))
 
 
 def _scaled(found: GearsFound) -> Iterator[Block]:

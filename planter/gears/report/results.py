@@ -13,6 +13,7 @@ from planter.gears.parts import Part
 from planter.gears.report import figures, page
 from planter.gears.report.scene import scene
 from planter.gears.results import GearsFound
+from planter.gears.rubbing import Rubbing
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.folder import renews
@@ -21,8 +22,8 @@ from planter.view.block import Motion
 
 @renews
 def write(
-    out: Path, found: GearsFound, pairs: Sequence[Toothed], made: Sequence[Part], provenance: Mapping[str, Any],
-    progress: Listener | None = None,
+    out: Path, found: GearsFound, pairs: Sequence[Toothed], made: Sequence[Part], rubbing: Rubbing | None,
+    provenance: Mapping[str, Any], progress: Listener | None = None,
 ) -> GearsFound:  # fmt: skip
     """Writes drawings, solids, tables, figures, report.html and summary.json; returns the result with their paths.
 
@@ -30,7 +31,10 @@ def write(
     """
     folder = files.output_folder(out)
     contents = dict(parts.files(made))
-    drawn = bundle.drawn(figures.figures(pairs, [part.placed for part in made]), progress)
+    if rubbing:
+        comments = [f"machine: {found.machine}", "angles stand close to each other on both sides of every jump"]
+        contents["friction.csv"] = files.cycle_csv("friction.csv", comments, rubbing.columns()).encode()
+    drawn = bundle.drawn(figures.figures(pairs, [part.placed for part in made], rubbing), progress)
     told = replace(found, files=[str(folder / name) for name in contents])
     for name, content in contents.items():
         files.write_bytes(folder / name, content)

@@ -65,6 +65,9 @@ def test_the_answer_has_the_keys_of_the_contract() -> None:
         assert stage["transmission_error_rad"] < 1e-11
     assert found["scaled"] is None
     assert found["files"] == []
+    sliding = found["friction"]["sliding"]
+    assert sliding["motor_work_J"] == pytest.approx(sum(sliding["lost_J"].values()), rel=1e-7)
+    assert sliding["motor_work_J"] > found["friction"]["convention"]["motor_work_J"]
 
 
 def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
@@ -123,10 +126,11 @@ def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
     assert names >= {
         f"{stem}.{kind}" for stem in ("sun", "gear_5", "gear_6", "planet_gear") for kind in ("dxf", "svg", "stl")
     }
-    assert names >= {"assembly.dxf", "assembly.svg", "sun_flanks.csv"}
+    assert names >= {"assembly.dxf", "assembly.svg", "sun_flanks.csv", "friction.csv"}
     assert all(Path(file).is_file() for file in found["files"])
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["stages"] == found["stages"]
+    assert summary["friction"] == found["friction"]
     assert "fetch" not in (page := (tmp_path / "out" / "report.html").read_text())
     assert "planet gear" in page
     head = (tmp_path / "out" / "sun_flanks.csv").read_text().splitlines()[3]
@@ -136,7 +140,9 @@ def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_curve_of_ones_own_has_a_conjugate(tmp_path: Path, sense: int) -> None:
     file = curve_file(tmp_path / "own.csv", wavy(), sense)
-    (stage,) = answer("gears", "--curve", file, "--teeth", "40", "--keep", "size")["stages"]
+    found = answer("gears", "--curve", file, "--teeth", "40", "--keep", "size")
+    (stage,), friction = found["stages"], found["friction"]
+    assert friction is None
     assert stage["z"] == [40, 40]
     assert stage["transmission_error_rad"] < 1e-11
     assert stage["overlap_mm2"] < 1e-9

@@ -38,7 +38,7 @@ def test_the_motor_does_the_work_of_friction_and_the_support_feels_none_of_it(na
     assert turn.lost(speed) > own.lost(speed)
     assert turn.totals["F_support"] == pytest.approx(own.totals["F_support"], abs=1e-9)
     if case != "hinge":
-        wrong = model.turn(phi, {"against": 1.0, **{k: 0 * v + 2e-3 for k, v in model.beyond(own, phi, 2e-3).items()}})
+        wrong = model.turn(phi, {name: -value if name.startswith("lead") else value for name, value in teeth.items()})
         assert wrong.joint("F_A1") != pytest.approx(turn.joint("F_A1"), rel=1e-4)
         assert all((turn.one[f"F_{tag}_loss"] >= -1e-12).all() for tag in "PQ")
 
@@ -47,10 +47,12 @@ def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
     model = LiftedModel(machines.device("wang2017"))
     found = model.beyond(model.turn(PHI), PHI, 2e-3)
     half = np.pi * 2e-3 * np.cos(np.radians(20)) / 2
-    for places in found.values():
-        assert np.abs(places).max() <= half
-        assert places.min() < -0.9 * half
-        assert places.max() > 0.9 * half
+    for tag in "PQ":
+        plus, minus = (found[f"lead_{tag}_{flank}"] * found[f"away_{tag}_{flank}"] for flank in ("plus", "minus"))
+        assert plus == pytest.approx(-minus, abs=0)
+        assert np.abs(plus).max() <= half
+        assert plus.min() < -0.9 * half
+        assert plus.max() > 0.9 * half
 
 
 def test_effects_are_told_and_only_of_the_exact_model() -> None:

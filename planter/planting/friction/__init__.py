@@ -1,0 +1,1 @@
+"""True friction of a planting device's teeth: along the flanks where they touch, against the sliding."""

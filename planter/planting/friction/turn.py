@@ -1,0 +1,105 @@
+"""A turn of a planting device with teeth: which pairs bear at each angle, and the forces with any friction of theirs.
+
+The forces are those of the derived model `planting_lifted` at the pressure angle of the teeth. All is rigid and without
+play, so that the contacts are those of the exact flanks, and the flank that pushes bears.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from planter.gearing.teeth import bearing
+from planter.gearing.teeth.bearing import Bearing, Load
+from planter.gearing.teeth.curve import POLAR
+from planter.gearing.teeth.making import Toothed
+from planter.kernels import Array
+from planter.numerics.angles import TURN
+from planter.optimise import joints
+from planter.planting.friction.angles import Angles
+from planter.planting.lifted import LiftedModel, Lifting, Turn
+from planter.planting.model import Device
+from planter.planting.response import Planting
+
+MESHES = "PQ"
+FLANKS = ("plus", "minus")
+"""Flanks as the model names them, in the order of `bearing.SIDES`."""
+FRICTION, PRESSURE = "contact.tooth_friction_angle_deg", "contact.pressure_angle_deg"
+_DENSE = np.linspace(0, TURN, 2881)
+"""Angles between which the angle of a contact is looked for."""
+_CORRECTIONS = 2
+
+
+class ToothedTurn:
+    """A device with teeth on both stages at a design (p,) [SI], over a turn."""
+
+    def __init__(self, device: Device, x: Array, stages: Sequence[Toothed]) -> None:
+        self.device, self.x, self.stages = device, x, stages
+        self._model = LiftedModel(device, x)
+        self._pressure = {PRESSURE: stages[0].order.pressure_angle}
+
+    @cached_property
+    def angles(self) -> Angles:
+        """Angles between which no pair of teeth that bears comes, goes or passes the pitch point, and nothing else
+        jumps."""
+        own = joints.find(Planting(self.device), self.device.prologue(self.x)).angles
+        return Angles.between(np.concatenate([own, *self._changes()]))
+
+    def _changes(self) -> Iterator[Array]:
+        """Angles (m,) at which pairs of teeth that bear come, go, and pass the pitch point, of each stage."""
+        dense = self._model.turn(_DENSE).one
+        for k, (tag, stage) in enumerate(zip(MESHES, self.stages, strict=True), 1):
+            mesh, t = stage.mesh, f"t{k}"
+            at, side = bearing.changes(mesh)
+            sense = mesh.pair.sense
+            polar = sense * mesh.gear.curve.at(sense * at)[POLAR]
+            start = dense[t][0]
+            wanted = start + np.mod(polar - start, TURN)
+            phi = np.interp(wanted, dense[t], _DENSE)
+            slope = np.interp(wanted, dense[t], np.gradient(_DENSE, dense[t]))
+            for _ in range(_CORRECTIONS):
+                phi += (wanted - self._model.turn(phi).one[t]) * slope
+            pushing = np.where(self._model.turn(phi).one[f"M_{tag}"] >= 0, *bearing.SIDES)
+            yield phi[side == pushing]
+
+    def turn(self, lifted: Lifting | None = None, friction: float | None = None, behind: Lifting | None = None) -> Turn:
+        """A turn with values of what is lifted, and with another angle of friction [rad] than the machine's."""
+        changes = self._pressure | ({} if friction is None else {FRICTION: friction})
+        return self._model.turn(self.angles.phi, lifted, changes, behind)
+
+    @cached_property
+    def without(self) -> Turn:
+        """No friction between the teeth."""
+        return self.turn(friction=0.0)
+
+    @cached_property
+    def bearings(self) -> tuple[Bearing, ...]:
+        """The pairs of teeth in contact at P and at Q."""
+        return tuple(
+            Bearing.of(stage.mesh, stage.mesh.rolled(self.without.one[f"t{k}"]))
+            for k, stage in enumerate(self.stages, 1)
+        )
+
+    def sliding(self, loads: Sequence[Load], friction: float | None = None) -> Turn:
+        """Friction against the sliding, with loads that are shared out at P and at Q."""
+        return self.turn(self.lifting(loads), friction)
+
+    def lifting(self, loads: Sequence[Load]) -> Lifting:
+        """What the model takes of loads that are shared out at P and at Q."""
+        told: dict[str, Array | float] = {"against": 1.0}
+        for tag, load in zip(MESHES, loads, strict=True):
+            for k, flank in enumerate(FLANKS):
+                told |= {f"lead_{tag}_{flank}": load.lead[k], f"away_{tag}_{flank}": load.away[k]}
+        return told
+
+    @cached_property
+    def shared(self) -> Turn:
+        """Friction against the sliding, all pairs in contact bearing the same."""
+        return self.sliding(self.equal)
+
+    @cached_property
+    def equal(self) -> list[Load]:
+        """All pairs in contact bear the same."""
+        return [one.equal for one in self.bearings]
