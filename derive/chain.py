@@ -209,7 +209,7 @@ def undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) ->
 def _single(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve | None:
     for equation in equations:
         here = equation.residual.free_symbols & still_open
-        if len(here) != 1 or equation.residual.has(*(sp.Abs(u) for u in here)):
+        if len(here) != 1 or _has_sizes(here, equation):
             continue
         if equation.defines is None or equation.defines in here:
             return Solve(equation.number, here.pop())
@@ -223,9 +223,16 @@ def _common(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve |
         here = equation.residual.free_symbols & still_open
         defined = sorted(here & definitions.keys(), key=str)
         roots = (here - definitions.keys()).union(*(_open_in(definitions[s], still_open) for s in defined))
-        if equation.defines is None and len(roots) == 1:
+        if equation.defines is not None or len(roots) != 1:
+            continue
+        if not _has_sizes(here | roots, equation, *(definitions[s] for s in defined)):
             return Solve(equation.number, roots.pop(), tuple((definitions[s].number, s) for s in defined))
     return None
+
+
+def _has_sizes(unknowns: set[Quantity], *equations: Equation) -> bool:
+    """Whether sizes of unknowns stand in equations, so that they are linear in them only case by case."""
+    return any(e.residual.has(*(sp.Abs(u) for u in unknowns)) for e in equations)
 
 
 def _open_in(definition: Equation, still_open: set[Quantity]) -> set[Quantity]:
