@@ -20,7 +20,7 @@ def doctor(
     """What this installation has, how fast functions are evaluated here, and what would make it faster."""
     console = Console(as_json)
     with console.outcome():
-        from planter.doctor import examination
+        from planter.doctor import examination, tables
 
         found = examination.examine(build)
-        console.result(found, lambda: examination.tables(console, found))
+        console.result(found, lambda: tables.tables(console, found))
