@@ -19,7 +19,9 @@ from tests.support.house import ROOT
 
 DOCS = ROOT / "docs"
 GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem != "index")
-WITH_PROCESSES = {"own_mechanism", "own_paper", "tolerance"}
+WITH_PROCESSES = {
+    "embedding", "free_motion", "gears_to_cut", "measured", "own_mechanism", "own_paper", "tolerance",
+}  # fmt: skip
 """Pages that start commands, for some seconds."""
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])
 
