@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
+from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Values, changed, controls, singles, written
 
 if TYPE_CHECKING:
@@ -16,6 +17,11 @@ if TYPE_CHECKING:
 
 OFFERED = ("sleeve", "shaft", "tooth", "linkage")
 """Tables of the file whose numbers a hand is offered."""
+EXPORTS = (
+    Export("report", "page, figures and tables of the shape", ("clutch", "geometry")),
+    Export("engagement", "page, figures and tables of an engagement", ("clutch", "engage")),
+    Export("optimum", "angle, ratio and linkage of the smallest travel time", ("clutch", "optimise")),
+)
 
 
 class ReuleauxClutch:
@@ -23,6 +29,7 @@ class ReuleauxClutch:
 
     handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
+    exports: Sequence[Export] = EXPORTS
 
     def __init__(self, clutch: Clutch) -> None:
         self.clutch, self.name = clutch, clutch.name

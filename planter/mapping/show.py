@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
+from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Values, changed, controls, written
 
 if TYPE_CHECKING:
@@ -16,12 +17,14 @@ if TYPE_CHECKING:
 
 REACH_MM, REACH_DEG = 60.0, 40.0
 """How far a pose can be moved and turned to either side."""
+EXPORTS = (Export("linkages", "dyads, linkages and the arm's angle: page, figures, tables", ("synthesise",)),)
 
 
 class Poses:
     """Poses that linkages are to visit."""
 
     models: Sequence[str] = ("exact",)
+    exports: Sequence[Export] = EXPORTS
 
     def __init__(self, file: PoseFile) -> None:
         self.file, self.name = file, file.name

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.mechanism.swept import ROOM
+from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Values, controls, written
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 MOST = 12
 """Results of which largest and least values are told."""
+EXPORTS = (Export("report", "page, figures and table of a turn", ("turn",)),)
 
 
 class Mechanism:
@@ -23,6 +25,7 @@ class Mechanism:
 
     handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
+    exports: Sequence[Export] = EXPORTS
 
     def __init__(self, file: MechanismFile) -> None:
         self.file, self.name = file, file.name

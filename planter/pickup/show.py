@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
+from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Values, controls, singles, written
 
 if TYPE_CHECKING:
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
 
 OFFERED = ("bars", "law", "carrier", "noncircular_stage", "tray", "needle")
 """Tables of the file whose numbers a hand is offered."""
+EXPORTS = (
+    Export("report", "page, figures and tables: gears, path, requirements", ("pickup",)),
+    Export("gears", "teeth and locking arcs (DXF, SVG, flanks as CSV), proved to mesh", ("gears",)),
+)
 
 
 class PickUp:
@@ -23,6 +28,7 @@ class PickUp:
 
     handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
+    exports: Sequence[Export] = EXPORTS
 
     def __init__(self, source: str, changes: Values) -> None:
         from planter.pickup.file import load

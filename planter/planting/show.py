@@ -7,7 +7,9 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
+from planter.planting.exports import EXPORTS
 from planter.planting.swept.room import ROOM
+from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Values, changed, controls, written
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ class Planting:
 
     handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact", "printed")
+    exports: Sequence[Export] = EXPORTS
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name = machine, machine.name

@@ -8,22 +8,26 @@ from pathlib import Path
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import FileResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
+from planter.studio.exports import written
 from planter.studio.guard import Guard
 from planter.studio.live import Live
 
 FILES = {
     "": ("planter.studio", "studio.html", "text/html"),
     "studio.js": ("planter.studio", "studio.js", "text/javascript"),
+    "exports.js": ("planter.studio", "exports.js", "text/javascript"),
     "line.js": ("planter.studio", "line.js", "text/javascript"),
     "studio.css": ("planter.studio", "studio.css", "text/css"),
     "view.js": ("planter.view", "view.js", "text/javascript"),
     "view.css": ("planter.view", "view.css", "text/css"),
 }
 """What a page fetches, below its token."""
+EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
+"""Policy of what was exported: it can reach neither the studio nor its address; a report brings a stricter one."""
 
 
 def application(folder: Path, token: str, port: int) -> Guard:
@@ -32,8 +36,18 @@ def application(folder: Path, token: str, port: int) -> Guard:
     async def live(socket: WebSocket) -> None:
         await Live(socket, folder).run()
 
+    async def exported(request: Request) -> Response:
+        found = written(folder, request.path_params["path"])
+        return FileResponse(found, headers=EXPORTED) if found else Response(status_code=404)
+
     files = [Route(f"/{{token}}/{name}", _file(*place)) for name, place in FILES.items()]
-    return Guard(Starlette(routes=[*files, WebSocketRoute("/{token}/live", live)]), token, port)
+    return Guard(
+        Starlette(
+            routes=[*files, Route("/{token}/exports/{path:path}", exported), WebSocketRoute("/{token}/live", live)]
+        ),
+        token,
+        port,
+    )
 
 
 def _file(package: str, name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:

@@ -67,7 +67,9 @@ async def _refused(scope: Scope, send: Send) -> None:
 def _with_headers(send: Send) -> Send:
     async def sent(message: dict[str, object]) -> None:
         if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", ()), *HEADERS]  # type: ignore[misc]
+            own: list[tuple[bytes, bytes]] = list(message.get("headers", ()))  # type: ignore[call-overload]
+            known = {name.lower() for name, _ in own}
+            message["headers"] = [*own, *(pair for pair in HEADERS if pair[0] not in known)]
         await send(message)
 
     return sent  # type: ignore[return-value]

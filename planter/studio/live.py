@@ -11,7 +11,9 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from planter.errors import PlanterError
-from planter.studio.search import Search
+from planter.studio.exports import export
+from planter.studio.process import Process
+from planter.studio.search import search
 from planter.studio.session import Message, Session, told
 
 REST_S = 0.1
@@ -23,7 +25,7 @@ class Live:
 
     def __init__(self, socket: WebSocket, folder: Path) -> None:
         self.socket, self.session = socket, Session(folder)
-        self.search = Search(self._send)
+        self.search, self.export = Process("search", self._send), Process("export", self._send)
         self._newest: Message | None = None
         self._asked = asyncio.Event()
 
@@ -40,6 +42,7 @@ class Live:
         finally:
             follower.cancel()
             self.search.cancel()
+            self.export.cancel()
             self.session.close()
 
     async def _take(self, message: Any) -> None:
@@ -49,7 +52,7 @@ class Live:
             self._newest = message
             self._asked.set()
         elif message.get("ask") == "cancel":
-            self.search.cancel()
+            (self.export if message.get("work") == "export" else self.search).cancel()
         else:
             await self._answer(message)
 
@@ -60,10 +63,19 @@ class Live:
         elif ask == "file":
             await self._told(lambda: {"file": self.session.file(message)})
         elif ask == "optimise":
-            if await self._told(lambda: {"searching": self.session.saved(message).name}):
-                await self.search.start(self.session.place, str(message.get("model", "exact")))
+            self.search.begin(self._search(message))
+        elif ask == "export":
+            self.export.begin(self._export(message))
         else:
             await self._send({"error": f"ask = {ask} is not allowed"})
+
+    async def _search(self, message: Message) -> None:
+        file = await asyncio.to_thread(self.session.saved, message)
+        await search(self.search, file, str(message.get("model", "exact")))
+
+    async def _export(self, message: Message) -> None:
+        works = await asyncio.to_thread(self.session.works, message)
+        await export(self.export, self.session.folder, works)
 
     async def _follow(self) -> None:
         """Compute the newest that was asked for, and what takes longer if nothing newer comes for a while."""

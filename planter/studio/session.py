@@ -10,7 +10,10 @@ from typing import Any
 
 from planter.errors import InputError, PlanterError
 from planter.files import examples
+from planter.report import files
+from planter.studio import exports
 from planter.view.channels import packed
+from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
 from planter.view.scene import Scene
 from planter.view.subject import Control, Shown, opened
@@ -47,6 +50,7 @@ class Session:
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
             "controls": [_control(one) for one in self.machine.controls],
+            "exports": [asdict(one) for one in self._exports],
         }
 
     def seen(self, message: Message) -> dict[str, Any]:
@@ -77,10 +81,33 @@ class Session:
         self.place.write_text(self.file(message), encoding="utf-8")
         return self.place
 
+    def works(self, message: Message) -> list[exports.Work]:
+        """What is to be written of the machine with other numbers; its file is written first.
+
+        Raises InputError for what it does not offer, and where nothing can be written.
+        """
+        model, numbers = self._asked(message)[1], message.get("numbers") or {}
+        offered = {one.name: one for one in self._exports}
+        wanted = message.get("names") or []
+        for name in wanted:
+            if name not in offered:
+                raise InputError(f"{name} is not allowed: it must be one of {', '.join(offered)}")
+        file = exports.place(self.folder, self._open.name, "machine").with_suffix(".toml")
+        places = {name: exports.place(self.folder, self._open.name, name) for name in wanted}
+        found = [exports.Work(name, there, offered[name].command(file, there, model, numbers))
+                 for name, there in places.items()]  # fmt: skip
+        files.output_folder(file.parent)
+        files.write_text(file, self.file(message))
+        return found
+
     @property
     def place(self) -> Path:
         """Where that file is."""
         return Path(self._scratch.name) / "machine.toml"
+
+    @property
+    def _exports(self) -> list[Export]:
+        return [*self._open.exports, ANIMATION]
 
     @property
     def _open(self) -> Shown:

@@ -1,5 +1,6 @@
 // The studio's page. All that it knows stands here: a server that was started anew is told again.
 
+import { chosen, exported, exporting, offer } from "./exports.js";
 import { connect } from "./line.js";
 import { Drawing } from "./view.js";
 
@@ -20,7 +21,12 @@ function take(message) {
   if (message.file) download(message.file);
   if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
-  if (message.error && (message.id === undefined || message.id === state.id)) { say(message.error, true); search(false); }
+  if (message.exporting !== undefined || message.exported) exported(message);
+  if (message.error && (message.id === undefined || message.id === state.id)) {
+    say(message.error, true);
+    if (message.work === "search") search(false);
+    if (message.work === "export") exported({ exporting: null });
+  }
 }
 
 function sources(names) {
@@ -48,6 +54,7 @@ function opened(machine) {
   }
   state.model = machine.models.includes(state.model) ? state.model : machine.models[0];
   $("model").replaceChildren(...machine.models.map((name) => new Option(name, name, false, name === state.model)));
+  offer(machine.exports);
   $("optimise").hidden = !machine.controls.some((one) => one.path.startsWith("design."));
   controls();
   ask();
@@ -273,6 +280,10 @@ function download(text) {
   say(`${link.download} was handed to the browser.`);
 }
 
+$("export").addEventListener("click", () => {
+  if (exporting()) { send({ ask: "cancel", work: "export" }); exported({ exporting: null }); say("The export was given up."); }
+  else send({ ask: "export", values: state.values, model: state.model, ...chosen() });
+});
 $("source").addEventListener("change", () => open({ name: $("source").value }));
 $("model").addEventListener("change", () => { state.model = $("model").value; ask(); });
 $("undo").addEventListener("click", undo);

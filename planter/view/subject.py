@@ -13,6 +13,7 @@ from planter.files import units
 from planter.files.document import Document
 from planter.files.written import lines
 from planter.version import __version__
+from planter.view.exports import Export
 from planter.view.scene import Scene
 
 Values = Mapping[str, float]
@@ -66,6 +67,9 @@ class Shown(Protocol):
     controls: Sequence[Control]
     handles: Sequence[tuple[str, str]]
     """Points of the drawing that a hand can draw about: paths of the numbers [mm] that are their x and y."""
+
+    exports: Sequence[Export]
+    """What commands write of it."""
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """How it moves; the first scene is the machine's."""

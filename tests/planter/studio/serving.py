@@ -11,7 +11,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from playwright.sync_api import Page, sync_playwright
 from websockets.sync.client import ClientConnection, connect
+
+from tests.support.browser import browser
 
 
 @contextmanager
@@ -49,3 +52,14 @@ def until(talk: ClientConnection, *keys: str) -> Any:
         for key in keys:
             if key in found:
                 return found[key]
+
+
+@contextmanager
+def page_of(address: str, machine: str = "wang2017-wide") -> Iterator[Page]:
+    """The studio in a browser, when all is there that follows once the hand rests."""
+    path = browser()
+    with sync_playwright() as play, play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium:
+        page = chromium.new_page()
+        page.goto(f"{address}#{machine}")
+        page.wait_for_selector("body[data-finished]", timeout=60_000)
+        yield page

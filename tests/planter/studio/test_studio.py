@@ -7,11 +7,10 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import expect
 from websockets.exceptions import InvalidStatus
 
 from planter.errors import InputError
@@ -19,8 +18,7 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from planter.studio.session import LARGEST, Session
-from tests.planter.studio.serving import answer, line, studio, until
-from tests.support.browser import browser
+from tests.planter.studio.serving import answer, line, page_of, studio, until
 from tests.support.cli import answer as command
 
 IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
@@ -183,17 +181,6 @@ MEASURED = """async () => {
   late.sort((a, b) => a - b);
   return [late[56], seen.size / 2, performance.now() - last];
 }"""
-
-
-@contextmanager
-def page_of(address: str) -> Iterator[Page]:
-    """The studio in a browser, when its requirements are there."""
-    path = browser()
-    with sync_playwright() as play, play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium:
-        page = chromium.new_page()
-        page.goto(f"{address}#wang2017-wide")
-        page.wait_for_selector("#checks tbody tr", timeout=60_000)
-        yield page
 
 
 def test_a_page_follows_a_hand(address: str) -> None:

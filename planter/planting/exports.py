@@ -1,0 +1,22 @@
+"""What commands write of a planting device."""
+
+from planter.view.exports import Asked, Export
+
+FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks Motion", "simulink": "for Simulink"}
+"""Formats of `planter export motion`, and in words."""
+EXPORTS = (
+    Export("report", "page, figures and tables of the cycle", ("simulate",), modelled=True),
+    Export("optimum", "the same of the optimum, beside this design", ("optimise",), modelled=True),
+    Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), proved to mesh", ("gears",)),
+    Export("cam", "the cam's contour (DXF) and what it bears", ("cam",),
+           asks=(Asked("--roller-mm", "radius of the roller / mm", 6.0),)),
+    Export("drive", "the carrier on a motor", ("drive",),
+           asks=(Asked("--stall-Nm", "torque at rest / N m", 6.0),
+                 Asked("--idle-rpm", "speed without torque / rpm", 42.0),
+                 Asked("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1))),
+    *(Export(f"motion-{key}", f"motions and forces over time {words}", ("export", "motion"), ("--format", key),
+             modelled=True) for key, words in FORMATS.items()),
+    Export("c", "motions, forces, objective and gradient in C99", ("export", "c"), modelled=True),
+    Export("cuda", "the objective of many designs in CUDA C++", ("export", "cuda"), modelled=True),
+    Export("unit", "unit for co-simulation (FMI 2.0)", ("export", "fmu"), modelled=True, file="machine.fmu"),
+)  # fmt: skip

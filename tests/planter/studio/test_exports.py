@@ -1,0 +1,168 @@
+"""What the studio writes: what the commands write, below its folder and nowhere else."""
+
+from __future__ import annotations
+
+import json
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from playwright.sync_api import expect
+from websockets.sync.client import ClientConnection
+
+from planter.cli.app import application
+from planter.errors import InputError
+from planter.studio.exports import place, written
+from planter.studio.session import Session
+from planter.view.subject import opened
+from tests.planter.studio.serving import answer, line, page_of, studio, until
+from tests.support.cli import answer as command
+
+MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("studio")
+
+
+@pytest.fixture(scope="module")
+def address(folder: Path) -> Iterator[str]:
+    with studio(folder) as found:
+        yield found
+
+
+def fetched(address: str) -> tuple[int, bytes, str]:
+    """Status, content and policy of what stands at an address."""
+    try:
+        with urllib.request.urlopen(address, timeout=10) as found:
+            return found.status, found.read(), found.headers["content-security-policy"]
+    except urllib.error.HTTPError as error:
+        return error.code, b"", ""
+
+
+def exported(talk: ClientConnection, **message: Any) -> list[dict[str, Any]]:
+    """The files of one export."""
+    talk.send(json.dumps({"ask": "export", "values": {}, **message}))
+    return until(talk, "files", "error")
+
+
+def test_what_is_written_is_what_the_command_writes(address: str, folder: Path, tmp_path: Path) -> None:
+    values = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        files = exported(talk, names=["motion-csv"], values=values, model="printed")
+    changes = [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+    command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
+    own, known = folder / "exports" / "wang2017" / "motion-csv", {path.name: path for path in tmp_path.iterdir()}
+    assert {Path(one["path"]).name for one in files} == known.keys()
+    table = next(name for name in known if name.endswith(".csv"))
+    assert (own / table).read_text().splitlines()[-361:] == known[table].read_text().splitlines()[-361:]
+
+
+def test_what_was_written_can_be_fetched_and_nothing_else(address: str, folder: Path) -> None:
+    (folder / "secret.toml").write_text("name = 'own'", encoding="utf-8")
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="shi2021")
+        files = exported(talk, names=["report"])
+    for one in files:
+        status, content, policy = fetched(f"{address}exports/{one['path']}")
+        assert (status, len(content)) == (200, one["bytes"])
+        assert policy.startswith("sandbox")
+    outside = (
+        "../secret.toml",
+        "..%2fsecret.toml",
+        "%2e%2e/secret.toml",
+        "shi2021/../../secret.toml",
+        "/etc/passwd",
+        "",
+    )
+    assert {fetched(f"{address}exports/{path}")[0] for path in outside} <= {403, 404}
+
+
+def test_an_export_can_be_given_up(address: str) -> None:
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        assert answer(talk, "exporting", ask="export", values={}, names=["optimum"]) == ""
+        assert until(talk, "exporting") == "optimum"
+        talk.send(json.dumps({"ask": "cancel", "work": "export"}))
+        assert answer(talk, "file", ask="file", values={}).startswith("# The machine")
+
+
+@pytest.mark.parametrize(
+    ("message", "sentence"),
+    [
+        ({"names": ["../report"]}, r"^\.\./report is not allowed: it must be one of report, optimum, gears"),
+        ({"names": ["cam"], "numbers": {"--roller-mm": None}}, "--roller-mm None is not allowed: it must be a number"),
+        ({"names": ["cam"], "numbers": {"--roller-mm": float("inf")}}, "--roller-mm inf is not allowed"),
+        ({"names": ["report"], "values": {"design.R3_mm": 0}}, "it must be between"),
+    ],
+)
+def test_what_is_not_offered_is_not_written(tmp_path: Path, message: dict[str, Any], sentence: str) -> None:
+    session = Session(tmp_path)
+    session.open({"name": "wang2017"})
+    with pytest.raises(InputError, match=sentence):
+        session.works(message)
+    session.close()
+
+
+def test_a_name_of_a_machine_is_no_path_and_a_link_leads_nowhere(tmp_path: Path) -> None:
+    studio, outside = tmp_path / "studio", tmp_path / "outside"
+    studio.mkdir()
+    outside.mkdir()
+    (outside / "report.html").write_text("", encoding="utf-8")
+    assert place(studio, "../../etc", "report").resolve().is_relative_to(studio)
+    (studio / "exports").symlink_to(outside)
+    assert written(studio, "report.html") is None
+    with pytest.raises(InputError, match="it must be below"):
+        place(studio, "own", "report")
+
+
+@pytest.mark.parametrize("source", MACHINES)
+def test_what_a_machine_offers_are_commands(source: str, tmp_path: Path) -> None:
+    """Their words name a command, and its options are among those of the command."""
+    for export in opened(source).exports:
+        found = typer.main.get_command(application())
+        for word in export.words:
+            found = found.commands[word]  # type: ignore[attr-defined]
+        known = {option for one in found.params for option in one.opts}
+        told = export.command(tmp_path / "own.toml", tmp_path, "exact", {})
+        assert {word for word in told if word.startswith("--")} <= known
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("source", MACHINES)
+def test_all_that_a_machine_offers_is_written(source: str, address: str) -> None:
+    with line(address) as talk:
+        offered = answer(talk, "opened", ask="open", name=source)["exports"]
+        for one in offered:
+            files = exported(talk, names=[one["name"]])
+            assert isinstance(files, list), (one["name"], files)
+            assert files
+            assert all(file["bytes"] for file in files)
+
+
+@pytest.mark.long
+def test_a_page_writes_what_is_ticked_and_links_it(address: str) -> None:
+    with page_of(address, "wang2017") as page:
+        page.get_by_text("Write files").click()
+        page.get_by_label("cam:").check()
+        page.get_by_label("radius of the roller").fill("7")
+        page.get_by_role("button", name="Write").click()
+        drawn = page.locator("#written a", has_text=".dxf").first
+        expect(drawn).to_be_visible(timeout=60_000)
+        expect(page.locator("#export")).to_have_text("Write", timeout=60_000)
+        page.get_by_label("cam:").uncheck()
+        page.get_by_label("report:").check()
+        page.get_by_role("button", name="Write").click()
+        link = page.locator("#written a", has_text="report.html")
+        expect(link).to_be_visible(timeout=60_000)
+        with page.expect_popup() as popup:
+            link.click()
+        report = popup.value
+        expect(report.locator(".told")).to_contain_text("carrier angle 0 deg")
+        assert report.evaluate("origin") == "null"
