@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planter.files import examples
 from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Values, changed, controls, singles, written
+from planter.view.subject import Check, Control, Reading, Table, Values, changed, controls, singles, written
 
 if TYPE_CHECKING:
     from planter.clutch.file import Clutch
@@ -54,6 +54,10 @@ class ReuleauxClutch:
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """None that have a margin."""
+        return []
+
+    def details(self, values: Values, model: str) -> Sequence[Table]:
+        """None: its report has more."""
         return []
 
     def text(self, values: Values) -> str:

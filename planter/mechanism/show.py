@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planter.mechanism.swept import ROOM
 from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Values, controls, written
+from planter.view.subject import Check, Control, Reading, Table, Values, controls, written
 
 if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile
@@ -56,6 +56,10 @@ class Mechanism:
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """None: limits are told to `planter optimise`."""
+        return []
+
+    def details(self, values: Values, model: str) -> Sequence[Table]:
+        """None: its report has more."""
         return []
 
     def text(self, values: Values) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planter.files import examples
 from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Values, controls, singles, written
+from planter.view.subject import Check, Control, Reading, Table, Values, controls, singles, written
 
 if TYPE_CHECKING:
     from planter.pickup.command import Outcome
@@ -59,6 +59,10 @@ class PickUp:
         """What the path must do before the tray."""
         found = self._outcome(values).result.requirements
         return [Check(r.name, r.unit, r.value, r.margin, r.holds) for r in found]
+
+    def details(self, values: Values, model: str) -> Sequence[Table]:
+        """None: its report has more."""
+        return []
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""

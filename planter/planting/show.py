@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from planter.planting.exports import EXPORTS
 from planter.planting.swept.room import ROOM
 from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Values, changed, controls, written
+from planter.view.subject import Check, Control, Reading, Table, Values, changed, controls, written
 
 if TYPE_CHECKING:
     from planter.kernels import Array
@@ -95,6 +95,14 @@ class Planting:
             self._measures = Measures(device)
         return [Check(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail")
                 for r in record.record(self._measures, x)]  # fmt: skip
+
+    def details(self, values: Values, model: str) -> Sequence[Table]:
+        """The designer's summary: torque, forces, gears with their limits, shocks."""
+        from planter.planting.designer import shown, summary
+
+        found = summary.of(*self._at(values, model))
+        notes = [[sentence] for sentence in shown.sentences(found)]
+        return [*(Table(one.title, one.head, one.rows) for one in shown.tables(found)), Table("Notes", ("",), notes)]
 
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""

@@ -11,6 +11,7 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from planter.errors import PlanterError
+from planter.studio.aside import Aside
 from planter.studio.exports import export
 from planter.studio.process import Process
 from planter.studio.search import search
@@ -26,7 +27,10 @@ class Live:
     def __init__(self, socket: WebSocket, folder: Path) -> None:
         self.socket, self.session = socket, Session(folder)
         self.search, self.export = Process("search", self._send), Process("export", self._send)
+        self.aside = Aside(folder)
         self._newest: Message | None = None
+        self._opening: Message = {}
+        self._detailing: asyncio.Task[None] | None = None
         self._asked = asyncio.Event()
 
     async def run(self) -> None:
@@ -43,6 +47,7 @@ class Live:
             follower.cancel()
             self.search.cancel()
             self.export.cancel()
+            self.aside.close()
             self.session.close()
 
     async def _take(self, message: Any) -> None:
@@ -59,7 +64,8 @@ class Live:
     async def _answer(self, message: Message) -> None:
         ask = message.get("ask")
         if ask == "open":
-            await self._told(lambda: {"opened": self.session.open(message)})
+            if await self._told(lambda: {"opened": self.session.open(message)}):
+                self._opening = message
         elif ask == "file":
             await self._told(lambda: {"file": self.session.file(message)})
         elif ask == "optimise":
@@ -92,10 +98,19 @@ class Live:
                 await self._rested(message)
 
     async def _rested(self, message: Message) -> None:
-        """What takes longer, as long as nothing newer comes: requirements, then all that there is to see."""
+        """What takes longer, as long as nothing newer comes: requirements, all that there is to see, details."""
         for compute in (self.session.checked, self.session.finished):
             if not self._asked.is_set():
                 await self._told(partial(self._marked, compute, message))
+        if self._detailing is not None:
+            self._detailing.cancel()
+        self._detailing = asyncio.create_task(self._details(message))
+
+    async def _details(self, message: Message) -> None:
+        try:
+            await self._send({"id": message.get("id"), **await self.aside.details(self._opening, message)})
+        except PlanterError as error:
+            await self._send({"id": message.get("id"), **told(error)})
 
     @staticmethod
     def _marked(compute: Callable[[Message], dict[str, Any]], message: Message) -> dict[str, Any]:

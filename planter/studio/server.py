@@ -37,5 +37,7 @@ def serve(machine: str | None, folder: Path, port: int, browser: bool) -> None:
         print(f"planter studio: {address}\nOnly this machine can reach it. Ctrl-C ends it.", flush=True)
         if browser:
             webbrowser.open(address)
-        config = uvicorn.Config(application(folder, known, port), log_level="error", ws="websockets-sansio")
+        config = uvicorn.Config(
+            application(folder, known, port), log_level="error", ws="websockets-sansio", ws_per_message_deflate=False
+        )
         uvicorn.Server(config).run(sockets=[listening])

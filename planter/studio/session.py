@@ -12,11 +12,11 @@ from planter.errors import InputError, PlanterError
 from planter.files import examples
 from planter.report import files
 from planter.studio import exports
-from planter.view.channels import packed
+from planter.view.channels import course, packed
 from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Control, Shown, opened
+from planter.view.subject import Control, Shown, Values, opened
 
 LARGEST = 1_000_000
 """Letters of a file that is taken."""
@@ -71,6 +71,19 @@ class Session:
     def checked(self, message: Message) -> dict[str, Any]:
         """The requirements of the machine with other numbers."""
         return {"checks": [asdict(one) for one in self._open.checks(*self._asked(message))]}
+
+    def details(self, message: Message) -> dict[str, Any]:
+        """What the machine with other numbers is sized by, and what its other models say."""
+        values, model = self._asked(message)
+        others = [name for name in self._open.models if name != model]
+        return {
+            "details": [asdict(one) for one in self._open.details(values, model)],
+            "beside": [{"model": name, **self._beside(values, name)} for name in others],
+        }
+
+    def _beside(self, values: Values, model: str) -> dict[str, Any]:
+        readings = [asdict(one) for one in self._open.readings(values, model)]
+        return {"readings": readings, "course": course(self._open.scenes(values, model)[0])}
 
     def file(self, message: Message) -> str:
         """The machine's file with other numbers."""

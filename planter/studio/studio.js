@@ -5,7 +5,7 @@ import { connect } from "./line.js";
 import { Drawing } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
-const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, sources: [], opening: null, searching: false };
+const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, beside: [], sources: [], opening: null, searching: false };
 
 function say(text, wrong = false) {
   $("said").textContent = text;
@@ -17,6 +17,7 @@ function take(message) {
   if (message.opened) opened(message.opened);
   if (message.scenes && message.id > state.shown) { seen(message); say(""); }
   if (message.finished && message.id === state.id) finished(message.finished);
+  if (message.details && message.id === state.id) details(message);
   if (message.checks && message.id === state.id) checks(message.checks);
   if (message.file) download(message.file);
   if (message.progress) say(message.progress);
@@ -47,7 +48,7 @@ function opened(machine) {
   if (!again) {
     state.values = Object.fromEntries(machine.controls.map((one) => [one.path, one.value]));
     state.past = [];
-    state.b = null;
+    Object.assign(state, { b: null, beside: [] });
     $("drawings").replaceChildren();
     $("drawings").className = "";
     drawings.length = 0;
@@ -119,7 +120,7 @@ function reflect() {
 
 function ask() {
   state.id += 1;
-  $("checks").classList.add("stale");
+  for (const name of ["checks", "readings", "details"]) $(name).classList.add("stale");
   send({ id: state.id, values: state.values, model: state.model });
 }
 
@@ -172,7 +173,7 @@ function seen(message) {
   state.shown = message.id;
   state.latest = message;
   draw_all(message.scenes);
-  readings(message.readings);
+  readings();
   document.body.dataset.shown = message.id;
 }
 
@@ -202,15 +203,44 @@ function row(cells, numbers) {
   return found;
 }
 
-function readings(found) {
-  const other = new Map((state.b?.readings ?? []).map((one) => [one.name, one.value]));
-  const rows = found.map((one) => {
-    const b = other.has(one.name) ? digits(other.get(one.name)) : "";
-    const made = row([one.name, digits(one.value), b, one.unit], [1, 2]);
-    made.children[2].classList.add("b");
-    return made;
-  });
-  $("readings").tBodies[0].replaceChildren(...rows);
+/** The design's readings, those of its other models, and those of the design that was kept. */
+function readings() {
+  const values = (found) => new Map(found.map((one) => [one.name, digits(one.value)]));
+  const several = state.machine.models.length > 1;
+  const columns = [{ head: several ? `A ${state.model}` : "A", of: values(state.latest.readings) }];
+  for (const one of state.beside) columns.push({ head: `A ${one.model}`, of: values(one.readings), kind: "beside" });
+  if (state.b) columns.push({ head: "B", of: values(state.b.readings), kind: "b" });
+  const numbers = columns.map((_, k) => k + 1);
+  const made = (name, cells, unit) => {
+    const found = row([name, ...cells, unit], numbers);
+    columns.forEach(({ kind }, k) => kind && found.children[k + 1].classList.add(kind));
+    return found;
+  };
+  $("readings").tHead.replaceChildren(made("quantity", columns.map(({ head }) => head), "unit"));
+  $("readings").tBodies[0].replaceChildren(...state.latest.readings.map((one) => made(one.name, columns.map(({ of }) => of.get(one.name) ?? ""), one.unit)));
+}
+
+/** What takes longest: the other models, and what the machine is sized by. */
+function details(message) {
+  state.beside = message.beside;
+  $("readings").classList.remove("stale");
+  readings();
+  drawings[0]?.beside(message.beside);
+  $("details").hidden = message.details.length === 0;
+  $("details").classList.remove("stale");
+  $("details").querySelector("div").replaceChildren(...message.details.map(table));
+  document.body.dataset.detailed = state.id;
+}
+
+function table({ title, head, rows }) {
+  const [found, caption] = ["table", "caption"].map((tag) => document.createElement(tag));
+  caption.textContent = title;
+  found.append(caption, document.createElement("thead"), document.createElement("tbody"));
+  found.tHead.append(row(head, []));
+  const cell = (value) => (typeof value === "string" ? value : digits(value));
+  const numbers = (cells) => cells.flatMap((value, k) => (typeof value === "string" ? [] : [k]));
+  found.tBodies[0].append(...rows.map((cells) => row(cells.map(cell), numbers(cells))));
+  return found;
 }
 
 function checks(found) {
@@ -237,7 +267,7 @@ function keep() {
   Object.assign(element, { className: "planter-view", tabIndex: 0, innerHTML: state.latest.scenes[0].picture });
   place.append(element);
   new Drawing(element, state.latest.scenes[0].record);
-  readings(state.latest.readings);
+  readings();
 }
 
 function undo() {
@@ -285,7 +315,7 @@ $("export").addEventListener("click", () => {
   else send({ ask: "export", values: state.values, model: state.model, ...chosen() });
 });
 $("source").addEventListener("change", () => open({ name: $("source").value }));
-$("model").addEventListener("change", () => { state.model = $("model").value; ask(); });
+$("model").addEventListener("change", () => { Object.assign(state, { model: $("model").value, beside: [] }); ask(); });
 $("undo").addEventListener("click", undo);
 $("keep").addEventListener("click", keep);
 $("optimise").addEventListener("click", optimise);

@@ -51,6 +51,18 @@ class Channels:
         return base64.b64encode(b"".join(self._series)).decode("ascii")
 
 
+def course(scene: Scene) -> Record:
+    """The curves of a scene alone, told as `packed` tells them."""
+    series = Channels(scene.moments)
+    curves = _curves(scene, series)
+    return {"moments": scene.moments, "curves": curves, "data": series.text()}
+
+
+def _curves(scene: Scene, series: Channels) -> list[dict[str, Any]]:
+    return [{"name": curve.name, "unit": curve.unit, "values": series.add(curve.values), "reference": curve.reference}
+            for curve in scene.curves]  # fmt: skip
+
+
 def packed(scene: Scene) -> Record:
     """What the drawing of a scene needs beside its picture, ready for JSON: bodies in the picture's order."""
     series = Channels(scene.moments)
@@ -66,10 +78,7 @@ def packed(scene: Scene) -> Record:
         "chains": [{"points": list(chain.points), "closed": chain.closed} for chain in scene.chains],
         "forces": [[series.add(v) for v in (f.at.x, f.at.y, f.x, f.y)] for f in scene.forces],
         "largest_N": scene.largest_force,
-        "curves": [
-            {"name": c.name, "unit": c.unit, "values": series.add(c.values), "reference": c.reference}
-            for c in scene.curves
-        ],
+        "curves": _curves(scene, series),
         "events": [[event.name, event.place] for event in sorted(scene.events, key=lambda e: e.place)],
         "data": series.text(),
     }

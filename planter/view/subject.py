@@ -59,6 +59,15 @@ class Check:
     met: bool
 
 
+@dataclass(frozen=True)
+class Table:
+    """Rows under heads; the first cell of a row names it."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str | float | None]]
+
+
 class Shown(Protocol):
     """A machine with numbers that a hand changes; all calls raise PlanterError where those make no machine."""
 
@@ -79,6 +88,9 @@ class Shown(Protocol):
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """Its requirements, none where it has none; this may take longer."""
+
+    def details(self, values: Values, model: str) -> Sequence[Table]:
+        """What it is sized by, none where its room has no more to say; this may take a second."""
 
     def text(self, values: Values) -> str:
         """The machine's file with these numbers."""

@@ -126,32 +126,42 @@ class Mechanism {
 class Curve {
   constructor(motion) {
     this.motion = motion;
+    this.others = [];
     this.line = make("path", { class: "course" });
+    this.other = make("path", { class: "course other" });
     this.zero = make("path", { class: "reference" });
     this.mark = make("circle", { r: 4, class: "mark" });
     this.high = make("text", { x: 4, y: 12 });
     this.low = make("text", { x: 4, y: 116 });
-    this.svg = make("svg", { class: "curve", viewBox: "0 0 480 120", role: "img" }, this.zero, this.line, this.mark, this.high, this.low);
+    this.svg = make("svg", { class: "curve", viewBox: "0 0 480 120", role: "img" }, this.zero, this.other, this.line, this.mark, this.high, this.low);
   }
 
-  /** Choose a curve; from its reference if it has one and that is wanted. */
-  choose(index, deviation) {
+  /** Choose a curve; from its reference if it has one and that is wanted; beside it those of that name of `others`. */
+  choose(index, deviation, beside) {
     const curve = this.motion.curves[index];
     const from = deviation && curve.reference !== null ? curve.reference : 0;
     this.value = (i) => curve.at(i) - from;
-    const values = Array.from({ length: this.motion.moments }, (_, i) => this.value(i));
-    const [low, high] = [Math.min(...values), Math.max(...values)];
+    const sampled = (value) => Array.from({ length: this.motion.moments }, (_, i) => value(i));
+    const values = sampled(this.value);
+    const others = beside ? this.others.map((one) => ({ model: one.model, at: one.at(curve.name) })).filter((one) => one.at) : [];
+    const drawn = others.map(({ at }) => sampled((i) => at(i) - from));
+    const all = [...values, ...drawn.flat()];
+    const [low, high] = [Math.min(...all), Math.max(...all)];
     const span = high - low || 1;
     this.x = (i) => (480 * i) / (this.motion.moments - 1);
     this.y = (value) => 108 - (96 * (value - low)) / span;
-    this.line.setAttribute("d", `M${values.map((value, i) => `${this.x(i).toFixed(1)} ${this.y(value).toFixed(2)}`).join(" ")}`);
+    const path = (course) => `M${course.map((value, i) => `${this.x(i).toFixed(1)} ${this.y(value).toFixed(2)}`).join(" ")}`;
+    this.line.setAttribute("d", path(values));
+    this.other.setAttribute("d", drawn.map(path).join(""));
     const level = deviation || curve.reference === null ? 0 : curve.reference;
     this.zero.setAttribute("d", level >= low && level <= high ? `M0 ${this.y(level)} 480 ${this.y(level)}` : "");
     const unit = curve.unit ? ` ${curve.unit}` : "";
     this.exact = (value) => (Math.abs(value) < 1e-9 * span ? 0 : value);
-    this.high.textContent = digits(this.exact(high)) + unit;
-    this.low.textContent = digits(this.exact(low)) + unit;
-    this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${digits(this.exact(this.value(i)))}${unit}`;
+    const told = (value) => digits(this.exact(value)) + unit;
+    this.high.textContent = told(high);
+    this.low.textContent = told(low);
+    const also = (i) => others.map(({ model, at }) => `, ${model} ${told(at(i) - from)}`).join("");
+    this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${told(this.value(i))}${also(i)}`;
     this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${this.low.textContent} to ${this.high.textContent}`);
   }
 
@@ -214,6 +224,25 @@ export class Drawing {
     requestAnimationFrame(step);
   }
 
+  /** Curves of other models, to be drawn over these until another design is loaded: records by model. */
+  beside(records) {
+    if (!this.curve) return;
+    this.curve.others = records.map(({ model, course }) => {
+      const at = series(course);
+      const known = new Map(course.curves.map((curve) => [curve.name, at(curve.values)]));
+      return { model, at: (name) => known.get(name) };
+    });
+    this.over.parentElement.hidden = !records.length;
+    this.over.nextSibling.textContent = ` beside it ${records.map(({ model }) => model).join(", ")}`;
+    this.choose();
+  }
+
+  /** Draw the curve as it is chosen. */
+  choose() {
+    this.curve.choose(Number(this.which.value), this.apart.checked, this.over.checked);
+    this.show(this.moment);
+  }
+
   /** Go to the next event, or to the one before. */
   event(way) {
     const moments = this.motion.record.events.map(([, place]) => this.motion.nearest(place));
@@ -248,8 +277,8 @@ export class Drawing {
   #settle() {
     for (const choice of this.chosen) choice.apply();
     if (this.curve) {
-      this.curve.motion = this.motion;
-      this.curve.choose(Number(this.which.value), this.apart.checked);
+      Object.assign(this.curve, { motion: this.motion, others: [] });
+      this.curve.choose(Number(this.which.value), this.apart.checked, false);
     }
   }
 
@@ -287,13 +316,15 @@ export class Drawing {
   #curves() {
     this.curve = new Curve(this.motion);
     const options = this.motion.curves.map((curve, k) => make("option", { value: k }, curve.name));
-    const choose = () => { this.curve.choose(Number(this.which.value), this.apart.checked); this.show(this.moment); };
+    const choose = () => this.choose();
     this.which = make("select", { "aria-label": "curve", onchange: choose }, ...options);
     this.apart = make("input", { type: "checkbox", onchange: choose });
+    this.over = make("input", { type: "checkbox", onchange: choose });
     const apart = make("label", {}, this.apart, " as deviation from the reference");
+    const over = make("label", { hidden: true }, this.over, " beside it other models");
     apart.hidden = this.motion.curves.every((curve) => curve.reference === null);
-    this.curve.choose(0, false);
-    return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, apart), this.curve.svg);
+    this.curve.choose(0, false, false);
+    return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, apart, over), this.curve.svg);
   }
 
   #key(event) {

@@ -47,11 +47,16 @@ def answer(talk: ClientConnection, key: str, **message: Any) -> Any:
 
 def until(talk: ClientConnection, *keys: str) -> Any:
     """The next message that has one of some keys: what stands there."""
+    found = message_with(talk, *keys)
+    return next(found[key] for key in keys if key in found)
+
+
+def message_with(talk: ClientConnection, *keys: str) -> dict[str, Any]:
+    """The next message that has one of some keys."""
     while True:
-        found = json.loads(talk.recv(timeout=60))
-        for key in keys:
-            if key in found:
-                return found[key]
+        found: dict[str, Any] = json.loads(talk.recv(timeout=120))
+        if any(key in found for key in keys):
+            return found
 
 
 @contextmanager

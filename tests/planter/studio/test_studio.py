@@ -18,7 +18,7 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from planter.studio.session import LARGEST, Session
-from tests.planter.studio.serving import answer, line, page_of, studio, until
+from tests.planter.studio.serving import answer, line, message_with, page_of, studio, until
 from tests.support.cli import answer as command
 
 IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
@@ -100,6 +100,27 @@ def test_requirements_follow_when_the_hand_rests(address: str) -> None:
         checks = until(talk, "checks")
     known = command("simulate", "wang2017-wide")["requirements"]
     assert [one["value"] for one in checks] == pytest.approx([one["value"] for one in known], rel=1e-9)
+
+
+def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
+    """The designer's summary, and what the other model says of the same numbers."""
+    values = {"design.R3_mm": 30.8}
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        talk.send(json.dumps({"id": 1, "values": values}))
+        found = message_with(talk, "details")
+    known = {model: command("simulate", "wang2017", "--set", "design.R3_mm=30.8", "--model", model)
+             for model in ("exact", "printed")}  # fmt: skip
+    told = {table["title"]: table["rows"] for table in found["details"]}
+    motor = known["exact"]["designer"]["motor"]
+    assert told["Torque of the motor on the carrier"][0][1:] == pytest.approx([motor["max_Nm"], motor["max_phi_deg"]])
+    forces = [force["max_N"] for force in known["exact"]["designer"]["forces"]]
+    assert [row[1] for row in told["Peaks of forces, true extremes over a turn"]] == pytest.approx(forces)
+    (beside,) = found["beside"]
+    readings = {one["name"]: one["value"] for one in beside["readings"]}
+    assert beside["model"] == "printed"
+    assert readings["objective (31)"] == pytest.approx(known["printed"]["objective"], rel=1e-12)
+    assert [one["name"] for one in beside["course"]["curves"]][:2] == ["vertical support force", "torque of the motor"]
 
 
 @pytest.mark.long
@@ -188,8 +209,11 @@ def test_a_page_follows_a_hand(address: str) -> None:
     hosts: set[str] = set()
     with page_of(address) as page:
         page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
-        objective = page.locator("#readings tbody tr").first.locator("td").nth(1)
-        first = objective.inner_text()
+        objective, other = (page.locator("#readings tbody tr").first.locator("td").nth(k) for k in (1, 2))
+        page.wait_for_selector("body[data-detailed]", timeout=60_000)
+        first, printed = objective.inner_text(), other.inner_text()
+        page.get_by_label("beside it printed").check()
+        force = page.locator(".told").inner_text()
         field = page.locator('[data-path="design.R3_mm"] input[type="number"]')
         field.fill("30.8")
         field.press("Tab")
@@ -198,10 +222,13 @@ def test_a_page_follows_a_hand(address: str) -> None:
         page.click("#undo")
         expect(objective).to_have_text(first)
         expect(page.locator("#drawings .teeth")).to_have_count(7)  # drawn when the hand rests
-        page.get_by_label("teeth").uncheck()
+        page.get_by_label("teeth", exact=True).uncheck()
         expect(page.locator("#drawings .teeth").first).to_be_hidden()
-    known = [command("simulate", "wang2017-wide", *more)["objective"] for more in ((), ("--set", "design.R3_mm=30.8"))]
-    assert [float(first), float(moved)] == pytest.approx(known, rel=1e-5)
+    changes = ((), ("--set", "design.R3_mm=30.8"), ("--model", "printed"))
+    known = [command("simulate", "wang2017-wide", *more) for more in changes]
+    assert [float(first), float(moved), float(printed)] == pytest.approx([one["objective"] for one in known], rel=1e-5)
+    at = command("simulate", "wang2017-wide", "--model", "printed", "--at", "0")["at"][0]
+    assert force.endswith(f", printed {at['support_N']:.5g} N")
     assert hosts <= {address.split("/")[2]}
 
 
