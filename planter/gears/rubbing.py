@@ -9,8 +9,12 @@ from planter.files import units
 from planter.gears.results import Friction
 from planter.kernels import Array
 
-KINDS = ("without", "convention", "sliding")
-"""Kinds of friction that are shown beside each other: none, the paper's convention, against the sliding."""
+KINDS = {
+    "without": "no friction of the teeth",
+    "convention": "friction of the teeth by the paper's convention",
+    "sliding": "friction of the teeth against their sliding",
+}
+"""Kinds of friction that are shown beside each other, and what they are."""
 HEAD = ("friction", "without", "convention", "sliding", "nearest", "farthest", "at most")
 
 
@@ -26,9 +30,18 @@ class Rubbing:
         """All as a table: the kind of friction stands before the unit."""
         told = {"phi_deg": self.phi_deg}
         for key, kinds in self.curves.items():
-            unit = units.suffix(key)
-            told |= {f"{key.removesuffix(unit)}_{kind}{unit}": values for kind, values in kinds.items()}
+            told |= {column(key, kind): values for kind, values in kinds.items()}
         return told
+
+
+def column(key: str, kind: str) -> str:
+    """The key of a quantity with one kind of friction.
+
+    >>> column("F_A1_N", "sliding")
+    'F_A1_sliding_N'
+    """
+    unit = units.suffix(key)
+    return f"{key.removesuffix(unit)}_{kind}{unit}"
 
 
 def rows(found: Friction) -> Iterator[tuple[str | float | None, ...]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from planter.kernels import generated
 from planter.planting import quantities
 from planter.planting.designer.shown import BORNE
+from planter.planting.friction import shown
 from planter.planting.functions import MODELS
 
 FITTED = {
@@ -24,4 +25,5 @@ def columns() -> dict[str, tuple[str, str]]:
                 found[key] = (entry["meaning"], entry["source"])
                 if vector == "side":
                     found[quantities.second(key)] = (f"{entry['meaning']}; side 2, half a turn behind", entry["source"])
+    found |= {key: (meaning, "derived: assumption lifted") for key, meaning in shown.columns().items()}
     return found | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))

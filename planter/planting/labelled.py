@@ -22,7 +22,6 @@ class Labels:
         "any point of a pitch curve: planter gears draws all of them": (
             "on_curve", "on_radius", "on_turned", "x_inner", "y_inner", "x_outer", "y_outer",
         ),
-        "a distance along the teeth's line of action, of the model whose assumptions are lifted": ("s_P", "s_Q"),
         "from nozzle to plant over ground: planter simulate draws it beside the path": ("derived: nozzle",),
         "a parameter of a pitch curve before it is deformed; the curve itself is drawn": ("*3_mm", "*6_mm"),
         "of side 2, half a turn behind side 1": ("*_2_deg", "*_2_mm"),

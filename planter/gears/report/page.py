@@ -79,7 +79,8 @@ def _friction(found: Friction) -> Iterator[Block]:
         "the paper's convention friction acts at the pitch point, outwards, and does no work; teeth that slide rub in "
         "their contacts along the flanks, against the sliding. The pairs that are in contact at once bear the same, "
         "or the one nearest to the pitch point or farthest from it bears all; no sharing makes a force larger than the "
-        f"last column. The support force changes by {found.support_changed_N:.2g} N at most."
+        f"last column. The support force changes by {found.support_changed_N:.2g} N at most, so that the objective, "
+        f"{found.objective:.6g}, feels none of it."
     )
     yield Table(rubbing.HEAD, list(rubbing.rows(found)))
 

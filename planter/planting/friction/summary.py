@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from planter.files import units
 from planter.gearing.teeth.making import Toothed
 from planter.gears.results import Extent, Friction, FrictionTurn
 from planter.gears.rubbing import KINDS, Rubbing
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.planting import cycle
+from planter.planting.friction import shown
 from planter.planting.friction.turn import FRICTION, MESHES, ToothedTurn
 from planter.planting.lifted import JOINTS, TOTALS, Turn
 from planter.planting.model import Device
@@ -96,10 +98,12 @@ def _given(turn: Turn, tag: str) -> Array:
 
 def _curves(turns: Mapping[str, Turn]) -> dict[str, dict[str, Array]]:
     """Quantities over a turn by key, each by kind of friction."""
-    joints = {f"{name}_N": {kind: turn.joint(name) for kind, turn in turns.items()} for name in JOINTS}
-    torque = {"M_L_Nm": {kind: turn.totals["M_L"] for kind, turn in turns.items()}}
-    lost = {f"F_{tag}_loss_W": {kind: turn.one[f"F_{tag}_loss"] for kind, turn in turns.items()} for tag in MESHES}
-    return joints | torque | lost
+    joints = {units.key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()} for name in shown.JOINTS}
+    torques = {
+        units.key(name, "N m"): {kind: turn.totals[name] for kind, turn in turns.items()} for name in shown.TORQUES
+    }
+    losses = {units.key(name, "W"): {kind: turn.one[name] for kind, turn in turns.items()} for name in shown.LOSSES}
+    return joints | torques | losses
 
 
 def _vector(turn: Turn, name: str) -> Array:

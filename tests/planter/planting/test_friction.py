@@ -12,6 +12,7 @@ from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.order import Order
 from planter.kernels import Array
 from planter.numerics.angles import TURN
+from planter.planting import columns as known
 from planter.planting import gears
 from planter.planting.friction import summary
 from planter.planting.friction.angles import Angles
@@ -205,5 +206,6 @@ def test_the_result_tells_all_of_it() -> None:
     assert found.without.efficiency == found.convention.efficiency == [1, 1]
     assert 0.97 < found.sliding.efficiency[0] < 0.995
     columns = rubbing.columns()
+    assert columns.keys() <= known.columns().keys()
     assert columns["F_A1_sliding_N"].max() == pytest.approx(found.sliding.largest_N["F_A1"], rel=1e-14)
     assert np.all(np.diff(columns["phi_deg"]) >= 0)
