@@ -13,6 +13,7 @@ import pytest
 import derive
 import planter
 from planter.audit import verdicts
+from planter.cite.references import references
 from planter.explain import dictionary
 from tests.support.cli import run
 from tests.support.house import ROOT
@@ -27,7 +28,7 @@ PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")
 
 sys.path.insert(0, str(DOCS))
 
-from book import commands, drawings, findings, keys, names  # noqa: E402
+from book import commands, drawings, findings, formats, keys, names, works  # noqa: E402
 
 
 def cells(page: Path) -> list[str]:
@@ -85,6 +86,31 @@ def test_every_command_has_its_place(helps: dict[str, str]) -> None:
     assert {name.split()[0] for name in helps} == listed
 
 
+def test_every_column_is_on_its_page() -> None:
+    page = formats.page()
+    assert not [one.name for one in dictionary.every() if one.kind == "column" and f"| `{one.name}` |" not in page]
+
+
+def test_every_command_has_an_example_that_there_is(helps: dict[str, str]) -> None:
+    calls, shown = commands.examples()
+    assert calls.keys() == helps.keys()
+    assert shown < calls.keys()
+    for words, call in calls.items():
+        assert call.split()[1:][: len(words.split())] == words.split()
+        assert not unknown(call.split()[1:], helps), call
+
+
+def test_what_an_example_prints_is_shown() -> None:
+    assert commands.printed("planter explain F_E").startswith("F_E [N], symbol, planting")
+    with pytest.raises(RuntimeError, match="it is no symbol"):
+        commands.printed("planter explain F_Ezz")
+
+
+@pytest.mark.long
+def test_every_example_that_is_shown_runs() -> None:
+    assert commands.page().count("$ planter ") == len(commands.examples()[0])
+
+
 def test_every_public_name_is_on_its_page() -> None:
     page = names.page()
     for package in (planter, derive):
@@ -95,7 +121,9 @@ def test_every_public_name_is_on_its_page() -> None:
 
 def test_every_key_of_a_file_is_on_its_page() -> None:
     page = keys.page()
-    assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 |" in page
+    assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 | 0.4 | assumed |" in page
+    assert "| `cam.rise_delta_deg` | deg |" in page
+    assert "| 130, 180 | assumed |" in page
     wanted = {one.key for one in dictionary.every() if one.kind == "file key"}
     assert not [key for key in wanted if f"| `{key}` |" not in page]
 
@@ -104,10 +132,17 @@ def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
     page = drawings.page()
     for found in drawings.machines().values():
         for sheet in found.labelled.sheets:
-            assert f"]({found.room}-{sheet.name}.svg)" in page
+            assert f"{{figure}} {found.room}-{sheet.name}.svg\n" in page
         missing = [one.name for one in found.symbols() if f"| `{one.name}` |" not in page]
         assert not missing
     assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page
+
+
+def test_every_work_is_on_its_page_with_its_doi() -> None:
+    page = works.page()
+    for key, fields in references().works.items():
+        assert fields["title"].replace("^", "\\^") in page, key
+        assert "doi" not in fields or f"(https://doi.org/{fields['doi']})" in page
 
 
 def test_findings_name_every_equation_at_fault_and_no_other() -> None:

@@ -1,16 +1,29 @@
-"""Pages of commands with their help, of the schemas of their results, and of the topics of `planter help`."""
+"""Pages of commands with their help and a call of each, of the schemas of their results, and of the topics of help."""
 
 from __future__ import annotations
 
+import shlex
+import tomllib
 from collections.abc import Iterator
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import typer
+from typer.testing import CliRunner
 
 from planter.cli import help
 from planter.cli.app import application
 from planter.records import schema
+
+LINES = 20
+"""How much of what a call prints is shown."""
+HEAD = """\
+# Commands
+
+What `--help` says of each, and a call; where output stands below, the call was run for this page. `planter help` has
+pages on what commands share, and the [schemas](schemas.md) say what they return with `--json`.
+"""
 
 
 def leaves(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
@@ -29,12 +42,30 @@ def texts() -> Iterator[tuple[str, str]]:
         yield words, command.get_help(context)
 
 
+def examples() -> tuple[dict[str, str], set[str]]:
+    """A call of every command, and the commands whose call is run for the page."""
+    found = tomllib.loads(Path(__file__).with_name("examples.toml").read_text(encoding="utf-8"))
+    return found["calls"], set(found["shown"])
+
+
+def printed(call: str) -> str:
+    """What a call prints, its first lines. Raises RuntimeError where it fails."""
+    found = CliRunner(env={"COLUMNS": "96"}).invoke(application(), shlex.split(call)[1:])
+    if found.exit_code != 0:
+        raise RuntimeError(f"{call}: {found.stderr}")
+    lines = [line.rstrip() for line in found.stdout.strip("\n").splitlines()]
+    return "\n".join([*lines[:LINES], *(["..."] if len(lines) > LINES else [])])
+
+
 def page() -> str:
     """The page of commands."""
-    parts = [f"## `planter {words}`\n\n```text\n{text.strip()}\n```\n" for words, text in texts()]
-    return "# Commands\n\nWhat `--help` says of each; `planter help` has pages on what they share.\n\n" + "\n".join(
-        parts
-    )
+    calls, shown = examples()
+    parts = [HEAD]
+    for words, text in texts():
+        parts.append(f"## `planter {words}`\n\n```text\n{text.strip()}\n```\n")
+        output = f"\n{printed(calls[words])}" if words in shown else ""
+        parts.append(f"For example:\n\n```text\n$ {calls[words]}{output}\n```\n")
+    return "\n".join(parts)
 
 
 def schemas() -> str:

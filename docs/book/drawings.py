@@ -47,10 +47,10 @@ def section(title: str, found: Drawn) -> Iterator[str]:
     symbols = found.symbols()
     yield f"\n## {title}\n"
     for sheet in found.labelled.sheets:
-        yield f"\n### {title}: {sheet.title}\n"
-        yield f"![{title}: {sheet.title}]({name(found, sheet.name)})\n"
+        yield f"\n### {sheet.title[0].upper()}{sheet.title[1:]}\n"
+        yield f"```{{figure}} {name(found, sheet.name)}\n:alt: {title}, {sheet.title}\n:figclass: drawing\n```\n"
         yield from rows([one for one in symbols if one.name in sheet.names])
-    yield f"\n### {title}: on no drawing\n"
+    yield f"\n### {title}: what is on no drawing\n"
     yield "| symbol | meaning | why |\n|---|---|---|"
     for one in symbols:
         if one.sheet is None:

@@ -9,17 +9,19 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from book import commands, docstrings, drawings, findings, formulas, keys, names
+from book import commands, docstrings, drawings, findings, formats, formulas, keys, names, works
 
 MADE = Path(__file__).parents[1] / "made"
 PAGES = {
     "commands": commands.page,
     "drawings": drawings.page,
     "findings": findings.page,
+    "formats": formats.page,
     "keys": keys.page,
     "names": names.page,
     "schemas": commands.schemas,
     "topics": commands.topics,
+    "works": works.page,
 }
 
 
