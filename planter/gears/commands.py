@@ -75,10 +75,10 @@ def gears(
     module2: Module2Option = None,
     teeth: TeethOption = None,
     keep: KeepOption = None,
-    pressure_angle: PressureAngleOption = 20.0,
-    addendum: AddendumOption = 1.0,
+    pressure_angle: PressureAngleOption = None,
+    addendum: AddendumOption = None,
     clearance: ClearanceOption = 0.25,
-    shift: ShiftOption = 0.0,
+    shift: ShiftOption = None,
     tip_radius: TipRadiusOption = 1.0,
     backlash_mm: BacklashOption = 0.0,
     centre_error_mm: CentreErrorOption = 0.0,
@@ -103,16 +103,16 @@ def gears(
             raise InputError("one of MACHINE and --curve must be given")
         _check("needs --out DIR to write solids to", {"--step": step and not out, "--stl": stl and not out})
         made = options.parts(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
+        own = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
+        given = {name: value for name, value in own.items() if value is not None}
         rack = Teeth(
-            pressure_angle,
-            addendum,
-            clearance,
-            shift,
-            tip_radius,
-            backlash_mm,
-            centre_error_mm,
-            process,
-            allow_undercut,
+            clearance=clearance,
+            tip_radius=tip_radius,
+            backlash_mm=backlash_mm,
+            centre_error_mm=centre_error_mm,
+            process=process,
+            allow_undercut=allow_undercut,
+            **given,
         )
         if curve is not None:
             stages = {"--module1": module1, "--module2": module2}
@@ -123,7 +123,7 @@ def gears(
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != 1})
             modules, numbers = options.modules(module, module1, module2), options.counts(teeth)
-            wanted = room.Wanted(rack, made, modules, numbers, keep, changes(set_), speed_rpm)
+            wanted = room.Wanted(rack, made, frozenset(given), modules, numbers, keep, changes(set_), speed_rpm)
             result = room.room_of(machine).make(machine, wanted, out, console.progress)
         console.result(result, lambda: tables.show(console, result))
 

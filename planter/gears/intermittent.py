@@ -13,12 +13,13 @@ import shapely
 from planter.errors import GeometryError
 from planter.gearing.teeth.incomplete.gear import IncompleteGear
 from planter.gearing.teeth.incomplete.locking import Intermittent
-from planter.gearing.teeth.incomplete.proof import POSITIONS, Turn
+from planter.gearing.teeth.incomplete.proof import FREE, POSITIONS, Loose, Turn
 from planter.gears import parts, results
 from planter.gears.options import Teeth
 from planter.gears.parts import Part, Parts, Placed
 from planter.gears.report import figures
-from planter.gears.results import GearsFound, IncompleteCut
+from planter.gears.results import GearsFound, IncompleteCut, LooseMotion, LooseTurn
+from planter.kernels import Array
 from planter.progress import Listener
 from planter.report import bundle, files, style
 from planter.report.folder import renews
@@ -26,8 +27,8 @@ from planter.report.folder import renews
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LARGEST = 1e-10
-"""Area that the chords of outlines which touch may share [m2]."""
+LARGEST = 1e-15
+"""Area that rounding may let outlines share which touch [m2]."""
 _MM = 1e3
 _SHOWN = (("the dwell ends", 0.0), ("the middle of the dwell", None), ("the dwell begins", 1.0))
 
@@ -44,13 +45,16 @@ def make(
     ready = parts.check(_placed(found), made)
     told = GearsFound(
         machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm, teeth.centre_error_mm,
-        teeth.process.value, [], None, told_of(found, machine), None, [],
+        teeth.process.value, [], None, told_of(found, machine, teeth.centre_error_mm / _MM), None, [],
     )  # fmt: skip
     return told if out is None else write(out, told, found, ready, provenance, progress)
 
 
-def told_of(found: Intermittent, machine: str) -> results.Intermittent:
-    """A pair, its outlines laid over each other all round the turn. Raises GeometryError where they overlap."""
+def told_of(found: Intermittent, machine: str, farther: float = 0.0) -> results.Intermittent:
+    """A pair, its outlines laid over each other all round the turn; `farther` is an error of the centre distance [m].
+
+    Raises GeometryError where they overlap.
+    """
     turn, rolling = Turn(found), found.rolling
     overlap, held = float(turn.rolling.max()), float(turn.held.max())
     if max(overlap, held) > LARGEST:
@@ -59,25 +63,47 @@ def told_of(found: Intermittent, machine: str) -> results.Intermittent:
             f"{machine}: the gears run into each other by {max(overlap, held) * _MM**2:.3g} mm2 {where}: a smaller "
             f"addendum or some play would help"
         )
-    first, last = (one * _MM for one in rolling.ends)
-    after, before = np.degrees(turn.undriven).tolist()
-    clockwise, anticlockwise = np.degrees(turn.slack(0.5)).tolist()
+    middle = np.argmin(np.abs(turn.loose.at - rolling.over[1] - rolling.dwell / 2))
     return results.Intermittent(
         z=found.gear.z,
+        pitches=rolling.length / found.gear.rack.pitch,
         module_mm=found.gear.rack.module * _MM,
         centre_distance_mm=rolling.pair.distance * _MM,
         toothed_arc_mm=rolling.length * _MM,
         locking_radius_mm=found.radius * _MM,
-        end_radii_mm=(first, last),
+        end_radii_mm=(rolling.ends[0] * _MM, rolling.ends[1] * _MM),
+        horns_deg=_degrees(tuple(horn.reach for horn in found.phase.horns)),
         apart_mm=found.apart * _MM,
         dwell_deg=float(np.degrees(rolling.dwell)),
         gears=[_gear(one) for one in found.gears],
-        undriven_deg=(after, before),
-        slack_deg=(clockwise, anticlockwise),
+        undriven_deg=_degrees(turn.undriven),
+        undriven_least_deg=_degrees(found.phase.least),
+        unheld_deg=_degrees(turn.unheld),
+        slack_deg=_degrees((turn.loose.behind[middle], turn.loose.ahead[middle])),
+        loose=_loose(turn.loose),
+        farther_loose=_loose(turn.farther(farther).loose) if farther else None,
         overlap_mm2=overlap * _MM**2,
         dwell_overlap_mm2=held * _MM**2,
         positions=POSITIONS,
     )
+
+
+def _degrees(angles: Sequence[float]) -> tuple[float, float]:
+    first, last = np.degrees(angles).tolist()
+    return first, last
+
+
+def _loose(found: Loose) -> LooseTurn:
+    after, driven, before, dwell = (
+        LooseMotion(*(_most(turns[found.part == part]) for turns in (found.behind, found.ahead))) for part in range(4)
+    )
+    return LooseTurn(after, driven, before, dwell)
+
+
+def _most(turns: Array) -> float | None:
+    """The largest of some turns in deg, None where nothing stops them."""
+    most = float(turns.max())
+    return None if most >= FREE else float(np.degrees(most))
 
 
 def _gear(gear: IncompleteGear) -> IncompleteCut:

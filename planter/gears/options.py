@@ -46,12 +46,22 @@ KeepOption = Annotated[
     typer.Option(help="keep the size as designed, the module following; or the module, the pair being scaled "
                  "[default: the size with --teeth, else the module]", show_default=False),
 ]  # fmt: skip
-PressureAngleOption = Annotated[float, typer.Option(min=10, max=35, help="pressure angle of the rack [deg]")]
-AddendumOption = Annotated[float, typer.Option(min=0.3, max=1.5, help="addendum of the rack in modules")]
+PressureAngleOption = Annotated[
+    float | None,
+    typer.Option(min=10, max=35, help="pressure angle of the rack [deg] [default: the machine's, else 20]",
+                 show_default=False),
+]  # fmt: skip
+AddendumOption = Annotated[
+    float | None,
+    typer.Option(min=0.3, max=1.5, help="addendum of the rack in modules [default: the machine's, else 1]",
+                 show_default=False),
+]  # fmt: skip
 ClearanceOption = Annotated[float, typer.Option(min=0.02, max=0.6, help="clearance in modules")]
 ShiftOption = Annotated[
-    float, typer.Option(min=-1, max=1, help="profile shift of the first gear in modules; its mate's is the opposite")
-]
+    float | None,
+    typer.Option(min=-1, max=1, help="profile shift of the first gear in modules, its mate's is the opposite [default: "
+                 "the machine's, else 0]", show_default=False),
+]  # fmt: skip
 TipRadiusOption = Annotated[
     float, typer.Option(min=0.01, max=1, help="largest radius of the rack's round in modules; less reaches deeper")
 ]

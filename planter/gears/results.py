@@ -152,26 +152,54 @@ class IncompleteCut(Record):
 
 
 @dataclass(frozen=True)
+class LooseMotion(Record):
+    """How far a driven gear can turn at most, behind its law and ahead of it; null where nothing stops it."""
+
+    behind_deg: float | None
+    ahead_deg: float | None
+
+
+@dataclass(frozen=True)
+class LooseTurn(Record):
+    """The same over the parts of a turn: `driven` is where teeth hold it both ways all the time."""
+
+    after_dwell: LooseMotion
+    driven: LooseMotion
+    before_dwell: LooseMotion
+    dwell: LooseMotion
+
+
+@dataclass(frozen=True)
 class Intermittent(Record):
     """A pair with teeth on part of its turn and locking arcs over the rest, both laid over each other as polygons.
 
-    `overlap_mm2` is the largest area that the outlines share at `positions` positions over the teeth,
-    `dwell_overlap_mm2` at as many over the dwell. `undriven_deg` are the angles of the driving gear after the dwell and
-    before it over which no teeth drive all the time. `slack_deg` is what the driven gear can turn by in the middle of
-    the dwell, clockwise and anticlockwise.
+    `z` are the teeth of the driving gear, `pitches` those that the toothed arc has room for. `horns_deg` are the angles
+    at the driving axis over which the driven gear lies in the arc after the dwell and before it. Pairs of angles of the
+    driving gear, after the dwell and before it: `undriven_deg`, over which no teeth drive all the time;
+    `undriven_least_deg`, what the best phase for either side by itself would leave; `unheld_deg`, over which no teeth
+    hold back. `slack_deg` is what the driven gear can turn by in the middle of the dwell, clockwise and anticlockwise;
+    `farther_loose` is its loose motion with an error of the centre distance, null without one. `overlap_mm2` is the
+    largest area that the outlines share at `positions` positions over the teeth, `dwell_overlap_mm2` at as many over
+    the dwell.
     """
 
     z: int
+    pitches: float
     module_mm: float
     centre_distance_mm: float
     toothed_arc_mm: float
     locking_radius_mm: float
     end_radii_mm: tuple[float, float]
+    horns_deg: tuple[float, float]
     apart_mm: float
     dwell_deg: float
     gears: list[IncompleteCut]
     undriven_deg: tuple[float, float]
+    undriven_least_deg: tuple[float, float]
+    unheld_deg: tuple[float, float]
     slack_deg: tuple[float, float]
+    loose: LooseTurn
+    farther_loose: LooseTurn | None
     overlap_mm2: float
     dwell_overlap_mm2: float
     positions: int

@@ -20,12 +20,14 @@ from planter.progress import Listener
 class Wanted:
     """What is wanted of a machine's gears, as the options of the command say it, in their units.
 
+    `given` are the parts of `teeth` that are not as usual but as told: a machine's file may say what the others are.
     `modules_mm` are those of stages 1 and 2, `counts` the numbers of teeth, `changes` those of the machine's file by
     name. What a machine has no use for its room refuses.
     """
 
     teeth: Teeth
     made: Parts
+    given: frozenset[str] = frozenset()
     modules_mm: tuple[float | None, float | None] = (None, None)
     counts: tuple[int, ...] = ()
     keep: Keep | None = None

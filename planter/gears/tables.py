@@ -56,15 +56,24 @@ def _intermittent(console: Console, one: Intermittent) -> None:
     title = f"Incomplete gears: module {one.module_mm:.6g} mm, centre distance {one.centre_distance_mm:.7g} mm"
     rows = [(gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})", gear.area_mm2) for gear in one.gears]
     console.table(title, ("gear", "teeth", "margin (tooth)", "area / mm2"), rows)
-    after, before = one.undriven_deg
-    clockwise, anticlockwise = one.slack_deg
+    console.table("", ("beside the dwell", "after it", "before it"), [
+        ("pitch radius of the driving gear / mm", *one.end_radii_mm),
+        ("horn in the arc / deg", *one.horns_deg),
+        ("without drive / deg", *one.undriven_deg),
+        ("best phase for this side alone / deg", *one.undriven_least_deg),
+        ("without teeth that hold back / deg", *one.unheld_deg),
+    ])  # fmt: skip
+    for title, loose in (("loose motion / deg", one.loose), ("with the axes farther apart", one.farther_loose)):
+        if loose is not None:
+            console.table("", (title, "behind the law", "ahead of it"), [
+                (part, getattr(loose, key).behind_deg, getattr(loose, key).ahead_deg)
+                for part, key in (("after the dwell", "after_dwell"), ("driven and held back", "driven"),
+                                  ("before the dwell", "before_dwell"), ("in the dwell", "dwell"))
+            ])  # fmt: skip
     console.table("", ("turn", "value"), [
+        ("pitches on the toothed arc", one.pitches),
         ("dwell / deg", one.dwell_deg),
         ("radius of the locking arcs / mm", one.locking_radius_mm),
-        ("after the dwell without drive / deg", after),
-        ("before the dwell without drive / deg", before),
-        ("slack in the dwell, clockwise / deg", clockwise),
-        ("slack in the dwell, anticlockwise / deg", anticlockwise),
         ("overlap over the teeth / mm2", one.overlap_mm2),
         ("overlap in the dwell / mm2", one.dwell_overlap_mm2),
     ])  # fmt: skip

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
-from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 from planter.pickup import gears
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import invert
-from planter.pickup.law import NEEDLE, Dwell
+from planter.pickup.law import Dwell
+from planter.pickup.locking import Locking, locking
 from planter.pickup.model import Train
 from planter.pickup.requirements import Requirement, push, requirements
 from planter.pickup.results import At, Extremes, LockingArcs, PickupFound, Push, Slope, Still, Warned, WholeTeeth
@@ -39,33 +39,6 @@ def teeth(train: Train) -> Teeth:
     exact = train.arc / (np.pi * float(train.teeth[0]))
     whole = max(1, round(exact))
     return Teeth(exact, whole, train.arc / (np.pi * whole))
-
-
-@dataclass(frozen=True)
-class Locking:
-    """Locking arcs: their radius [m], pitch radii where the teeth end [m], sweep of the convex arc on the sun [rad].
-
-    While they act both arcs lie about the sun's centre, with the smaller of the end radii: the sun's arc stands above
-    no tooth. The concave one on the intermediate gear reaches `reach` [rad, at the sun's centre] to either side of the
-    centre line, where it meets that gear's tip circle.
-    """
-
-    radius: float
-    ends: tuple[float, float]
-    sweep: float
-    reach: float
-
-
-def locking(train: Train) -> Locking | None:
-    """The locking arcs of a train that dwells, between the teeth on both sides of the dwell."""
-    dwell = train.law.dwell
-    if dwell is None:
-        return None
-    start, end = train.pitch(np.array([train.toothed[1], train.toothed[0]]))["R1"]
-    radius, a1 = float(min(start, end)), train.geometry.a1
-    addendum = float(train.teeth[2] * train.teeth[0])
-    reach = load(NEEDLE).at("locking", a1=a1, radius=radius, addendum=addendum)["reach"]
-    return Locking(radius, (float(start), float(end)), dwell.width, reach)
 
 
 def round_trip(train: Train, count: int = ROUND_TRIP_POINTS) -> float | None:
@@ -128,7 +101,8 @@ def _dwell(train: Train, dwell: Dwell) -> Still:
 
 def _arcs(arcs: Locking) -> LockingArcs:
     start, end = arcs.ends
-    return LockingArcs(radius_mm=arcs.radius * _MM, end_radii_mm=(start * _MM, end * _MM), sweep_deg=_deg(arcs.sweep))
+    first, last = map(_deg, arcs.reaches)
+    return LockingArcs(arcs.radius * _MM, (start * _MM, end * _MM), _deg(arcs.sweep), (first, last))
 
 
 def warnings(wanted: Sequence[Requirement]) -> list[Warned]:

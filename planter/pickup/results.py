@@ -46,11 +46,18 @@ class WholeTeeth(Record):
 
 @dataclass(frozen=True)
 class LockingArcs(Record):
-    """Radius of the locking arcs, pitch radii where the teeth end, sweep on the sun."""
+    """Radius of the locking arcs, pitch radii where the dwell begins and ends, sweep on the sun, reach of the horns.
+
+    The paper prints no radius. With the smaller of the end radii, should they differ by more than an addendum, the
+    intermediate gear has nothing in the arc on one side, and is free to turn one way; so it is the smaller one, or the
+    least with which both sides hold. `horns_deg` are the angles at the sun over which that gear lies in the arc, on
+    the side of the teeth before the dwell and of those after it.
+    """
 
     radius_mm: float
     end_radii_mm: Pair
     sweep_deg: float
+    horns_deg: Pair
 
 
 @dataclass(frozen=True)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from planter.errors import InputError
 from planter.files import examples
 from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
-from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.gears import intermittent as made_known
 from planter.gears.options import Keep, Teeth
 from planter.gears.results import GearsFound
 from planter.gears.room import Wanted
-from planter.kernels import Array
 from planter.pickup import gears
 from planter.pickup.file import Pickup, is_points, load
+from planter.pickup.locking import rolling
 from planter.pickup.model import Train, build
 from planter.progress import Listener
 from planter.report import files
@@ -39,20 +40,16 @@ def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listene
     _check(machine, wanted)
     train = build(machine)
     gears.check(machine, train)
-    found = cut(machine, train, wanted.teeth, wanted.modules_mm[0], wanted.counts[0] if wanted.counts else None)
-    return made_known.make(found, machine.name, wanted.teeth, wanted.made, files.provenance(machine), out, progress)
+    own: dict[str, Any] = {key: value for key, value in _own(machine).items() if key not in wanted.given}
+    teeth = replace(wanted.teeth, **own)
+    found = cut(machine, train, teeth, wanted)
+    return made_known.make(found, machine.name, teeth, wanted.made, files.provenance(machine), out, progress)
 
 
 def _check(machine: Pickup, wanted: Wanted) -> None:
     """Raise InputError for what is wanted that no pick-up takes."""
     refused = {
         "--speed-rpm is not allowed: no pick-up's gears depend on its speed": wanted.speed_rpm is not None,
-        "--centre-error-mm is not allowed: a pick-up's gears are tried at their own distance": (
-            wanted.teeth.centre_error_mm > 0
-        ),
-        "--keep module is not allowed: the size of a pick-up's gears follows from its bars": (
-            wanted.keep is Keep.module
-        ),
         "a pick-up has one non-circular pair: it takes --module M or --teeth Z": (
             len(wanted.counts) > 1 or wanted.modules_mm[0] != wanted.modules_mm[1]
         ),
@@ -62,8 +59,15 @@ def _check(machine: Pickup, wanted: Wanted) -> None:
             raise InputError(f"{machine.source}: {told}")
 
 
-def cut(machine: Pickup, train: Train, teeth: Teeth, module_mm: float | None, count: int | None) -> Intermittent:
-    """The non-circular pair with whole teeth: as many as given, or nearest to the module given or in the file."""
+def _own(machine: Pickup) -> dict[str, float]:
+    """What the file says of the rack: different addenda are of one rack, shifted."""
+    stage = machine.noncircular_stage
+    mean, shift = (stage.ha1 + stage.ha2) / 2, (stage.ha1 - stage.ha2) / 2
+    return {"pressure_angle": stage.alpha0_deg, "addendum": mean, "shift": shift}
+
+
+def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: Wanted) -> Intermittent:
+    """The non-circular pair with the module given or in the file, or with so many teeth on its arc as are given."""
     if train.law.dwell is None:
         raise InputError(f"{machine.source}: the arm does not dwell, but incomplete gears need a dwell")
     if train.driven != train.toothed:
@@ -71,16 +75,20 @@ def cut(machine: Pickup, train: Train, teeth: Teeth, module_mm: float | None, co
             f"{machine.source}: the arm is driven by other means than teeth beside the dwell, where no pitch curve "
             f"leads to the locking arcs: the law's slope must jump there"
         )
+    return intermittent(rolling(train), _module(machine, train, wanted), teeth.order(None, None, None),
+                        machine.source, NAMES)  # fmt: skip
 
-    def radius(t: Array) -> Array:
-        return train.pitch(t)["R1"]
 
-    rolling = Rolling.of(radius, train.toothed, train.law.joints(), train.geometry.a1)
-    wanted = train.arc / (np.pi * (float(train.teeth[0]) if module_mm is None else module_mm * 1e-3))
-    z = count or round(wanted)
-    if count and module_mm and abs(wanted - count) > 0.5:
+def _module(machine: Pickup, train: Train, wanted: Wanted) -> float:
+    """Module [m]. Raises InputError where the one that is given and the number of teeth disagree."""
+    given, counts, arc = wanted.modules_mm[0], wanted.counts, train.arc
+    if not counts:
+        return float(train.teeth[0]) if given is None else given * 1e-3
+    if wanted.keep is Keep.module:
+        raise InputError(f"{machine.source}: --keep module does not go with --teeth: the size follows from the bars")
+    if given is not None and abs(arc / (np.pi * given * 1e-3) - counts[0]) > 0.5:
         raise InputError(
-            f"{machine.source}: teeth = {count} and module = {module_mm:g} mm disagree: the toothed arc is "
-            f"{train.arc * 1e3:.6g} mm long, which makes {round(wanted)} teeth of that module"
+            f"{machine.source}: teeth = {counts[0]} and module = {given:g} mm disagree: the toothed arc is "
+            f"{arc * 1e3:.6g} mm long, which makes {round(arc / (np.pi * given * 1e-3))} teeth of that module"
         )
-    return intermittent(rolling, z, teeth.order(z, None, None), machine.source, NAMES)
+    return arc / (np.pi * counts[0])

@@ -1,4 +1,4 @@
-"""Needle and tray of the seedling pick-up, and the arcs that lock its gears in the dwell.
+"""Needle and tray of the seedling pick-up.
 
 The frame of a cell has its x axis along the cell's axis, into the cell, and its origin at the tray's surface.
 """
@@ -13,10 +13,7 @@ from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...model import System, let
 from ...table import quantities
 
-ASSUMPTIONS = (
-    "the needle is a rectangle in the plane of the tip's path",
-    "locking arcs lie about the sun's centre while they act",
-)
+ASSUMPTIONS = ("the needle is a rectangle in the plane of the tip's path",)
 q = quantities(
     """
     along             | m   | tip along the cell's axis, from the tray's surface
@@ -37,10 +34,6 @@ q = quantities(
     axis              | rad | direction of the cell's axis in the machine's frame
     x                 | m   | place in the machine's frame, x
     y                 | m   | place in the machine's frame, y
-    a1                | m   | centre distance of the non-circular pair
-    radius            | m   | radius of the locking arcs
-    addendum          | m   | height of the intermediate gear's teeth over its pitch curve
-    reach             | rad | angle at the sun's centre to where the arc meets the intermediate gear's tip circle
     """,
     source="derived: needle",
     section="",
@@ -80,26 +73,12 @@ def placed(f: Formulas) -> None:
     f.function("placed", (q.along, q.across, q.axis), let(q.x, at[0]), let(q.y, at[1]), told="at")
 
 
-def locking(f: Formulas) -> None:
-    """The concave arc on the intermediate gear ends where it leaves that gear's tip circle.
-
-    Of the triangle of both centres and that end; in sines of half the angle, which stay exact where it is small.
-    """
-    r, h, a = sp.symbols("r h a", positive=True)
-    cosine = sp.Dummy("cosine")
-    tips = a - r + h
-    (found,) = sp.solve(a**2 + r**2 - 2 * a * r * cosine - tips**2, cosine)
-    sine = sp.factor((1 - found) / 2).subs({r: q.radius, h: q.addendum, a: q.a1})
-    f.function("locking", (q.a1, q.radius, q.addendum), let(q.reach, 2 * sp.asin(sp.sqrt(sine))), told="arc")
-
-
 def exact() -> System:
-    """Needle, tray and locking arcs."""
-    title = "Needle and locking arcs of the pick-up"
+    """Needle and tray."""
+    title = "Needle of the pick-up"
     f = Formulas("pickup_needle", given=q, title=title, source="derived (geometry)", assumptions=ASSUMPTIONS)
     needle(f)
     placed(f)
-    locking(f)
     return f.system()
 
 

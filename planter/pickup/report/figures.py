@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.numerics.angles import TURN
-from planter.pickup.findings import Locking, locking
+from planter.pickup.locking import Locking, locking
 from planter.pickup.requirements import push
 from planter.pickup.spline import PathSpline
 from planter.pickup.tray import Cell, Entry
@@ -164,11 +164,11 @@ def _gears(axes: Axes, train: Train, t: float, arcs: Locking | None) -> None:
 def locking_arcs(train: Train, arcs: Locking) -> tuple[Array, Array]:
     """Convex arc in the sun's frame and concave one in the intermediate gear's, each (2, n) [m].
 
-    In the dwell both lie on one circle about the sun's centre; the concave one reaches to its gear's tip circle.
+    In the dwell both lie on one circle about the sun's centre; the concave one reaches to its gear's tips.
     """
     dwell = train.law.dwell
     assert dwell is not None
-    convex, concave = np.linspace(dwell.start, dwell.end, 181), np.linspace(-arcs.reach, arcs.reach, 121)
+    convex, concave = np.linspace(dwell.start, dwell.end, 181), np.linspace(-arcs.reaches[0], arcs.reaches[1], 121)
     seen = arcs.radius * np.array([np.cos(concave), np.sin(concave)]) - np.array([[train.geometry.a1], [0.0]])
     held = float(train.law.arm(np.array([dwell.start]))[0])
     return arcs.radius * np.array([np.cos(convex), np.sin(convex)]), _turned(seen, -held)

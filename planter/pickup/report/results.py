@@ -33,7 +33,8 @@ MOVING = "The pick-up over a turn of its carrier. Thick arcs on the gears lock t
 CAPTIONS = {
     "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
     "pick has the wanted depth; the level line follows from the inclination of the tray box.",
-    "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs take the place of teeth.",
+    "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs take the place of teeth, "
+    "as large as holds the intermediate gear both ways.",
     "contact_ratio": "Contact ratio of the non-circular pair along the teeth (the paper's Fig. 9). The paper's "
     "formulas are lost; these are of the circular gears with the curvature radii at the contact.",
     "tip_motion": "Displacement and speed of the tip (the paper's Fig. 13).",

@@ -7,7 +7,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.pickup.file import Pickup
-from planter.pickup.findings import locking
+from planter.pickup.locking import locking
 from planter.pickup.model import Train
 from planter.pickup.report.figures import locking_arcs
 from planter.pickup.requirements import push

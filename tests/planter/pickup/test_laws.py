@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter.pickup.findings import locking
+from planter.errors import GeometryError
+from planter.gearing.teeth.incomplete.arcs import reaches_of
+from planter.pickup.locking import locking, rolling
 from planter.pickup.model import Train
 from planter.pickup.report.figures import locking_arcs
 from tests.planter.pickup.pickups import arm, built_in, tips
@@ -130,10 +132,29 @@ def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: Train) 
     assert np.abs(turned) == pytest.approx(arcs.radius)
     assert np.hypot(*convex) == pytest.approx(arcs.radius)
     assert np.ptp(np.unwrap(np.arctan2(convex[1], convex[0]))) == pytest.approx(dwell.width)
-    tip_circle = train.geometry.a1 - arcs.radius + train.teeth[2] * train.teeth[0]
-    assert np.hypot(*concave)[[0, -1]] == pytest.approx(tip_circle)
+    for place, end in zip(concave.T[[0, -1]], ((1, -1), (0, 1)), strict=True):
+        assert _from_pitch_curve(train, place, *end) == pytest.approx(train.teeth[2] * train.teeth[0], rel=1e-6)
     wrong = (concave[0] + 1j * concave[1]) * np.exp(1j * (held + 0.1)) + train.geometry.a1
     assert np.ptp(np.abs(wrong)) > 1e-3
+
+
+def _from_pitch_curve(train: Train, place: np.ndarray, end: int, sense: int) -> float:
+    """Distance of a place from the intermediate gear's pitch curve beside an end of its teeth."""
+    t = train.toothed[end] + sense * np.linspace(0, 1, 20001)
+    curve = train.pitch(t)
+    return float(np.hypot(curve["x2"] - place[0], curve["y2"] - place[1]).min())
+
+
+def test_locking_arcs_hold_both_ways_where_those_of_the_smaller_end_radius_do_not() -> None:
+    """A horn on either side of the line of centres, as the intermediate gear's tips are there in the dwell."""
+    train = TRAINS["yu2023"]
+    arcs = locking(train)
+    addendum = train.teeth[2] * train.teeth[0]
+    assert max(arcs.ends) - addendum < arcs.radius < max(arcs.ends)
+    assert min(arcs.ends) < max(arcs.ends) - addendum
+    assert min(arcs.reaches) > np.radians(3)
+    with pytest.raises(GeometryError, match="no horn"):
+        reaches_of(rolling(train), min(arcs.ends), addendum)
 
 
 def test_law_and_path_drive_the_same_train() -> None:

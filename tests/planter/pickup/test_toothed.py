@@ -18,12 +18,17 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     jsonschema.validate(found, committed("gears"))
     one = found["intermittent"]
     assert found["stages"] == []
-    assert one["z"] == 23
-    assert np.pi * one["module_mm"] * one["z"] == pytest.approx(one["toothed_arc_mm"], rel=1e-14)
-    assert one["toothed_arc_mm"] == pytest.approx(answer("pickup", "yu2023")["sun_toothed_arc_mm"], rel=1e-12)
-    assert one["locking_radius_mm"] == max(one["end_radii_mm"])
-    assert max(one["overlap_mm2"], one["dwell_overlap_mm2"]) < 1e-9
+    assert (found["addendum"], found["pressure_angle_deg"], one["module_mm"]) == (1.2, 20, 2)
+    assert np.pi * one["module_mm"] * one["pitches"] == pytest.approx(one["toothed_arc_mm"], rel=1e-14)
+    drawn = answer("pickup", "yu2023")
+    assert one["toothed_arc_mm"] == pytest.approx(drawn["sun_toothed_arc_mm"], rel=1e-12)
+    assert one["locking_radius_mm"] == drawn["locking_arcs"]["radius_mm"]
+    assert one["overlap_mm2"] == one["dwell_overlap_mm2"] == 0
     assert one["positions"] >= 720
+    for undriven, least in zip(one["undriven_deg"], one["undriven_least_deg"], strict=True):
+        assert least - 1 < undriven < 12
+    assert one["loose"]["after_dwell"]["behind_deg"] < 2
+    assert one["loose"]["before_dwell"]["behind_deg"] < 3
     assert {gear["joins_mm"] < 1e-9 for gear in one["gears"]} == {True}
     names = {Path(name).name for name in found["files"]}
     assert {"sun.dxf", "intermediate_gear.stl", "sun_flanks.csv", "assembly.dxf"} <= names
@@ -31,11 +36,18 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     assert summary["intermittent"] == one
 
 
+def test_so_many_teeth_have_a_module_of_their_own_and_axes_may_be_farther_apart() -> None:
+    one = answer("gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1")["intermittent"]
+    assert one["pitches"] == pytest.approx(24, rel=1e-14)
+    assert max(one["slack_deg"]) < 0.05
+    assert max(one["loose"]["driven"].values()) < 0.01
+    assert 0.1 < max(one["farther_loose"]["driven"].values()) < 0.3
+
+
 REFUSED = {
     "two pairs": (("--module1", "2"), "one non-circular pair"),
     "speed": (("--speed-rpm", "30"), "depend on its speed"),
-    "centre": (("--centre-error-mm", "0.1"), "--centre-error-mm is not allowed"),
-    "scaled": (("--keep", "module"), "follows from its bars"),
+    "scaled": (("--keep", "module", "--teeth", "23"), "follows from the bars"),
     "disagree": (("--teeth", "30", "--module", "2"), "which makes 23 teeth"),
     "few teeth": (("--teeth", "5"), "at least 6"),
     "undercut": (("--teeth", "10"), "undercut"),

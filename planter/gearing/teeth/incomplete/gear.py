@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,38 +17,41 @@ from planter.gearing.teeth.rack import Rack
 from planter.kernels import Array
 
 _TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
-CHORDS = {"fillet": 16, "flank": 24, "tip": 4, "root": 4, "wall": 1, "convex arc": 1024, "concave arc": 512,
-          "topping": 64}  # fmt: skip
-"""Chords of each kind of piece."""
+SAGITTA = 1e-6
+"""How far the chords of an outline may be from it [m]."""
+_TRIED = 17
+"""Places on a piece where its curvature is looked at."""
 
 
 @dataclass(frozen=True)
 class Row(Gear):
-    """Teeth in a row along part of a pitch curve that does not close.
+    """Teeth in a row along part of a pitch curve that does not close, between two of its arc lengths [m].
 
-    They begin and end in the middle of a space, or, `halved`, in the middle of the first and of the last tooth's tip.
+    What is beside them is root, or, `tipped`, tip: the first and the last tooth are that long.
     """
 
-    halved: bool = False
+    low: float = 0.0
+    high: float = 0.0
+    tipped: bool = False
 
     @cached_property
     def pieces(self) -> Pieces:
         inner = np.array(list(self._ordered()))[:-1]
-        rows = self._from_tip_to_tip(inner) if self.halved else self._from_space_to_space(inner)
+        rows = self._between_tips(inner) if self.tipped else self._between_roots(inner)
         kind, flank, tooth, side = rows[:, :4].astype(int).T
         whole = Pieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
         return without_nothing(at_joints(self.curve, whole), self.curve.length)
 
-    def _from_space_to_space(self, inner: Array) -> Array:
-        spaces, last = self.flanks.spaces, 2 * self.z - 1
-        before = [_ROOT, -1, 0, 0, spaces[0], self.paths[0][-1].upper]
-        after = [_ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, spaces[last]]
+    def _between_roots(self, inner: Array) -> Array:
+        last = 2 * self.z - 1
+        before = [_ROOT, -1, 0, 0, self.low, self.paths[0][-1].upper]
+        after = [_ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, self.high]
         return np.vstack([before, inner, after])
 
-    def _from_tip_to_tip(self, inner: Array) -> Array:
+    def _between_tips(self, inner: Array) -> Array:
         tips = np.flatnonzero(inner[:, 0] == _TIP)
         rows = inner[tips[0] : tips[-1] + 1].copy()
-        rows[0, 4], rows[-1, 5] = self.flanks.centre[0], self.flanks.centre[-1]
+        rows[0, 4], rows[-1, 5] = self.low, self.high
         return rows
 
     def line(self) -> list[Piece]:
@@ -90,7 +92,12 @@ class IncompleteGear:
     @cached_property
     def points(self) -> Array:
         """Vertices (n, 2) [m] of the outline, in its order."""
-        return np.vstack(list(_sampled(self.pieces)))
+        return np.vstack([piece.at(_shares(piece)[:-1]) for piece in self.pieces])
+
+    @cached_property
+    def inside(self) -> Array:
+        """Vertices (n, 2) [m] of a polygon that the outline encloses and touches: chords, and tangents where hollow."""
+        return np.vstack([_inside(piece) for piece in self.pieces])
 
     @property
     def joins(self) -> float:
@@ -100,7 +107,23 @@ class IncompleteGear:
         return float(np.hypot(*(ends - np.roll(starts, -1, axis=0)).T).max())
 
 
-def _sampled(pieces: Sequence[Piece]) -> Iterator[Array]:
-    for piece in pieces:
-        chords = CHORDS[piece.kind]
-        yield piece.at(np.arange(chords) / chords)
+def _shares(piece: Piece) -> Array:
+    """Ends (n + 1,) of as many chords of a piece as keep within `SAGITTA` of it."""
+    tried = np.linspace(0, 1, _TRIED)
+    length = float(np.hypot(*np.diff(piece.at(tried), axis=0).T).sum())
+    chords = length * np.sqrt(float(np.abs(piece.curvature(tried)).max()) / (8 * SAGITTA))
+    return np.linspace(0, 1, 1 + max(1, int(np.ceil(chords))))
+
+
+def _inside(piece: Piece) -> Array:
+    """A piece without its end as chords, and, where it is hollow, as tangents at the ends of what chords would be."""
+    shares = _shares(piece)
+    points, tangents, bends = piece.at(shares), piece.tangent(shares), piece.curvature(shares)
+    hollow = np.flatnonzero((bends[:-1] < 0) & (bends[1:] < 0))
+    chord, start, end = (points[1:] - points[:-1])[hollow], tangents[hollow], tangents[hollow + 1]
+    along = _cross(chord, end) / _cross(start, end)
+    return np.asarray(np.insert(points[:-1], hollow + 1, points[hollow] + along[:, None] * start, axis=0))
+
+
+def _cross(one: Array, other: Array) -> Array:
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])

@@ -13,14 +13,16 @@ import numpy as np
 
 from planter.errors import GeometryError, InputError
 from planter.gearing.teeth import limits
-from planter.gearing.teeth.curve import PitchCurve, X, Y
 from planter.gearing.teeth.flanks import Flanks
+from planter.gearing.teeth.incomplete import phases
+from planter.gearing.teeth.incomplete.arcs import radius_of
 from planter.gearing.teeth.incomplete.gear import IncompleteGear, Row
+from planter.gearing.teeth.incomplete.phases import Phase
 from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.gearing.teeth.incomplete.segments import Arc, PitchLine, Wall
 from planter.gearing.teeth.incomplete.trimming import Circle, Region, opened, without
 from planter.gearing.teeth.order import LEAST_TEETH, Order
-from planter.kernels import Array
+from planter.gearing.teeth.rack import Rack
 from planter.numerics.angles import TURN
 
 AXIS = np.zeros(2)
@@ -37,6 +39,7 @@ class Intermittent:
     """
 
     rolling: Rolling
+    phase: Phase
     gear: IncompleteGear
     mate: IncompleteGear
     radius: float
@@ -49,49 +52,46 @@ class Intermittent:
         return self.gear, self.mate
 
 
-def intermittent(rolling: Rolling, z: int, order: Order, name: str, gears: tuple[str, str]) -> Intermittent:
-    """Gears with z whole teeth on the toothed arc, which begins and ends in spaces of the driving gear.
+def intermittent(rolling: Rolling, module: float, order: Order, name: str, gears: tuple[str, str]) -> Intermittent:
+    """Gears with teeth of a module [m] on the toothed arc, which need not be a whole number of pitches long.
 
-    The arcs lie at the larger of the pitch radii where its teeth end, so that horns hold on both sides; they stand
-    apart by half the play. Raises InputError for too few teeth, GeometryError for a driven gear that does not turn
-    once, and, with its place, for the first limit that the teeth break.
+    The arcs are of `arcs.radius_of` and stand apart by half the play; the teeth have the phase of `phases.best`. Raises
+    InputError for too few teeth, GeometryError for a driven gear that does not turn once, for arcs that do not hold,
+    and, with its place, for the first limit that the teeth break.
     """
     if abs(rolling.turned - TURN) > _CLOSED:
         raise GeometryError(
             f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth, which is not allowed: "
             f"it must be 360 deg"
         )
-    if z < LEAST_TEETH:
-        raise InputError(f"{name}: {z} teeth are not allowed: there must be at least {LEAST_TEETH} on a gear")
-    module = rolling.length / (np.pi * z)
+    if rolling.length < LEAST_TEETH * np.pi * module:
+        pitches = rolling.length / (np.pi * module)
+        raise InputError(f"{name}: {pitches:.4g} teeth are not allowed: there must be at least {LEAST_TEETH} on a gear")
     limits.check_rack(order, module, name)
     rack = order.rack(module)
-    curves = rolling.pair.curves
-    rows = (
-        Row(gears[0], Flanks(curves[0], rack, z, rolling.lead + rack.pitch / 2)),
-        Row(gears[1], Flanks(curves[1], rack.mate(), z + 1, rolling.behind), halved=True),
-    )
+    radius, apart = radius_of(rolling, rack.mate().sizes["tip"]), order.play / 2
+    phase = phases.best(rolling, rack, radius, apart)
+    rows = _rows(rolling, rack, phase, gears)
     for row in rows:
         sizes = row.rack.sizes
         limits.check_curve(row.curve, order, sizes["tip"], sizes["root"], row.name)
         limits.check_gear(row, order)
-    radius, apart = max(rolling.ends), order.play / 2
-    cut = Region((Circle(_driving_axis(rolling), radius + apart, "concave arc"),))
+    cut = Region((Circle(rolling.driving_axis, radius + apart, "concave arc"),))
     mate = _driven(rows[1], rolling, cut)
-    first, last = (_topping(rolling, mate, at, radius, rack.sizes["tip"], apart) for at in (0.0, rolling.length))
-    return Intermittent(rolling, _driving(rows[0], rolling, radius, (first, last)), mate, radius, apart, cut,
+    first, last = (_topping(rolling, mate, end, radius, rack.sizes["tip"], apart) for end in (0, 1))
+    return Intermittent(rolling, phase, _driving(rows[0], rolling, radius, (first, last)), mate, radius, apart, cut,
                         (first, last))  # fmt: skip
 
 
-def _driving_axis(rolling: Rolling) -> Array:
-    """The driving gear's axis in the driven gear's frame in the dwell (2,) [m]."""
-    return _beyond(rolling.pair.mate, rolling.behind, rolling.pair.distance)
-
-
-def _beyond(curve: PitchCurve, at: float, distance: float) -> Array:
-    """The other gear's axis in a gear's frame while it touches there: at a distance along the pitch point's radius."""
-    place = curve.at(np.array([at]))[[X, Y], 0]
-    return np.asarray(distance * place / np.hypot(*place))
+def _rows(rolling: Rolling, rack: Rack, phase: Phase, names: tuple[str, str]) -> tuple[Row, Row]:
+    """Teeth of both gears: those of the driven gear stand in the spaces between the driving gear's and beside them."""
+    own, other = ((start, start + rolling.length) for start in (rolling.lead, rolling.behind))
+    last = rolling.length - phase.first - (phase.teeth - 0.5) * rack.pitch
+    gear, mate = rolling.pair.curves
+    return (
+        Row(names[0], Flanks(gear, rack, phase.teeth, own[0] + phase.first), *own),
+        Row(names[1], Flanks(mate, rack.mate(), phase.teeth + 1, other[0] + last), *other, tipped=True),
+    )
 
 
 def _driven(row: Row, rolling: Rolling, cut: Region) -> IncompleteGear:
@@ -112,14 +112,13 @@ def _driving(row: Row, rolling: Rolling, radius: float, topped: tuple[Region, Re
                           PitchLine(row.curve, rolling.lead, rolling.lead + rolling.length))  # fmt: skip
 
 
-def _topping(rolling: Rolling, mate: IncompleteGear, at: float, radius: float, tip: float, apart: float) -> Region:
+def _topping(rolling: Rolling, mate: IncompleteGear, end: int, radius: float, tip: float, apart: float) -> Region:
     """What the driven gear's horn, beside the line of centres in the dwell, takes from the driving gear's end teeth."""
-    axis, seen = _driving_axis(rolling), mate.points
+    axis, seen = rolling.driving_axis, mate.points
     out = seen - axis
-    ahead = (axis[0] * out[:, 1] - axis[1] * out[:, 0]) * (1 if at else -1) > 0
+    ahead = (axis[0] * out[:, 1] - axis[1] * out[:, 0]) * (1 if end else -1) > 0
     horn = seen[ahead & (np.hypot(*out.T) < radius + 2 * tip)]
     if not len(horn):
         raise GeometryError(f"{mate.name}: the locking arc has no horn beside it: the dwell cannot be held")
-    centre = _beyond(rolling.pair.gear, rolling.lead + at, rolling.pair.distance)
     reach = float(np.hypot(*horn.T).max()) + apart
-    return Region((Circle(centre, reach, "topping"), Circle(AXIS, radius, "topping", inside=False)))
+    return Region((Circle(rolling.driven_axis(end), reach, "topping"), Circle(AXIS, radius, "topping", inside=False)))

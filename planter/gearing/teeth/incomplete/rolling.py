@@ -70,6 +70,10 @@ class Rolling:
         lead, end = (_length_at(curves[0], angle) for angle in over)
         return cls(Pair(*curves, distance), over, lead, curves[1].length - end, end - lead)
 
+    def rolled(self, turned: Array) -> Array:
+        """Rolling lengths (n,) from the first contact on at angles of the driving gear (n,), within `over`."""
+        return np.array([_length_at(self.pair.gear, angle) - self.lead for angle in turned.tolist()])
+
     def places(self, at: Array) -> tuple[Array, Array]:
         """Angle and axis (3, n) of both gears at rolling lengths (n,) from the first contact on."""
         own = self.pair.gear.at(self.lead + at)[POLAR]
@@ -100,6 +104,21 @@ class Rolling:
         """Pitch radii of the gear where its teeth begin and end [m]."""
         first, last = np.hypot(*self.pair.gear.at(self.lead + np.array([0.0, self.length]))[[X, Y]])
         return float(first), float(last)
+
+    @property
+    def driving_axis(self) -> Array:
+        """The gear's axis in its mate's frame in the dwell (2,) [m]."""
+        return _beyond(self.pair.mate, self.behind, self.pair.distance)
+
+    def driven_axis(self, end: int) -> Array:
+        """The mate's axis in the gear's frame (2,) [m] where the rolling begins, 0, or ends, 1."""
+        return _beyond(self.pair.gear, self.lead + end * self.length, self.pair.distance)
+
+
+def _beyond(curve: PitchCurve, at: float, distance: float) -> Array:
+    """The other gear's axis in a gear's frame while it touches there: at a distance along the pitch point's radius."""
+    place = curve.at(np.array([at]))[[X, Y], 0]
+    return np.asarray(distance * place / np.hypot(*place))
 
 
 def _length_at(curve: PitchCurve, angle: float) -> float:

@@ -1,6 +1,4 @@
-"""Needle in the frame of a cell, and the arcs that lock the gears: by shapes and circles."""
-
-import math
+"""Needle in the frame of a cell, by shapes."""
 
 import numpy as np
 import pytest
@@ -28,12 +26,3 @@ def test_a_place_and_its_frame_turn_back_into_each_other() -> None:
     at = NEEDLE.at("placed", along=along, across=across, axis=0.8)
     back = load("pickup_exact").at("entry", x_S=at["x"], y_S=at["y"], x_bottom=0.0, y_bottom=0.0, axis=0.8)
     assert [back["along"], back["across"]] == pytest.approx([along, across], abs=1e-15)
-
-
-@pytest.mark.parametrize("addendum", [1e-9, 1e-4, 2.4e-3])
-def test_the_locking_arc_ends_on_the_tip_circle(addendum: float) -> None:
-    a1, radius = 0.071, 0.031
-    reach = NEEDLE.at("locking", a1=a1, radius=radius, addendum=addendum)["reach"]
-    end = radius * np.exp(1j * reach)
-    assert abs(end - a1) - (a1 - radius) == pytest.approx(addendum, rel=1e-6)
-    assert 0 < reach < math.pi / 4
