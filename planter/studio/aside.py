@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from planter.errors import ComputationError
 from planter.studio.session import Message, Session
+
+Later = Literal["checked", "finished", "details"]
+"""What a session tells when the hand rests, by the names of its methods."""
 
 
 class Aside:
@@ -19,16 +23,18 @@ class Aside:
         self.folder = folder
         self._pool: ProcessPoolExecutor | None = None
 
-    async def details(self, opening: Message, message: Message) -> dict[str, Any]:
-        """`Session.details` of the machine that was opened so. Raises PlanterError, also where the process ended."""
+    async def told(self, what: Later, opening: Message, message: Message) -> dict[str, Any]:
+        """What a session tells of the machine that was opened so. Raises PlanterError, also where the process ended."""
         if self._pool is None:
             self._pool = ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"))
         loop = asyncio.get_running_loop()
         try:
-            return await loop.run_in_executor(self._pool, _details, self.folder, dict(opening), dict(message))
+            return await loop.run_in_executor(self._pool, _told, self.folder, what, dict(opening), dict(message))
         except BrokenExecutor:
             self._pool = None
-            raise ComputationError("the process that computes details ended; the next move starts another") from None
+            raise ComputationError(
+                "the process that computes beside the page ended; the next move starts another"
+            ) from None
 
     def close(self) -> None:
         """End the process."""
@@ -40,7 +46,7 @@ _open: dict[str, Session] = {}
 """In that process: the session of the latest machine, by how it was opened."""
 
 
-def _details(folder: Path, opening: Message, message: Message) -> dict[str, Any]:
+def _told(folder: Path, what: Later, opening: Message, message: Message) -> dict[str, Any]:
     key = repr(opening)
     if key not in _open:
         for session in _open.values():
@@ -48,4 +54,5 @@ def _details(folder: Path, opening: Message, message: Message) -> dict[str, Any]
         _open.clear()
         _open[key] = Session(folder)
         _open[key].open(opening)
-    return _open[key].details(message)
+    tell: Callable[[Message], dict[str, Any]] = getattr(_open[key], what)
+    return tell(message)

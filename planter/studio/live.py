@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,14 +11,14 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from planter.errors import PlanterError
-from planter.studio.aside import Aside
+from planter.studio.aside import Aside, Later
 from planter.studio.exports import export
 from planter.studio.process import Process
 from planter.studio.search import search
 from planter.studio.session import Message, Session, told
 
-REST_S = 0.1
-"""How long a hand rests before what takes longer is computed."""
+RESTS: Mapping[Later, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4}
+"""What is computed when a hand rests, and for how much longer it must [s]."""
 
 
 class Live:
@@ -28,10 +28,10 @@ class Live:
         self.socket, self.session = socket, Session(folder)
         self.search, self.export = Process("search", self._send), Process("export", self._send)
         self.aside = Aside(folder)
-        self._newest: Message | None = None
+        self._newest: Message = {}
         self._opening: Message = {}
-        self._detailing: asyncio.Task[None] | None = None
         self._asked = asyncio.Event()
+        self._resting: asyncio.Task[None] | None = None
 
     async def run(self) -> None:
         """Until the page leaves."""
@@ -40,19 +40,27 @@ class Live:
         follower = asyncio.create_task(self._follow())
         try:
             while True:
-                await self._take(await self.socket.receive_json())
-        except (WebSocketDisconnect, ValueError):
+                await self._take(await self._heard())
+        except WebSocketDisconnect:
             pass
         finally:
             follower.cancel()
+            self._rest()
             self.search.cancel()
             self.export.cancel()
             self.aside.close()
             self.session.close()
 
+    async def _heard(self) -> Any:
+        """The next message; None for what is no JSON."""
+        try:
+            return await self.socket.receive_json()
+        except (ValueError, KeyError, RecursionError):
+            return None
+
     async def _take(self, message: Any) -> None:
         if not isinstance(message, dict):
-            await self._send({"error": "a message must be an object"})
+            await self._send({"error": "a message must be a JSON object"})
         elif "values" in message and "ask" not in message:
             self._newest = message
             self._asked.set()
@@ -84,45 +92,39 @@ class Live:
         await export(self.export, self.session.folder, works)
 
     async def _follow(self) -> None:
-        """Compute the newest that was asked for, and what takes longer if nothing newer comes for a while."""
+        """Compute the newest that was asked for, and what takes longer once nothing newer came for a while."""
         while True:
             await self._asked.wait()
             self._asked.clear()
             message = self._newest
-            assert message is not None
-            if not await self._told(partial(self._marked, self.session.seen, message)):
-                continue
-            try:
-                await asyncio.wait_for(self._asked.wait(), REST_S)
-            except TimeoutError:
-                await self._rested(message)
+            self._rest()
+            if await self._told(partial(self._seen, message)):
+                self._resting = asyncio.create_task(self._rested(message))
+
+    def _rest(self) -> None:
+        """Compute no more of what was begun when the hand rested."""
+        if self._resting is not None:
+            self._resting.cancel()
 
     async def _rested(self, message: Message) -> None:
-        """What takes longer, as long as nothing newer comes: requirements, all that there is to see, details."""
-        for compute in (self.session.checked, self.session.finished):
-            if not self._asked.is_set():
-                await self._told(partial(self._marked, compute, message))
-        if self._detailing is not None:
-            self._detailing.cancel()
-        self._detailing = asyncio.create_task(self._details(message))
-
-    async def _details(self, message: Message) -> None:
+        """Requirements, all that there is to see, details: one after another, until the hand moves on."""
         try:
-            await self._send({"id": message.get("id"), **await self.aside.details(self._opening, message)})
+            for what, rest in RESTS.items():
+                await asyncio.sleep(rest)
+                if found := await self.aside.told(what, self._opening, message):
+                    await self._send({"id": message.get("id"), **found})
         except PlanterError as error:
             await self._send({"id": message.get("id"), **told(error)})
 
-    @staticmethod
-    def _marked(compute: Callable[[Message], dict[str, Any]], message: Message) -> dict[str, Any]:
-        """What is computed of a message, with the message's number."""
-        return {"id": message.get("id"), **compute(message)}
+    def _seen(self, message: Message) -> dict[str, Any]:
+        return {"id": message.get("id"), **self.session.seen(message)}
 
     async def _told(self, compute: Callable[[], dict[str, Any]]) -> bool:
         """Send what is computed, in a thread of its own, or the sentence of its error; whether there was none."""
         try:
             await self._send(await asyncio.to_thread(compute))
         except PlanterError as error:
-            await self._send({"id": (self._newest or {}).get("id"), **told(error)})
+            await self._send({"id": self._newest.get("id"), **told(error)})
             return False
         return True
 

@@ -31,7 +31,6 @@ class Session:
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
         self.machine: Shown | None = None
-        self._scenes: Sequence[Scene] = ()
         self._scratch = TemporaryDirectory(prefix="planter-")
 
     def close(self) -> None:
@@ -56,17 +55,17 @@ class Session:
     def seen(self, message: Message) -> dict[str, Any]:
         """The machine with other numbers: scenes and readings."""
         values, model = self._asked(message)
-        self._scenes = self._open.scenes(values, model)
         return {
-            "scenes": _drawn(self._scenes),
+            "scenes": _drawn(self._open.scenes(values, model)),
             "readings": [asdict(one) for one in self._open.readings(values, model)],
         }
 
     def finished(self, message: Message) -> dict[str, Any]:
-        """The latest scenes with all that there is to see; nothing where they had that."""
-        if not any(one.later for one in self._scenes):
+        """Its scenes with all that there is to see; nothing where they have that at once."""
+        scenes = self._open.scenes(*self._asked(message))
+        if not any(one.later for one in scenes):
             return {}
-        return {"finished": _drawn([one.whole() for one in self._scenes])}
+        return {"finished": _drawn([one.whole() for one in scenes])}
 
     def checked(self, message: Message) -> dict[str, Any]:
         """The requirements of the machine with other numbers."""
@@ -99,11 +98,13 @@ class Session:
 
         Raises InputError for what it does not offer, and where nothing can be written.
         """
-        model, numbers = self._asked(message)[1], message.get("numbers") or {}
+        model, numbers = self._asked(message)[1], _table(message, "numbers")
         offered = {one.name: one for one in self._exports}
-        wanted = message.get("names") or []
+        wanted = message.get("names")
+        if not isinstance(wanted, list) or not wanted:
+            raise InputError("nothing was ticked to be written")
         for name in wanted:
-            if name not in offered:
+            if not isinstance(name, str) or name not in offered:
                 raise InputError(f"{name} is not allowed: it must be one of {', '.join(offered)}")
         file = exports.place(self.folder, self._open.name, "machine").with_suffix(".toml")
         places = {name: exports.place(self.folder, self._open.name, name) for name in wanted}
@@ -130,7 +131,7 @@ class Session:
 
     def _asked(self, message: Message) -> tuple[dict[str, float], str]:
         """Numbers of all controls, within their ends, and the model. Raises InputError for what is none of these."""
-        machine, given = self._open, message.get("values") or {}
+        machine, given = self._open, _table(message, "values")
         known = {one.path: one for one in machine.controls}
         for path, value in given.items():
             if path not in known:
@@ -166,6 +167,13 @@ class Session:
 
 def _control(one: Control) -> dict[str, Any]:
     return {**asdict(one), "group": one.group}
+
+
+def _table(message: Message, key: str) -> Mapping[str, Any]:
+    found = message.get(key, {})
+    if not isinstance(found, dict):
+        raise InputError(f"{key} = {found} is not allowed: it must be a JSON object")
+    return found
 
 
 def _drawn(scenes: Sequence[Scene]) -> list[dict[str, Any]]:

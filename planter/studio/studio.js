@@ -30,6 +30,16 @@ function take(message) {
   }
 }
 
+/** The line broke: what ran for this page has ended. A studio that was started anew has another address. */
+function lost(anew) {
+  search(false);
+  exported({ exporting: null });
+  const moved = (state.machine?.controls ?? []).filter((one) => state.values[one.path] !== one.value);
+  const numbers = moved.map((one) => `${one.path} = ${state.values[one.path]}`).join(", ");
+  const kept = numbers && ` What was moved here: ${numbers}.`;
+  say(anew ? `The studio was started anew: open the address that it prints.${kept}` : "The studio does not answer; trying again.", true);
+}
+
 function sources(names) {
   state.sources = names;
   const first = state.opening?.name ?? (decodeURIComponent(location.hash.slice(1)) || names[0]);
@@ -327,6 +337,6 @@ $("load").addEventListener("change", async () => {
 });
 const send = connect({
   heard: take,
-  back: () => state.opening && send({ ask: "open", ...state.opening }),
-  lost: () => say("The studio does not answer; trying again.", true),
+  back: () => { say(""); if (state.opening) send({ ask: "open", ...state.opening }); },
+  lost,
 });

@@ -6,7 +6,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -60,11 +60,14 @@ def message_with(talk: ClientConnection, *keys: str) -> dict[str, Any]:
 
 
 @contextmanager
-def page_of(address: str, machine: str = "wang2017-wide") -> Iterator[Page]:
-    """The studio in a browser, when all is there that follows once the hand rests."""
+def page_of(
+    address: str, machine: str = "wang2017-wide", prepare: Callable[[Page], None] = lambda page: None
+) -> Iterator[Page]:
+    """The studio in a browser that was prepared, when all is there that follows once the hand rests."""
     path = browser()
     with sync_playwright() as play, play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium:
         page = chromium.new_page()
+        prepare(page)
         page.goto(f"{address}#{machine}")
-        page.wait_for_selector("body[data-finished]", timeout=60_000)
+        page.wait_for_selector("body[data-detailed]", timeout=60_000)
         yield page

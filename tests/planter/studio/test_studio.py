@@ -210,7 +210,6 @@ def test_a_page_follows_a_hand(address: str) -> None:
     with page_of(address) as page:
         page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
         objective, other = (page.locator("#readings tbody tr").first.locator("td").nth(k) for k in (1, 2))
-        page.wait_for_selector("body[data-detailed]", timeout=60_000)
         first, printed = objective.inner_text(), other.inner_text()
         page.get_by_label("beside it printed").check()
         force = page.locator(".told").inner_text()

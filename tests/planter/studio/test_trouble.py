@@ -1,0 +1,95 @@
+"""What goes wrong with a studio: nonsense, several pages, lines that break, a studio that is started anew."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, WebSocketRoute, expect
+
+from tests.planter.studio.serving import answer, line, message_with, page_of, studio
+
+NONSENSE = (
+    "no JSON", b"\xff\x00", "[1, 2]", "null", "[" * 100_000,
+    '{"ask": {}}', '{"ask": "open", "text": 5}', '{"ask": "open"}',
+    '{"id": 1, "values": 5}', '{"id": 1, "values": {"design.R3_mm": []}}', '{"id": 1, "values": {"R3": null}}',
+    '{"id": 1, "values": {}, "model": {}}', '{"ask": "optimise", "values": 5}',
+    '{"ask": "optimise", "model": "--help"}', '{"ask": "export", "names": 5}', '{"ask": "export", "names": [[]]}',
+    '{"ask": "export", "names": ["cam"], "numbers": 5}',
+)  # fmt: skip
+"""Messages that no page sends."""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as found:
+        yield found
+
+
+def test_nonsense_is_answered_in_a_sentence_and_nothing_is_lost(address: str) -> None:
+    with line(address) as talk:
+        opened = answer(talk, "opened", ask="open", name="wang2017")
+        for message in NONSENSE:
+            talk.send(message)
+            sentence = message_with(talk, "error")["error"]
+            assert "\n" not in sentence
+            assert "Traceback" not in sentence
+        found = answer(talk, "scenes", id=2, values={"design.R3_mm": 30.8})
+        assert found
+        assert answer(talk, "file", ask="file", values={}).count(opened["name"])
+
+
+def test_every_page_has_a_machine_of_its_own(address: str) -> None:
+    with line(address) as one, line(address) as two:
+        answer(one, "opened", ask="open", name="wang2017")
+        answer(two, "opened", ask="open", name="shi2021")
+        assert "design" in answer(one, "file", ask="file", values={"design.R3_mm": 30.8})
+        assert "sleeve" in answer(two, "file", ask="file", values={})
+
+
+def field(page: Page) -> str:
+    return page.locator('[data-path="design.R3_mm"] input[type="number"]').input_value()
+
+
+def test_a_line_that_breaks_is_mended_and_nothing_is_lost(address: str) -> None:
+    """As when a laptop sleeps: the page says so, comes back by itself, and goes on with the numbers that it had."""
+    lines: list[WebSocketRoute] = []
+
+    def through(route: WebSocketRoute) -> None:
+        route.connect_to_server()
+        lines.append(route)
+
+    with page_of(address, "wang2017", lambda page: page.route_web_socket(re.compile("/live$"), through)) as page:
+        objective = page.locator("#readings tbody tr").first.locator("td").nth(1)
+        first = objective.inner_text()
+        page.fill('[data-path="design.R3_mm"] input[type="number"]', "30.8")
+        page.keyboard.press("Tab")
+        expect(objective).not_to_have_text(first)
+        moved, shown = objective.inner_text(), str(page.locator("body").get_attribute("data-shown"))
+        lines[0].close()
+        expect(page.locator("#said")).to_have_text("The studio does not answer; trying again.")
+        expect(page.locator("body")).not_to_have_attribute("data-shown", shown, timeout=60_000)
+        assert (field(page), objective.inner_text(), len(lines)) == ("30.8", moved, 2)
+        expect(page.locator("#said")).to_have_text("")
+        page.click("#undo")
+        expect(objective).to_have_text(first)
+
+
+@pytest.mark.long
+def test_a_page_says_that_its_studio_was_started_anew(tmp_path: Path) -> None:
+    """It tells where to go on, and what was moved."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    with ExitStack() as pages:
+        with studio(tmp_path, "shi2021", "--port", port) as address:
+            page = pages.enter_context(page_of(address, "shi2021"))
+            page.fill('[data-path="sleeve.travel_mm"] input[type="number"]', "4.5")
+            page.keyboard.press("Tab")
+        with studio(tmp_path, "shi2021", "--port", port):
+            expect(page.locator("#said")).to_contain_text("was started anew: open the address", timeout=60_000)
+            expect(page.locator("#said")).to_contain_text("What was moved here: sleeve.travel_mm = 4.5.")
