@@ -15,6 +15,7 @@ import planter
 from planter.audit import verdicts
 from planter.cite.references import references
 from planter.explain import dictionary
+from planter.kernels import generated
 from tests.support.cli import run
 from tests.support.house import ROOT
 
@@ -28,7 +29,7 @@ PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")
 
 sys.path.insert(0, str(DOCS))
 
-from book import commands, drawings, findings, formats, keys, names, works  # noqa: E402
+from book import commands, drawings, figures, findings, formats, keys, models, names, works  # noqa: E402
 
 
 def cells(page: Path) -> list[str]:
@@ -138,6 +139,19 @@ def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
     assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page
 
 
+def test_every_model_is_on_its_page_with_its_assumptions() -> None:
+    page = models.page()
+    assert set(generated.names()) - set(models.names()) == {"audit", "audit_mathml"}
+    for name in models.names():
+        assert f"## `{name}`\n" in page
+        assert all(f"* {one}" in page for one in generated.sidecar(name).get("assumptions", ()))
+
+
+def test_figures_that_pages_show_are_made() -> None:
+    text = "".join(path.read_text(encoding="utf-8") for path in DOCS.glob("*.md"))
+    assert set(re.findall(r"\(made/theory-(\w+)\.svg\)", text)) == figures.FIGURES.keys()
+
+
 def test_every_work_is_on_its_page_with_its_doi() -> None:
     page = works.page()
     for key, fields in references().works.items():
@@ -162,5 +176,10 @@ def test_findings_say_what_they_hang_on() -> None:
     )
     at_fault["fragile"] = True
     assert findings.page(record).count("one character of the text as read") > before
+    lacking = next(one for one in record["equations"] if one["verdict"] == "incomplete" and one["terms"])
+    lacking["terms"] = [dict(term, share_of_largest=0.5) for term in lacking["terms"]]
+    assert not findings.negligible(lacking)
+    lacking["terms"][0]["share_of_largest"] = 0.001
+    assert findings.negligible(lacking) == (len(lacking["terms"]) == 1)
     at_fault["verdict"] = "confirmed"
     assert f"**({at_fault['equation']})**, {at_fault['claims']}" not in findings.page(record)

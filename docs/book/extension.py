@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from book import commands, docstrings, drawings, findings, formats, formulas, keys, names, works
+from book import commands, docstrings, drawings, figures, findings, formats, formulas, keys, models, names, works
 
 MADE = Path(__file__).parents[1] / "made"
 PAGES = {
@@ -18,6 +18,7 @@ PAGES = {
     "findings": findings.page,
     "formats": formats.page,
     "keys": keys.page,
+    "models": models.page,
     "names": names.page,
     "schemas": commands.schemas,
     "topics": commands.topics,
@@ -31,6 +32,7 @@ def write(app: Sphinx) -> None:
     for name, page in PAGES.items():
         (MADE / f"{name}.md").write_text(page(), encoding="utf-8")
     drawings.draw(MADE)
+    figures.draw(MADE)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -6,15 +6,18 @@ Each sentence is put together from a record, so that none claims more than was f
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
+from planter import rooms
 from planter.audit import verdicts
+from planter.kernels import generated
 
 Entry = Mapping[str, Any]
 FAULT = ("misprint", "incomplete", "contradicted")
 CURED = {
     "misprint": "The edit removes the difference between the print and the derivation.",
-    "incomplete": "Terms of the derivation are missing in print, whatever edits are made.",
+    "incomplete": "Terms of the derivation are left over after every edit that was tried.",
     "contradicted": "A printed term is neither derived nor explained by an edit.",
 }
 HEAD = """\
@@ -23,10 +26,18 @@ HEAD = """\
 What four papers print, held against independent derivations of what each equation claims. Judged is the machine-read
 text, not the pages: pieces that could not be read were completed, and the page says where a finding rests on that, on a
 reading of a symbol, or on one character, which may be an error of reading rather than of the paper. A difference in
-print says nothing about the programs that the authors computed with. Every sentence below is put together from the
-records that `planter audit` prints; [how the audit judges](../theory.md) says what a verdict means. Corrections from
-authors are welcome: what a paper means goes into its file in `derive/papers/` as a reading, and the verdict follows.
+print says nothing about the programs that the authors computed with. What an equation claims is read off the text
+around it; where it is read wrongly, the verdict falls with it. A verdict is relative to the assumptions that are
+listed: a paper that means others may be right by them. Sizes are those over a reference cycle with the built-in
+machine file, whose numbers are assumed where the paper does not disclose them: other inputs give other sizes of the
+same terms.
+
+Every sentence below is put together from the records that `planter audit` prints; [how the audit judges](../theory.md)
+says what a verdict means. Corrections from authors are welcome: what a paper means goes into its file in
+`derive/papers/` as a reading, and the verdict follows.
 """
+SMALL = 0.01
+"""Share of an equation's largest term below which a term may have been left out on purpose."""
 
 
 def numbers(entries: Sequence[Entry]) -> str:
@@ -37,7 +48,8 @@ def numbers(entries: Sequence[Entry]) -> str:
 def caution(entry: Entry) -> Iterator[str]:
     """What a finding hangs on, in sentences."""
     if entry["fragile"]:
-        yield "It hangs on one character of the text as read."
+        whole = entry["verdict"] == "misprint" and ";" not in entry["correction"][0]
+        yield f"{'It hangs' if whole else 'Its correction hangs in part'} on one character of the text as read."
     if entry["rebuilt"]:
         yield f"Completed in the text as read: {'; '.join(f'`{piece}`' for piece in entry['rebuilt'])}."
     if not entry["robust"]:
@@ -58,6 +70,12 @@ def terms(entry: Entry, key: str, words: str) -> Iterator[str]:
         )
 
 
+def negligible(entry: Entry) -> bool:
+    """Whether all terms that an equation lacks are known to be small, and there are some."""
+    known = [term.get("share_of_largest") for term in entry["terms"]]
+    return bool(known) and all(share is not None and share < SMALL for share in known)
+
+
 def evidence(entry: Entry) -> Iterator[str]:
     """An equation at fault: what it claims, the verdict, the correction, what is missing."""
     yield f"* **({entry['equation']})**, {entry['claims']}: {entry['verdict']}. {CURED[entry['verdict']]}"
@@ -68,6 +86,8 @@ def evidence(entry: Entry) -> Iterator[str]:
     yield from (f"  {sentence}" for sentence in caution(entry))
     if not entry["robust"]:
         yield from (f"  * {one['reading']}: {one['verdict']}" for one in entry["depends"])
+    if negligible(entry):
+        yield f"  Each is less than {100 * SMALL:g} % of the largest term: they may have been left out on purpose."
     yield from terms(entry, "terms", "lacks")
     yield from terms(entry, "unexplained", "has, unexplained")
 
@@ -86,19 +106,27 @@ def shares(laws: Sequence[Entry], equations: Sequence[Entry]) -> Iterator[str]:
                 )
 
 
-def cause(found: Entry, by_name: Mapping[str, Entry], laws: Sequence[Entry]) -> Iterator[str]:
-    """A cause with its equations, the printed numbers that its repair cures, and its share in what is broken."""
-    judged = [by_name[name] for name in found["equations"] if name in by_name]
+def causes(found: Sequence[Entry], by_name: Mapping[str, Entry], laws: Sequence[Entry]) -> Iterator[str]:
+    """Causes of the same equations, the printed numbers that each repair cures, and the share in what is broken."""
+    judged = [by_name[name] for name in found[0]["equations"] if name in by_name]
     yield f"\n### {numbers(judged) or 'Printed numbers'}\n"
-    yield f"Cause: `{found['cause']}`. Repair: `{found['repair']}`.\n"
-    if found["numbers"]:
-        yield f"The repair brings {len(found['numbers'])} printed numbers out as they are printed.\n"
+    for one in found:
+        repair = "" if one["repair"] == one["cause"] else f" Repair: `{one['repair']}`."
+        yield f"Cause: `{one['cause']}`.{repair}\n"
+        if one["numbers"]:
+            yield f"The repair brings {len(one['numbers'])} printed numbers out as they are printed.\n"
     for entry in judged:
         yield from evidence(entry)
     listed = list(shares(laws, judged))
     if listed:
-        yield "\nShare in the laws that the printed chain breaks:\n"
+        yield "\nShare in the laws that the printed chain breaks, of each equation with all that is repaired in it:\n"
         yield from listed
+
+
+def assumed(name: str) -> list[str]:
+    """What the derivation assumes that a paper is held against."""
+    room = next(room for room, folder in rooms.folders("printed").items() if folder.joinpath(f"{name}.toml").is_file())
+    return list(generated.sidecar(f"{room}_exact")["assumptions"])
 
 
 def paper(name: str, record: Entry) -> Iterator[str]:
@@ -108,8 +136,9 @@ def paper(name: str, record: Entry) -> Iterator[str]:
     yield f"\n## {record['papers'][name]['title']}\n"
     yield f"{len(mine['equations'])} equations and formulas: {counts}.\n"
     by_name = {f"{name}: {one['equation']}": one for one in mine["equations"] if one["verdict"] in FAULT}
-    for found in mine["causes"]:
-        yield from cause(found, by_name, mine["laws"])
+    yield f"Assumed in the derivation: {'; '.join(assumed(name))}."
+    for _, found in groupby(mine["causes"], key=lambda one: (one["equations"], one["numbers"])):
+        yield from causes(list(found), by_name, mine["laws"])
     for one in (one for one in record["references"] if one["paper"] == name):
         places = ", ".join(f"({number})" for number in one["refers_to"])
         yield f"\n### {places} as the source of {', '.join(one['quantities'])}\n\nThe reference {one['verdict']}: "

@@ -1,0 +1,112 @@
+"""Figures of the theory, drawn from the project's own numbers: gears that roll, teeth as envelopes, peaks of a turn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter import Device, load_machine, simulate
+from planter.gearing.teeth.making import toothed
+from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.pair import circles
+from planter.gearing.teeth.polygons import points
+from planter.planting.report.gearing import gearing
+from planter.report import style
+from planter.view.labelling import figure
+from planter.view.scene import Body, Outline, Scene
+from planter.view.sheet import Length, Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEETH, RADIUS = 20, 20.0
+"""Teeth and pitch radius [mm] of the gear that shows how a flank comes about."""
+SAMPLES = 24
+"""Angles of a turn among which a peak is missed."""
+
+
+def rolling() -> Figure:
+    """The first stage of the built-in device at an angle: radii along the line of centres add up to its length."""
+    device = Device(load_machine("wang2017"), "exact")
+    found = gearing(device, device.design, 40.0)
+    (sun, gear), (o, a1, p) = found.curves[:2], (found.centres["O"], found.centres["A1"], found.contacts["P"])
+    bodies = [Body(curve.name, (Outline(curve.points.T, "gear", shade=k),)) for k, curve in enumerate((sun, gear))]
+    line = Body("line of centres", (Outline(np.array([o, a1]), "frame", closed=False),))
+    scene = Scene("stage 1", "", "", np.zeros(1), 1.0, [*bodies, line])
+    return figure(
+        Sheet("rolling", "", scene, [Length(("r",), o, p), Length(("a - r",), p, a1), Length(("a",), o, a1, 0.9)])
+    )
+
+
+@style.drawn
+def envelope() -> Figure:
+    """A rack's flank at steps of its roll on a pitch circle, and the tooth that planter cuts there."""
+    module = 2 * RADIUS / TEETH
+    found = toothed(circles(1e-3 * RADIUS, 1e-3 * RADIUS), Order(teeth=TEETH), "circle", ("gear", "mate"))
+    outline = 1e3 * points(found.mesh.gears[0])
+    drawing = style.new_figure(4.6, 4.0)
+    axes = drawing.subplots()
+    turn = np.linspace(-0.35, 0.35, 121)
+    axes.plot(
+        RADIUS * np.cos(turn),
+        RADIUS * np.sin(turn),
+        color=style.SOFT,
+        linestyle=(0, (8, 2, 1, 2)),
+        label="pitch circle",
+    )
+    for side in (1, -1):
+        for s in np.linspace(-4.5, 4.5, 15):
+            axes.plot(*flank(s, side, module).T, color=style.VERMILION, linewidth=0.5)
+    axes.plot(*outline.T, color=style.BLUE, label="tooth as cut")
+    axes.plot([], [], color=style.VERMILION, linewidth=0.5, label="flanks of the rack")
+    style.drawing_board(axes)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlim=(RADIUS - 4, RADIUS + 4), ylim=(-4, 4))
+    axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    return drawing
+
+
+def flank(s: float, side: int, module: float) -> np.ndarray:
+    """A straight flank (2, 2) of the rack [mm] where it has rolled along an arc s of the circle, for the tooth at 0."""
+    angle = s / RADIUS
+    normal, tangent = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    at = RADIUS * normal + (side * np.pi * module / 4 - s) * tangent
+    along = np.cos(Order().pressure_angle) * normal - side * np.sin(Order().pressure_angle) * tangent
+    reach = module / np.cos(Order().pressure_angle)
+    return np.array([at - reach * along, at + reach * along])
+
+
+@style.drawn
+def peaks() -> Figure:
+    """The support force over a turn, some samples of it, and its true extremes."""
+    device = Device(load_machine("wang2017"), "exact")
+    fine, coarse = simulate(device, samples=720), simulate(device, samples=SAMPLES)
+    drawing = style.new_figure(2.6)
+    axes = drawing.subplots()
+    axes.plot(*_turn(fine), color=style.BLUE, label="force")
+    axes.plot(*_turn(coarse), "o", color=style.VERMILION, markersize=3, label=f"{SAMPLES} samples")
+    found, sampled = coarse.result.refined, coarse.result.support_force
+    for extreme, near in ((found.max_N, sampled.max_N), (found.min_N, sampled.min_N)):
+        axes.axhline(extreme, color=style.GREEN, linewidth=0.8)
+        axes.axhline(near, color=style.VERMILION, linewidth=0.6, linestyle=(0, (4, 3)))
+    axes.plot([], [], color=style.GREEN, linewidth=0.8, label="true extremes")
+    axes.set_ylabel("support force / N")
+    style.over_a_turn(axes)
+    axes.legend(frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return drawing
+
+
+def _turn(found: object) -> tuple[object, object]:
+    table = found.to_frame()
+    return table["phi_deg"], table["support_N"]
+
+
+FIGURES = {"rolling": rolling, "envelope": envelope, "peaks": peaks}
+
+
+def draw(folder: Path) -> None:
+    """Writes every figure."""
+    for name, make in FIGURES.items():
+        (folder / f"theory-{name}.svg").write_text(style.svg(make()), encoding="utf-8")
