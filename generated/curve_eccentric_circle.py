@@ -226,6 +226,39 @@ def polar() -> Function:
     return Function("polar", [u, parameters], outputs, ["u", "parameters"], ["t_first", "t_second"])
 
 
+def speed() -> Function:
+    """37 operations. Outputs:
+
+        speed_first [m] arc length of the gear's pitch curve per u on the first segment
+        speed_second [m] arc length of the gear's pitch curve per u on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = cos(u)
+    c2 = e**2
+    c3 = sin(u)
+    c4 = sqrt(R**2 - c2 * c3**2)
+    # pitch curve
+    r = e * c1 + c4
+    # pitch curve, differentiated
+    r_u = -e * c3 - c1 * c2 * c3 / c4
+    c5 = r**2
+    c6 = r_u**2
+    # arc length in polar coordinates
+    speed_first = sqrt(m**2 * c6 + c5) / m
+    # arc length in polar coordinates
+    speed_second = sqrt(m2**2 * c6 + c5) / m2
+    outputs = [
+        speed_first, speed_second
+    ]
+    return Function("speed", [u, parameters], outputs, ["u", "parameters"], ["speed_first", "speed_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)

@@ -191,6 +191,37 @@ def polar() -> Function:
     return Function("polar", [u, parameters], outputs, ["u", "parameters"], ["t_first", "t_second"])
 
 
+def speed() -> Function:
+    """34 operations. Outputs:
+
+        speed_first [m] arc length of the gear's pitch curve per u on the first segment
+        speed_second [m] arc length of the gear's pitch curve per u on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    A = parameters[0]  # [m] semi-axis of the ellipse
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = -k * cos(u) + 1
+    c2 = A * (1 - k**2)
+    # pitch curve
+    r = c2 / c1
+    # pitch curve, differentiated
+    r_u = -k * c2 * sin(u) / c1**2
+    c3 = r**2
+    c4 = r_u**2
+    # arc length in polar coordinates
+    speed_first = sqrt(m**2 * c4 + c3) / m
+    # arc length in polar coordinates
+    speed_second = sqrt(m2**2 * c4 + c3) / m2
+    outputs = [
+        speed_first, speed_second
+    ]
+    return Function("speed", [u, parameters], outputs, ["u", "parameters"], ["speed_first", "speed_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)

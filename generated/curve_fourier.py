@@ -228,6 +228,39 @@ def polar() -> Function:
     return Function("polar", [u, parameters], outputs, ["u", "parameters"], ["t_first", "t_second"])
 
 
+def speed() -> Function:
+    """40 operations. Outputs:
+
+        speed_first [m] arc length of the gear's pitch curve per u on the first segment
+        speed_second [m] arc length of the gear's pitch curve per u on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 5)
+    C0 = parameters[0]  # [m] coefficient of cos 0 u in the radius
+    C1 = parameters[1]  # [m] coefficient of cos 1 u in the radius
+    C2 = parameters[2]  # [m] coefficient of cos 2 u in the radius
+    C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
+    m = parameters[4]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = 2 * u
+    c2 = 3 * u
+    # pitch curve
+    r = C0 + C1 * cos(u) + C2 * cos(c1) + C3 * cos(c2)
+    # pitch curve, differentiated
+    r_u = -C1 * sin(u) - 2 * C2 * sin(c1) - 3 * C3 * sin(c2)
+    c3 = r**2
+    c4 = r_u**2
+    # arc length in polar coordinates
+    speed_first = sqrt(m**2 * c4 + c3) / m
+    # arc length in polar coordinates
+    speed_second = sqrt(m2**2 * c4 + c3) / m2
+    outputs = [
+        speed_first, speed_second
+    ]
+    return Function("speed", [u, parameters], outputs, ["u", "parameters"], ["speed_first", "speed_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 5)

@@ -177,6 +177,35 @@ def polar() -> Function:
     return Function("polar", [u, parameters], outputs, ["u", "parameters"], ["t_first", "t_second"])
 
 
+def speed() -> Function:
+    """24 operations. Outputs:
+
+        speed_first [m] arc length of the gear's pitch curve per u on the first segment
+        speed_second [m] arc length of the gear's pitch curve per u on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    l = parameters[0]  # [m] mean radius of the limacon
+    b = parameters[1]  # [m] amplitude of the limacon's radius
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    # pitch curve
+    r = b * cos(u) + l
+    # pitch curve, differentiated
+    r_u = -b * sin(u)
+    c1 = r**2
+    c2 = r_u**2
+    # arc length in polar coordinates
+    speed_first = sqrt(m**2 * c2 + c1) / m
+    # arc length in polar coordinates
+    speed_second = sqrt(m2**2 * c2 + c1) / m2
+    outputs = [
+        speed_first, speed_second
+    ]
+    return Function("speed", [u, parameters], outputs, ["u", "parameters"], ["speed_first", "speed_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)

@@ -183,6 +183,40 @@ def polar() -> Function:
     return Function("polar", [u, parameters], outputs, ["u", "parameters"], ["t_first", "t_second"])
 
 
+def speed() -> Function:
+    """34 operations. Outputs:
+
+        speed_first [m] arc length of the gear's pitch curve per u on the first segment
+        speed_second [m] arc length of the gear's pitch curve per u on the second segment
+    """
+    u = SX.sym("u")
+    parameters = SX.sym("parameters", 3)
+    D = parameters[0]  # [m] centre distance of the gear pair
+    c = parameters[1]  # [1] amplitude of the ratio
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = c * cos(u)
+    c2 = c1 + 1
+    c3 = c1 + 2
+    c4 = D / c3
+    # pitch curve
+    r = c2 * c4
+    c5 = c * sin(u)
+    # pitch curve, differentiated
+    r_u = D * c2 * c5 / c3**2 - c4 * c5
+    c6 = r**2
+    c7 = r_u**2
+    # arc length in polar coordinates
+    speed_first = sqrt(m**2 * c7 + c6) / m
+    # arc length in polar coordinates
+    speed_second = sqrt(m2**2 * c7 + c6) / m2
+    outputs = [
+        speed_first, speed_second
+    ]
+    return Function("speed", [u, parameters], outputs, ["u", "parameters"], ["speed_first", "speed_second"])
+
+
 def conditions() -> Function:
     """0 operations. Each output must be positive; the sidecar names them."""
     parameters = SX.sym("parameters", 3)

@@ -1,7 +1,7 @@
 """The functions of a pitch curve, whatever the target.
 
-Contact, curvature, conditions, convexity where there is a closed form, relative parameters; the prologue (closure,
-series) is a loop or a root, which each target writes in its own way.
+Contact, curvature, arc length, conditions, convexity where there is a closed form, relative parameters; the prologue
+(closure, series) is a loop or a root, which each target writes in its own way.
 """
 
 from __future__ import annotations
@@ -49,6 +49,11 @@ def polar(curve: PitchCurve) -> Emitted:
     return Emitted("polar", (meshing.u, parameters_of(curve)), share(meshing.polar_steps(), prefix="c"), meshing.POLAR)
 
 
+def speed(curve: PitchCurve) -> Emitted:
+    """Arc lengths of the deformed curve per parameter u, on both segments."""
+    return Emitted("speed", (meshing.u, parameters_of(curve)), share(meshing.speed_steps(curve), "c"), meshing.SPEED)
+
+
 def conditions(curve: PitchCurve) -> Emitted:
     """Expressions that must be positive."""
     positive = tuple(c.positive for c in all_conditions(curve))
@@ -84,7 +89,8 @@ def functions_of(curve: PitchCurve) -> list[Emitted]:
     """All but the prologue. Raises ValueError where a parameter has a name that the prologue needs."""
     if taken := sorted(q.name for q in curve.parameters if q.name in LOCALS):
         raise ValueError(f"family {curve.name}: its prologue needs the name {taken[0]}; call the parameter otherwise")
-    return [contact(curve), curvature(curve), polar(curve), conditions(curve), *convexity(curve), relative(curve)]
+    along = [contact(curve), curvature(curve), polar(curve), speed(curve)]
+    return [*along, conditions(curve), *convexity(curve), relative(curve)]
 
 
 def in_closed_form(curve: PitchCurve) -> bool:

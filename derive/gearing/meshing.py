@@ -17,8 +17,8 @@ from . import families
 from .pitch_curve import FAMILIES, STEEPER, BySeries, Condition, PitchCurve, a, m, swing, t, u
 
 __all__ = [
-    "CONTACT", "CURVATURE", "FAMILIES", "POLAR", "STEEPER", "BySeries", "Condition", "PitchCurve", "a", "contact_steps",
-    "curvature_steps", "m", "parameter_steps", "polar_steps", "swing", "t", "u",
+    "CONTACT", "CURVATURE", "FAMILIES", "POLAR", "SPEED", "STEEPER", "BySeries", "Condition", "PitchCurve", "a",
+    "contact_steps", "curvature_steps", "m", "parameter_steps", "polar_steps", "speed_steps", "swing", "t", "u",
 ]  # fmt: skip
 
 
@@ -126,3 +126,31 @@ def _curvature(radius: Expr, slope: Expr, bend: Expr, mu: Expr) -> Expr:
     """Of a curve in polar coordinates whose radius has these derivatives in u, and u the slope mu in the angle."""
     along = mu**2 * slope**2
     return (radius**2 + 2 * along - mu**2 * radius * bend) / sp.sqrt(radius**2 + along) ** 3
+
+
+SPEED = Vector(
+    "speed",
+    tuple(
+        Quantity(
+            f"speed_{segment}", "m", f"arc length of the gear's pitch curve per u on the {segment} segment", _SOURCE
+        )
+        for segment in ("first", "second")
+    ),
+)
+
+
+def speed_steps(curve: PitchCurve) -> tuple[Let, ...]:
+    """Arc lengths per parameter u of either segment, which runs from u = 0 to pi.
+
+    Both are even in u and of period 2 pi, as the radius is: their means over u are spectrally accurate.
+    """
+    radius = curve.radius()
+    return (
+        Let(m2, m / (2 * m - 1), "deformation: closure of the two segments"),
+        Let(r, radius, "pitch curve"),
+        Let(r_u, radius.diff(u), "pitch curve, differentiated"),
+        *(
+            Let(symbol, sp.sqrt(r**2 + slope**2 * r_u**2) / slope, "arc length in polar coordinates")
+            for symbol, slope in zip(SPEED, (m, m2), strict=True)
+        ),
+    )

@@ -167,6 +167,32 @@ def polar(xp, u, parameters):
     )
 
 
+def speed(xp, u, parameters):
+    """speed_first, speed_second."""
+    R = parameters[0]  # [m] radius of the eccentric circle
+    e = parameters[1]  # [m] eccentricity of the circle
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = xp.cos(u)
+    c2 = e**2
+    c3 = xp.sin(u)
+    c4 = xp.sqrt(R**2 - c2 * c3**2)
+    # pitch curve
+    r = e * c1 + c4
+    # pitch curve, differentiated
+    r_u = -e * c3 - c1 * c2 * c3 / c4
+    c5 = r**2
+    c6 = r_u**2
+    # arc length in polar coordinates
+    speed_first = xp.sqrt(m**2 * c6 + c5) / m
+    # arc length in polar coordinates
+    speed_second = xp.sqrt(m2**2 * c6 + c5) / m2
+    return (
+        speed_first, speed_second,
+    )
+
+
 def conditions(xp, parameters):
     """g0, g1, g2."""
     R = parameters[0]  # [m] radius of the eccentric circle

@@ -134,6 +134,30 @@ def polar(xp, u, parameters):
     )
 
 
+def speed(xp, u, parameters):
+    """speed_first, speed_second."""
+    A = parameters[0]  # [m] semi-axis of the ellipse
+    k = parameters[1]  # [1] eccentricity of the ellipse
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = -k * xp.cos(u) + 1
+    c2 = A * (1 - k**2)
+    # pitch curve
+    r = c2 / c1
+    # pitch curve, differentiated
+    r_u = -k * c2 * xp.sin(u) / c1**2
+    c3 = r**2
+    c4 = r_u**2
+    # arc length in polar coordinates
+    speed_first = xp.sqrt(m**2 * c4 + c3) / m
+    # arc length in polar coordinates
+    speed_second = xp.sqrt(m2**2 * c4 + c3) / m2
+    return (
+        speed_first, speed_second,
+    )
+
+
 def conditions(xp, parameters):
     """g0, g1, g2, g3."""
     A = parameters[0]  # [m] semi-axis of the ellipse

@@ -167,6 +167,32 @@ def polar(xp, u, parameters):
     )
 
 
+def speed(xp, u, parameters):
+    """speed_first, speed_second."""
+    C0 = parameters[0]  # [m] coefficient of cos 0 u in the radius
+    C1 = parameters[1]  # [m] coefficient of cos 1 u in the radius
+    C2 = parameters[2]  # [m] coefficient of cos 2 u in the radius
+    C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
+    m = parameters[4]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = 2 * u
+    c2 = 3 * u
+    # pitch curve
+    r = C0 + C1 * xp.cos(u) + C2 * xp.cos(c1) + C3 * xp.cos(c2)
+    # pitch curve, differentiated
+    r_u = -C1 * xp.sin(u) - 2 * C2 * xp.sin(c1) - 3 * C3 * xp.sin(c2)
+    c3 = r**2
+    c4 = r_u**2
+    # arc length in polar coordinates
+    speed_first = xp.sqrt(m**2 * c4 + c3) / m
+    # arc length in polar coordinates
+    speed_second = xp.sqrt(m2**2 * c4 + c3) / m2
+    return (
+        speed_first, speed_second,
+    )
+
+
 def conditions(xp, parameters):
     """g0, g1, g2, g3."""
     C0 = parameters[0]  # [m] coefficient of cos 0 u in the radius

@@ -120,6 +120,28 @@ def polar(xp, u, parameters):
     )
 
 
+def speed(xp, u, parameters):
+    """speed_first, speed_second."""
+    l = parameters[0]  # [m] mean radius of the limacon
+    b = parameters[1]  # [m] amplitude of the limacon's radius
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    # pitch curve
+    r = b * xp.cos(u) + l
+    # pitch curve, differentiated
+    r_u = -b * xp.sin(u)
+    c1 = r**2
+    c2 = r_u**2
+    # arc length in polar coordinates
+    speed_first = xp.sqrt(m**2 * c2 + c1) / m
+    # arc length in polar coordinates
+    speed_second = xp.sqrt(m2**2 * c2 + c1) / m2
+    return (
+        speed_first, speed_second,
+    )
+
+
 def conditions(xp, parameters):
     """g0, g1, g2."""
     l = parameters[0]  # [m] mean radius of the limacon

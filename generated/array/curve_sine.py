@@ -127,6 +127,33 @@ def polar(xp, u, parameters):
     )
 
 
+def speed(xp, u, parameters):
+    """speed_first, speed_second."""
+    D = parameters[0]  # [m] centre distance of the gear pair
+    c = parameters[1]  # [1] amplitude of the ratio
+    m = parameters[2]  # [1] deformation coefficient
+    # deformation: closure of the two segments
+    m2 = m / (2 * m - 1)
+    c1 = c * xp.cos(u)
+    c2 = c1 + 1
+    c3 = c1 + 2
+    c4 = D / c3
+    # pitch curve
+    r = c2 * c4
+    c5 = c * xp.sin(u)
+    # pitch curve, differentiated
+    r_u = D * c2 * c5 / c3**2 - c4 * c5
+    c6 = r**2
+    c7 = r_u**2
+    # arc length in polar coordinates
+    speed_first = xp.sqrt(m**2 * c7 + c6) / m
+    # arc length in polar coordinates
+    speed_second = xp.sqrt(m2**2 * c7 + c6) / m2
+    return (
+        speed_first, speed_second,
+    )
+
+
 def conditions(xp, parameters):
     """g0, g1, g2, g3."""
     D = parameters[0]  # [m] centre distance of the gear pair

@@ -21,7 +21,7 @@ SUFFIX = "-relative"
 SMALL = 1e-4
 """A swing at which the centre distance is that of circles to its square."""
 TERMS = 16
-COMPOSED = ("prologue", "contact", "curvature", "polar", "convexity")
+COMPOSED = ("prologue", "contact", "curvature", "polar", "speed", "convexity")
 """Functions of a generated module whose parameters are replaced and nothing else."""
 
 

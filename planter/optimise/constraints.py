@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import Flags, Integers
 from planter.optimise.conditions import Local, Look, Slopes, Values
 
 KEPT = 1e-7
@@ -64,6 +64,22 @@ class Constraints(Protocol):
     def count(self) -> int:
         return len(self.lower)
 
+    @property
+    def even(self) -> Flags:
+        """Which of the rows are equations, (k,)."""
+        return self.lower == self.upper
+
+    @property
+    def giving(self) -> Flags:
+        """Which kinds may give way where not all can be kept, (kinds,)."""
+        return np.ones(len(self.kinds), dtype=bool)
+
+    @property
+    def equations(self) -> Constraints | None:
+        """The equations alone; None where there are none."""
+        rows = np.flatnonzero(self.even)
+        return Part(self, rows) if len(rows) else None
+
     def excess(self, x: Array) -> Array:
         """By how many steps each kind is violated, 0 where it is kept, (kinds,)."""
         values = self.values(x)
@@ -78,6 +94,65 @@ class Constraints(Protocol):
             return float(self.excess(x).max())
         except ComputationError:
             return float("inf")
+
+
+class Part(Constraints):
+    """Some of the rows (k,) of constraints."""
+
+    def __init__(self, whole: Constraints, rows: Integers) -> None:
+        self.whole, self.rows = whole, rows
+        self.kinds, self.owner = whole.kinds, whole.owner[rows]
+        self.lower, self.upper = whole.lower[rows], whole.upper[rows]
+
+    def values(self, x: Array) -> Array:
+        found: Array = self.whole.values(x)[self.rows]
+        return found
+
+    def slopes(self, x: Array) -> Array:
+        found: Array = self.whole.slopes(x)[self.rows]
+        return found
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        every = np.zeros(self.whole.count)
+        every[self.rows] = weights
+        return self.whole.curvature(x, every)
+
+
+class Joined(Constraints):
+    """The rows of several constraints, one after another; their kinds have different names."""
+
+    def __init__(self, parts: Sequence[Constraints]) -> None:
+        self.parts = parts
+        self.kinds = [kind for part in parts for kind in part.kinds]
+        before = np.cumsum([0, *(len(part.kinds) for part in parts)])
+        self.owner = np.concatenate([part.owner + first for part, first in zip(parts, before[:-1], strict=True)])
+        self.lower, self.upper = (np.concatenate(b) for b in zip(*((p.lower, p.upper) for p in parts), strict=True))
+
+    @property
+    def giving(self) -> Flags:
+        return np.concatenate([part.giving for part in self.parts])
+
+    @property
+    def equations(self) -> Constraints | None:
+        found = [equations for part in self.parts if (equations := part.equations) is not None]
+        return joined(found)
+
+    def values(self, x: Array) -> Array:
+        return np.concatenate([part.values(x) for part in self.parts])
+
+    def slopes(self, x: Array) -> Array:
+        return np.vstack([part.slopes(x) for part in self.parts])
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        each = np.split(weights, np.cumsum([part.count for part in self.parts])[:-1])
+        return np.sum([part.curvature(x, own) for part, own in zip(self.parts, each, strict=True)], axis=0)
+
+
+def joined(parts: Sequence[Constraints]) -> Constraints | None:
+    """Several constraints as one; None for none."""
+    if len(parts) < 2:
+        return parts[0] if parts else None
+    return Joined(parts)
 
 
 class Constrained:

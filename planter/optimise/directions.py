@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import null_space
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
@@ -36,11 +37,12 @@ class Insensitive:
         return [[{name: weight} for name, weight in direction.items()] for direction in self.directions]
 
 
-def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
+def sensitivity(response: Response, x: Array, samples: int, held: Array | None = None) -> Insensitive:
     """Rank and null space of the Jacobian of the support-force curve in the design parameters.
 
     The curve is taken at `samples` angles of a turn at design x (p,) [SI]; columns are multiplied by the box width;
-    the threshold is 1e-10 of the largest singular value.
+    the threshold is 1e-10 of the largest singular value. Where equations with gradients `held` (k, p) hold the design,
+    the null space is what they leave of it.
     """
     phi = 2 * np.pi * np.arange(samples) / samples
     slopes = response.support_slopes(response.prologue(x), np.mod(phi, response.period))[1]
@@ -48,8 +50,14 @@ def sensitivity(response: Response, x: Array, samples: int) -> Insensitive:
     _, values, right = np.linalg.svd(columns, full_matrices=len(columns) < len(x))
     limit = THRESHOLD * values[0]
     rank = int((values > limit).sum())
+    space = right[rank:]
     zero: Flags = np.linalg.norm(columns, axis=0) <= limit
-    return Insensitive(rank, _directions(response.names, right[rank:], zero), zero, right[rank:])
+    if held is not None:
+        rows = held * (response.upper - response.lower)
+        rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        space = space.T @ null_space(rows @ space.T, THRESHOLD)
+        space, zero = space.T, zero & (np.abs(rows).max(axis=0) <= THRESHOLD)
+    return Insensitive(rank, _directions(response.names, space, zero), zero, space)
 
 
 def _directions(names: tuple[str, ...], space: Array, zero: Flags) -> list[dict[str, float]]:

@@ -4,7 +4,8 @@ Over z = (u, s), s >= 0 one for each kind of constraint in its steps:
 
     minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in the box.
 
-The sum has few terms at its minimum. Where more than one remains, each is tried alone with the others kept.
+The sum has few terms at its minimum. Where more than one remains, each is tried alone with the others kept. Kinds that
+may not give way have no s.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
+from planter.numerics.arrays import Flags
 from planter.optimise import ipopt
 from planter.optimise.constraints import KEPT, Constraints
 from planter.optimise.problem import Problem
@@ -29,16 +31,19 @@ MOST_ITERATIONS = 80
 class Elastic:
     """A `Programme` for `planter.optimise.ipopt`; `giving` (kinds,) says which may give way."""
 
-    def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Array) -> None:
+    def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> None:
         self.problem, self.constraints, self.u = problem, constraints, start
         self.p, self.kinds = len(start), len(giving)
         owner = np.eye(self.kinds)[constraints.owner]
-        self.below, self.above = np.isfinite(constraints.lower), np.isfinite(constraints.upper)
-        self.owner = np.vstack([owner[self.above], owner[self.below]])
+        self.held = constraints.even & ~giving[constraints.owner]
+        self.below, self.above = (np.isfinite(b) & ~self.held for b in (constraints.lower, constraints.upper))
+        equations = np.zeros((int(self.held.sum()), self.kinds))
+        self.owner = np.vstack([owner[self.above], owner[self.below], equations])
         count = len(self.owner)
         self.lower = np.append(problem.box.bottom, np.zeros(self.kinds))
         self.upper = np.append(problem.box.top, np.where(giving, np.inf, 0.0))
         self.g_lower, self.g_upper = np.full(count, -np.inf), np.zeros(count)
+        self.g_lower[count - len(equations) :] = 0.0
         self.start = np.append(start, np.where(giving, constraints.excess(problem.design(start)), 0.0))
 
     def _x(self, z: Array) -> Array:
@@ -56,19 +61,20 @@ class Elastic:
             rows = c.values(self._x(z))
         except ComputationError:
             rows = np.full(c.count, np.nan)
-        beyond = np.append((rows - c.upper)[self.above], (c.lower - rows)[self.below])
-        found: Array = beyond - self.owner @ z[self.p :]
+        beyond = [(rows - c.upper)[self.above], (c.lower - rows)[self.below], (rows - c.upper)[self.held]]
+        found: Array = np.concatenate(beyond) - self.owner @ z[self.p :]
         return found
 
     def jacobian(self, z: Array) -> Array:
         slopes = self.constraints.slopes(self._x(z)) * self.problem.box.unit
-        return np.hstack([np.vstack([slopes[self.above], -slopes[self.below]]), -self.owner])
+        return np.hstack([np.vstack([slopes[self.above], -slopes[self.below], slopes[self.held]]), -self.owner])
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         weights = np.zeros(self.constraints.count)
-        above, below = np.split(multipliers, [int(self.above.sum())])
+        above, below, held = np.split(multipliers, np.cumsum([self.above.sum(), self.below.sum()]))
         weights[self.above] += above
         weights[self.below] -= below
+        weights[self.held] += held
         width = self.problem.box.unit
         total = np.zeros((len(z), len(z)))
         bent = self.constraints.curvature(self._x(z), weights) * np.outer(width, width)
@@ -98,17 +104,17 @@ class Least:
 
 def least_violation(problem: Problem, constraints: Constraints, start: Array) -> Least:
     """The least violation reached from a point u (p,), of one kind alone if that can be."""
-    everything = np.ones(len(constraints.kinds), dtype=bool)
-    found = _solved(problem, constraints, start, everything)
-    broken = np.flatnonzero(found.excess > ALONE)
+    kinds = np.arange(len(constraints.kinds))
+    found = _solved(problem, constraints, start, constraints.giving)
+    broken = np.flatnonzero((found.excess > ALONE) & constraints.giving)
     if len(broken) < 2:
         return found
-    alone = [_solved(problem, constraints, found.u, np.arange(len(everything)) == k) for k in broken]
+    alone = [_solved(problem, constraints, found.u, kinds == k) for k in broken]
     single = [one for one, k in zip(alone, broken, strict=True) if np.delete(one.excess, k).max() <= ALONE]
     return min(single, key=lambda one: one.total, default=found)
 
 
-def _solved(problem: Problem, constraints: Constraints, start: Array, giving: Array) -> Least:
+def _solved(problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> Least:
     programme = Elastic(problem, constraints, start, giving)
     solution = ipopt.solve(programme, programme.start, MOST_ITERATIONS)
     u = problem.box.inside(solution.z[: len(start)])

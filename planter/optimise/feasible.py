@@ -19,7 +19,7 @@ def nearest(problem: Problem, constraints: Constraints, starts: Sequence[Array])
     Where there is none, `kept` is False and the least violation that was found is told.
     """
     found: list[Least] = []
-    for start in sorted(starts, key=problem.violation)[:MOST_TRIED]:
+    for start in sorted(map(problem.onto, starts), key=problem.violation)[:MOST_TRIED]:
         found.append(least_violation(problem, constraints, start))
         if found[-1].kept:
             return found[-1]

@@ -22,17 +22,22 @@ MOST_MOVES = 4
 def nearest(problem: Problem, u: Array) -> Array:
     """The point (p,) nearest to the design to start from, of those that flat directions join to an optimum u (p,).
 
-    Each move is to first order; one that costs more than rounding, or breaks a constraint, is halved until it does not.
+    Each move is to first order, then onto the equations; one that costs more than rounding, or breaks a constraint, is
+    halved until it does not.
     """
     least = problem.evaluate(u).objective
     for _ in range(MOST_MOVES):
         move = _move(problem, u)
-        while np.abs(move).max(initial=0.0) > STILL and not _equal(problem, problem.box.inside(u + move), least):
+        while np.abs(move).max(initial=0.0) > STILL and not _equal(problem, _moved(problem, u, move), least):
             move = move / 2
         if np.abs(move).max(initial=0.0) <= STILL:
             break
-        u = problem.box.inside(u + move)
+        u = _moved(problem, u, move)
     return u
+
+
+def _moved(problem: Problem, u: Array, move: Array) -> Array:
+    return problem.onto(problem.box.inside(u + move))
 
 
 def _equal(problem: Problem, u: Array, least: float) -> bool:

@@ -65,10 +65,13 @@ def search(problem: Problem, settings: Settings, seed: int, progress: Listener |
 
 
 def decode(problem: Problem, bits: Array, length: int) -> list[Array]:
-    """Points u (p,) of chromosomes (n, free * length): each gene a binary number, its highest digit first."""
+    """Points u (p,) of chromosomes (n, free * length): each gene a binary number, its highest digit first.
+
+    They are taken onto the equations, if there are any, which no binary number would meet.
+    """
     genes = bits.astype(float).reshape(len(bits), len(problem.free), length)
     values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
-    return [problem.within(v) for v in values]
+    return [problem.onto(problem.within(v)) for v in values]
 
 
 def distinct(individuals: list[Individual], count: int, apart: float) -> list[Individual]:

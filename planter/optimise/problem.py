@@ -13,6 +13,7 @@ from planter.numerics.arrays import Integers
 from planter.optimise.box import Box
 from planter.optimise.conditions import Conditions, Local, Look
 from planter.optimise.constraints import KEPT, Constrained, Constraints
+from planter.optimise.equations import onto
 from planter.optimise.objective import Evaluation, Objective, evaluation
 from planter.optimise.samples import Hold
 
@@ -93,6 +94,15 @@ class Problem:
         """The point u (p,) at shares (f,) of the way from the lower to the upper bounds of the free coordinates."""
         bottom, top = self.box.bottom[self.free], self.box.top[self.free]
         return self.point(bottom + shares * (top - bottom))
+
+    @cached_property
+    def equations(self) -> Constraints | None:
+        """What of the constraints is equations; None where nothing is."""
+        return None if self.constraints is None else self.constraints.equations
+
+    def onto(self, u: Array) -> Array:
+        """The point (p,) of the box beside a point u (p,) that keeps the equations to rounding, if one does."""
+        return u if self.equations is None else onto(self.box, self.equations, u)
 
     def local(self, u: Array, holds: Sequence[Hold] = ()) -> Local:
         """The objective near a point as smooth functions, joints held as told, with the rows of the constraints."""

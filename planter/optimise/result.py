@@ -85,10 +85,10 @@ def result(problem: Problem, method: str, seed: int, found: Candidates, seconds:
     """The best of the points that were found, with its certificate.
 
     Of equal objectives the one with the least residual is taken, and of all that flat directions join to it the one
-    nearest to the design to start from. The evaluations needed here are not counted.
+    nearest to the design to start from. Equations are kept to rounding. The evaluations needed here are not counted.
     """
     judged = problem.anew()
-    points = [u for u in found.points if judged.kept(u)]
+    points = [judged.onto(u) for u in found.points if judged.kept(u)]
     least = min(judged.evaluate(u).objective for u in points)
     ties = [u for u in points if judged.evaluate(u).objective == least]
     u = flat.nearest(judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point)))

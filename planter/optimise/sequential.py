@@ -212,7 +212,7 @@ class _Search:
         z = here.z.copy()
         z[: here.n] += move[: here.n]
         try:
-            u = self.problem.box.inside(here.programme.point(z))
+            u = self.problem.onto(self.problem.box.inside(here.programme.point(z)))
             return _Point(self.problem, self.problem.box.snapped(u, ROUNDING), self.holds)
         except ComputationError:
             return None
@@ -235,7 +235,7 @@ class _Search:
 def _normals(here: _Point, step: _Step) -> Array:
     """Normals (k, n) of what holds a step: active constraints, differences of active rows of one side, bounds."""
     n, programme = here.n, here.programme
-    carrying = np.abs(step.rows) > CARRIES
+    carrying = (np.abs(step.rows) > CARRIES) | (programme.g_lower == programme.g_upper)
     sides = np.split(np.arange(len(step.rows)), [programme.a, programme.a + programme.b])
     rows = [here.jacobian[side[carrying[side]], :n] for side in sides]
     apart = [group[1:] - group[:1] for group in rows[:2]]

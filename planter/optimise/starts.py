@@ -30,7 +30,8 @@ def points(problem: Problem, count: int, seed: int) -> list[Array]:
 
 
 def nearer(problem: Problem, start: Array) -> Array:
-    """A start, or where the constraints are violated least on the way from it."""
+    """A start on the equations, or where the constraints are violated least on the way from there."""
+    start = problem.onto(start)
     if problem.constraints is None or problem.kept(start):
         return start
     return least_violation(problem, problem.constraints, start).u

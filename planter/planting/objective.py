@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from planter.optimise import range_and_spread
+from planter.optimise.constraints import Constraints
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.spread import Weights
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.requirements.constraints import Required
 from planter.planting.response import Planting
 
 
@@ -18,8 +18,8 @@ def weights(machine: Machine) -> Weights:
     return Weights(settings.weight_range, settings.weight_variance, settings.kind)
 
 
-def problem(device: Device, sampling: Sampling | None = None, required: Required | None = None) -> Problem:
-    """The device's objective over `sampling`, the machine file's samples where it is None, under requirements if any.
+def problem(device: Device, sampling: Sampling | None = None, constraints: Constraints | None = None) -> Problem:
+    """The device's objective over `sampling`, the machine file's samples where it is None, under constraints if any.
 
     Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
     force jump: a jump that passes a sample has no gradient.
@@ -29,4 +29,4 @@ def problem(device: Device, sampling: Sampling | None = None, required: Required
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
     chosen = device.machine.objective.samples if sampling is None else sampling
-    return range_and_spread.problem(response, weights(device.machine), chosen, required)
+    return range_and_spread.problem(response, weights(device.machine), chosen, constraints)

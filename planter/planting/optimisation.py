@@ -82,7 +82,7 @@ def optimise(
     device.compile()
     found = search.run(device, method, sampling, seed, starts, progress, keep)
     try:
-        return _scored(device, found)
+        return scored(device, found)
     except KeyboardInterrupt:
         raise Interrupted(found, device.scale) from None
 
@@ -97,7 +97,7 @@ def with_front(found: Optimisation, progress: Listener | None = None) -> Optimis
     return replace(found, front=front, result=replace(found.result, front=points))
 
 
-def _scored(device: Device, found: Optimum) -> Optimisation:
+def scored(device: Device, found: Optimum) -> Optimisation:
     """An optimum beside the design it started from, and both in both models."""
     sampling, shown = found.sampling, found.shown(device.scale)
     devices: dict[str, Device] = {

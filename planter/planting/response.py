@@ -125,9 +125,9 @@ def _events(device: Device) -> tuple[list[int], tuple[Event, ...]]:
     return kept, tuple(found)
 
 
-def sensitivity(device: Device, x: Array, samples: int) -> Insensitive:
-    """What the support-force curve feels of the design at x (p,)."""
-    return directions.sensitivity(Planting(device), x, samples)
+def sensitivity(device: Device, x: Array, samples: int, held: Array | None = None) -> Insensitive:
+    """What the support-force curve feels of the design at x (p,); `held` (k, p) as in `directions.sensitivity`."""
+    return directions.sensitivity(Planting(device), x, samples, held)
 
 
 def joints(device: Device, x: Array) -> list[Place]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from planter.planting.designer.results import DesignersSummary
 from planter.planting.measured.results import MeasuredFound
+from planter.planting.whole.results import WholeTeeth
 from planter.records import Record
 from planter.workshop.cams.results import Cam
 
@@ -345,7 +346,7 @@ class FrontPoint(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class OptimisationFound(Record):
-    """`planter optimise`: an optimum with its certificate, and both designs in both models."""
+    """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth where asked for."""
 
     machine: str
     model: str
@@ -372,6 +373,7 @@ class OptimisationFound(Record):
     start_designer: DesignersSummary
     front: list[FrontPoint] | None = None
     proof: GlobalBound | None = None
+    teeth: WholeTeeth | None = None
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from planter import errors
-from planter.errors import InputError
+from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.optimise import pareto
+from planter.optimise.constraints import KEPT, Constraints, joined
+from planter.optimise.descent import Minimum, descend
 from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.hybrid import METHODS, Method, Search
 from planter.optimise.pareto import Compromise
@@ -20,7 +22,7 @@ from planter.optimise.problem import Best, Problem
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.second_process import Recipe, SecondProcess
-from planter.optimise.starts import DEFAULT_STARTS, points
+from planter.optimise.starts import DEFAULT_STARTS, nearer, points
 from planter.planting import objective
 from planter.planting.file import Machine
 from planter.planting.functions import Model
@@ -29,6 +31,8 @@ from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 from planter.planting.response import Planting, sensitivity
 from planter.planting.results import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof, Requirement
+from planter.planting.whole.lengths import Lengths
+from planter.planting.whole.wanted import Wanted
 from planter.progress import Listener, Progress
 
 
@@ -65,8 +69,8 @@ class Optimum(Result):
 
     def _proof(self) -> Proof:
         """The certificate, with the requirements that hold the optimum where there are any to keep."""
-        proof = self.certificate
-        held = [HeldRequirement(**vars(one)) for one in proof.active_constraints]
+        proof, required = self.certificate, {one.name for one in self.requirements}
+        held = [HeldRequirement(**vars(one)) for one in proof.active_constraints if one.name in required]
         return Proof(
             kkt_residual=proof.kkt_residual,
             active_bounds=[HeldBound(**vars(bound)) for bound in proof.active_bounds],
@@ -99,11 +103,14 @@ def run(
     starts: int | None = None,
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
+    lengths: Lengths | None = None,
+    near: Sequence[Array] = (),
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
 
     `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts`
-    is the number of descents, `progress` is told how far the search is, `keep` the best so far as it is found.
+    is the number of descents, `progress` is told how far the search is, `keep` the best so far as it is found. With
+    `lengths` the pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
 
     Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
@@ -113,17 +120,18 @@ def run(
     sampling = device.machine.objective.samples if samples is None else samples
     count = DEFAULT_STARTS if starts is None else starts
     required = Required.of(device)
-    task = objective.problem(device, sampling, required)
+    task = problem(device, sampling, required, lengths)
     search = Search(task, device.machine.genetic_algorithm, seed, count)
-    with _beside(device, method, sampling, seed, count) as beside:
+    with _beside(device, method, sampling, seed, count, lengths) as beside:
         best_so_far = _Keeper(device, task, method, lambda: search.best(beside), keep)
         search.progress = _both(progress, best_so_far)
         try:
-            known = [] if required is None else [kept(task, required, seed)]
-            return _optimum(device, required, sampling, search.run(method, beside, known))
+            known = [] if task.constraints is None else [kept(task, required, seed, lengths)]
+            known += [beside_design(task, x).u for x in near]
+            return _optimum(device, required, lengths, sampling, search.run(method, beside, known))
         except KeyboardInterrupt:
             best = search.so_far(method, beside)
-            optimum = None if best is None else _optimum(device, required, sampling, best)
+            optimum = None if best is None else _optimum(device, required, lengths, sampling, best)
             raise Interrupted(optimum, device.scale) from None
 
 
@@ -167,16 +175,39 @@ def _both(first: Listener | None, second: Listener) -> Listener:
     return both
 
 
-def kept(task: Problem, required: Required, seed: int) -> Array:
-    """A point u (p,) that keeps the requirements. Raises Infeasible, with the least violation, where there is none."""
-    least = nearest(task, required, points(task, MOST_TRIED, seed))
-    if not least.kept:
-        raise infeasible(required, task.design(least.u), least)
-    return least.u
+def problem(device: Device, sampling: Sampling, required: Required | None, lengths: Lengths | None = None) -> Problem:
+    """The problem of a device under its requirements and lengths of pitch curves, where there are any."""
+    parts: list[Constraints | None] = [required, lengths]
+    return objective.problem(device, sampling, joined([part for part in parts if part is not None]))
 
 
-def _optimum(device: Device, required: Required | None, sampling: Sampling, found: Result) -> Optimum:
-    felt = sensitivity(device, found.design, angles_of(sampling))
+def kept(task: Problem, required: Required | None, seed: int, lengths: Lengths | None = None) -> Array:
+    """A point u (p,) that keeps the constraints of a problem.
+
+    Raises Infeasible, with the least violation, where there is none, ComputationError where not even one with the
+    lengths was found.
+    """
+    assert task.constraints is not None
+    least = nearest(task, task.constraints, points(task, MOST_TRIED, seed))
+    if least.kept:
+        return least.u
+    of = "" if lengths is None else f" with {lengths.wanted}"
+    if required is None or least.excess[: len(required.kinds)].max() <= KEPT:
+        raise ComputationError(f"no design{of} was found within the bounds")
+    raise infeasible(required, task.design(least.u), least, of)
+
+
+def beside_design(task: Problem, x: Array) -> Minimum:
+    """The local minimum beside a design x (p,)."""
+    box = task.box
+    return descend(task, nearer(task, box.inside((x - box.origin) / box.unit)))
+
+
+def _optimum(
+    device: Device, required: Required | None, lengths: Lengths | None, sampling: Sampling, found: Result
+) -> Optimum:
+    held = None if lengths is None else lengths.slopes(found.design)
+    felt = sensitivity(device, found.design, angles_of(sampling), held)
     return Optimum(
         **vars(found), sampling=sampling, names=device.names, effective_parameters=felt.effective_parameters,
         insensitive=felt.named,
@@ -185,27 +216,31 @@ def _optimum(device: Device, required: Required | None, sampling: Sampling, foun
 
 
 def _beside(
-    device: Device, method: Method, sampling: Sampling, seed: int, starts: int
+    device: Device, method: Method, sampling: Sampling, seed: int, starts: int, lengths: Lengths | None
 ) -> AbstractContextManager[SecondProcess | None]:
     """The starts in a second process, where there is something to run beside them and a core for it."""
     if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.slopes_kernel.way == "lanes":
         return nullcontext()
-    return SecondProcess(recipe(device, sampling), seed, starts)
+    return SecondProcess(recipe(device, sampling, lengths), seed, starts)
 
 
-def recipe(device: Device, sampling: Sampling) -> Recipe:
+def recipe(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Recipe:
     """How another process makes a device's problem: by `made`."""
+    wanted = None if lengths is None else asdict(lengths.wanted)
     arguments = {"machine": device.machine.table(), "model": device.model, "sampling": sampling,
-                 "compiled": device.compiled}  # fmt: skip
+                 "compiled": device.compiled, "wanted": wanted}  # fmt: skip
     return Recipe(f"{__name__}:{made.__name__}", arguments)
 
 
-def made(machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bool) -> Problem:
-    """The problem of a machine given as a table, its kernels compiled if asked for."""
+def made(
+    machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bool, wanted: dict[str, Any] | None = None
+) -> Problem:
+    """The problem of a machine given as a table, its kernels compiled if asked for, with whole teeth if any."""
     device = Device(Machine.model_validate(machine), model)
     if compiled:
         device.compile()
-    return objective.problem(device, sampling, Required.of(device))
+    lengths = None if wanted is None else Lengths(device, Wanted(**wanted))
+    return problem(device, sampling, Required.of(device), lengths)
 
 
 def front(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planter import legible
 from planter.files import units
 from planter.planting.designer import shown
+from planter.planting.whole import tables as whole
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
@@ -149,6 +150,8 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
     peaks = shown.beside(result.start_designer, result.designer)
     console.table(peaks.title, peaks.head, peaks.rows)
     requirements(console, result.requirements)
+    if result.teeth is not None:
+        whole.show(console, result.teeth)
     scores = ((model, score.start, score.optimum) for model, score in result.cross.items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     if result.front:

@@ -18,6 +18,8 @@ LEAST_TEETH = 6
 MODULE = 2e-3
 """Module where nothing is said of module or teeth [m]."""
 _WHOLE = 1e-9
+_DRAWN = 1e-12
+"""A pair that its teeth would change by this share is drawn for them, and is not scaled."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,7 @@ def sized(pair: Pair, order: Order, name: str) -> Sized:
     keep = order.keep or ("module" if module else "size")
     own = module if module and keep == "module" else length / (np.pi * z)
     scale = np.pi * own * z / length if keep == "module" else 1.0
+    scale = 1.0 if abs(scale - 1) <= _DRAWN else scale
     mate = pair.mate.length * z / length
     if abs(mate - round(mate)) > _WHOLE * mate:
         raise InputError(

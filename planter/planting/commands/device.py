@@ -8,8 +8,18 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import Interrupted
+from planter.gears.options import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.search import HoldOption, LeastOption, search
-from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of, kept
+from planter.planting.commands.options import (
+    MachineArgument,
+    Model,
+    ModelOption,
+    SamplesOption,
+    WholeTeethOption,
+    device_of,
+    kept,
+    whole_teeth,
+)
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
 
@@ -21,6 +31,17 @@ class Method(enum.StrEnum):
 
 
 app = typer.Typer()
+
+OPTIMISE = """Optimise the design within the machine file's bounds, and say how sure the optimum is.
+
+--module asks for whole teeth of a standard module on both stages: the pitch curves then have the lengths pi m z, so
+that `planter gears` makes them without scaling; --teeth says how many, else the best near the free optimum are found.
+
+\b
+    planter optimise wang2017
+    planter optimise wang2017 --teeth 31,31 --module1 2 --module2 1.97 --out best
+    planter optimise wang2017-wide --module 2 --method ipopt
+"""
 
 
 @app.command()
@@ -78,7 +99,7 @@ def sensitivity(
         console.result(result, lambda: tables.sensitivity(console, result))
 
 
-@app.command()
+@app.command(help=OPTIMISE)
 def optimise(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -104,12 +125,15 @@ def optimise(
         bool, typer.Option("--prove", help="also prove how much better any design within the bounds can be at most")
     ] = False,
     prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
+    module: ModuleOption = None,
+    module1: Module1Option = None,
+    module2: Module2Option = None,
+    teeth: WholeTeethOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Optimise the design within the machine file's bounds, and say how sure the optimum is."""
     from planter.report.folder import renewing
 
     console = Console(as_json)
@@ -117,12 +141,15 @@ def optimise(
         if least is not None:
             besides = {"--model": model is not Model.exact, "--method": method is not Method.hybrid, "--front": front,
                        "--samples": samples is not None, "--speed-rpm": speed_rpm is not None,
-                       "--prove": prove}  # fmt: skip
+                       "--prove": prove, "--teeth": teeth is not None, "--module": module is not None,
+                       "--module1": module1 is not None, "--module2": module2 is not None}  # fmt: skip
             search(console, machine, least, hold or (), starts, seed, changes(set_), out, besides)
             return
         from planter.planting import optimisation, tables
         from planter.planting.report import results as report
+        from planter.planting.whole import run
 
+        whole = whole_teeth(module, module1, module2, teeth, {"--front": front, "--prove": prove})
         device = device_of(machine, model, set_, speed_rpm)
 
         def keep(so_far: dict[str, Any], interrupted: bool = False) -> None:
@@ -134,7 +161,7 @@ def optimise(
 
             proof.check(optimisation.sampling_of(device, samples))
         try:
-            found = optimisation.optimise(device, method.value, samples, seed, starts, console.progress, keep)
+            found = run.optimise(device, whole, method.value, samples, seed, starts, console.progress, keep)
         except Interrupted as stop:
             if stop.partial is not None:
                 keep(stop.partial, interrupted=True)

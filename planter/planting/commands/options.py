@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from planter.errors import Interrupted
+from planter.errors import InputError, Interrupted
 from planter.terminal.options import changes
 
 if TYPE_CHECKING:
     from planter.planting.file import Machine
     from planter.planting.model import Device
+    from planter.planting.whole.wanted import Wanted
 
 
 class Model(enum.StrEnum):
@@ -30,6 +31,12 @@ SamplesOption = Annotated[
     int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
 ]
 
+WholeTeethOption = Annotated[
+    str | None,
+    typer.Option("--teeth", metavar="Z1,Z2", help="teeth of the inner gears of stage 1 and of stage 2, with a module "
+                 "[default: the best whole numbers near the free optimum]", show_default=False),
+]  # fmt: skip
+
 
 def machine_of(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
     """A machine with the numbers that `--set` and `--speed-rpm` change."""
@@ -42,6 +49,19 @@ def device_of(source: str, model: str, set_: Sequence[str] | None, speed_rpm: fl
     from planter.planting.model import Device
 
     return Device(machine_of(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
+
+
+def whole_teeth(
+    module: float | None, module1: float | None, module2: float | None, teeth: str | None, besides: Mapping[str, bool]
+) -> Wanted | None:
+    """The whole teeth that are asked for, if any. Raises InputError where options are given that go without them."""
+    from planter.planting.whole.asked import wanted
+
+    found = wanted(module, module1, module2, teeth)
+    given = [name for name, used in besides.items() if used]
+    if found is not None and given:
+        raise InputError(f"{given[0]} is not allowed with --module: it is for designs of any teeth")
+    return found
 
 
 @contextmanager

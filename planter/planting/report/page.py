@@ -10,6 +10,7 @@ from planter.files import units
 from planter.planting import quantities
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary
+from planter.planting.report.whole import whole_teeth
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
@@ -98,6 +99,8 @@ def sections(
         yield Section("Proof", list(proof(summary["proof"])))
     if summary.get("requirements"):
         yield Section("Requirements", [requirements(summary["requirements"])])
+    if summary.get("teeth"):
+        yield Section("Whole teeth", list(whole_teeth(summary["teeth"])))
     if "gradient" in summary:
         yield Section("Gradient", [gradient(summary["gradient"])])
     if "insensitive" in summary:

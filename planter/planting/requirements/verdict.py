@@ -40,23 +40,27 @@ class Violation:
 class Infeasible(PlanterError):
     """No design in the box keeps the requirements; `violations` are the least found, at `design` (p,) in SI."""
 
-    def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array) -> None:
+    def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array, of: str = "") -> None:
         told = "; ".join(map(str, violations))
         plural = "one of them is" if len(violations) == 1 else "these are"
-        super().__init__(f"no design within the bounds keeps all requirements, and {plural} nearest to it: {told}")
+        super().__init__(f"no design{of} within the bounds keeps all requirements, and {plural} nearest to it: {told}")
         self.violations, self.partial, self.design = violations, partial, design
 
 
-def infeasible(required: Required, x: Array, least: Least) -> Infeasible:
-    """What the least violation that was found, at a design x (p,), says of the requirements."""
+def infeasible(required: Required, x: Array, least: Least, of: str = "") -> Infeasible:
+    """What the least violation that was found, at a design x (p,), says of the requirements.
+
+    `of` says which designs were looked at, where not all within the bounds.
+    """
     entries = required.record(x)
-    violations = [_violation(required, entries[k]) for k in np.flatnonzero(least.excess > KEPT)]
+    broken = np.flatnonzero(least.excess[: len(entries)] > KEPT)
+    violations = [_violation(required, entries[k]) for k in broken]
     partial = {
         "violations": [vars(one).copy() for one in violations],
         "design": required.measures.device.named(x),
         "requirements": [entry.table() for entry in entries],
     }
-    return Infeasible(violations, partial, x)
+    return Infeasible(violations, partial, x, of)
 
 
 def _violation(required: Required, entry: Requirement) -> Violation:

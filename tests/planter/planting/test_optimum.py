@@ -124,7 +124,7 @@ def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytes
     from planter.planting import optimisation
     from planter.planting.model import Device
 
-    monkeypatch.setattr(optimisation, "_scored", interrupt)
+    monkeypatch.setattr(optimisation, "scored", interrupt)
     with pytest.raises(Interrupted) as caught:
         optimisation.optimise(Device(file.load("wang2017")), "ipopt", "60", starts=1)
     assert caught.value.partial is not None

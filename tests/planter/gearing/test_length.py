@@ -1,0 +1,78 @@
+"""Lengths of pitch curves: closed forms, an independent quadrature, scaling, derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import ellipe
+
+from planter.errors import GeometryError
+from planter.gearing import families, length
+from planter.gearing.length import PitchLength
+from planter.gearing.stage import Candidate, Stage
+from planter.gearing.teeth.pair import of_stage
+from tests.support import pairs
+
+
+def measure(stage: Stage, parameters: np.ndarray) -> PitchLength:
+    return PitchLength(stage, [Candidate(parameters, lambda name: name)])
+
+
+def drawn(family: str, seed: int) -> tuple[Stage, np.ndarray, PitchLength]:
+    own = pairs.parameters(family, seed)
+    stage = pairs.stage(family, seed)
+    return stage, own, measure(stage, own)
+
+
+@pytest.mark.parametrize("k", [0.0001, 0.031, 0.4, 0.8])
+def test_an_ellipse_about_its_focus_is_as_long_as_its_elliptic_integral(k: float) -> None:
+    """Undeformed: 4 A E(k) (Abramowitz and Stegun, 17.3.3)."""
+    own = np.array([0.031, k, 1.0])
+    found = measure(Stage("ellipse", ("A", "k", "m")), own).at(own)
+    assert found.value == pytest.approx(4 * 0.031 * ellipe(k**2), rel=1e-14)
+
+
+def test_a_circle_is_as_long_wherever_its_axis_is() -> None:
+    own = np.array([0.03, 0.012, 1.0])
+    found = measure(Stage("eccentric_circle", ("R", "e", "m")), own).at(own)
+    assert found.value == pytest.approx(2 * np.pi * 0.03, rel=1e-14)
+    assert found.gradient[:2] == pytest.approx([2 * np.pi, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("case", pairs.EVERY_CURVE, ids=str)
+def test_it_is_the_length_of_the_curve_that_teeth_stand_on(case: pairs.Drawn) -> None:
+    """Which is found along the polar angle, by Chebyshev series."""
+    stage, own, found = drawn(*case)
+    assert of_stage(stage, own).gear.length == pytest.approx(found.at(own).value, rel=1e-13)
+
+
+@pytest.mark.parametrize("case", pairs.EVERY_CURVE, ids=str)
+def test_its_derivatives_are_those_of_differences(case: pairs.Drawn) -> None:
+    _, own, found = drawn(*case)
+    at = found.at(own)
+    for j, h in enumerate(1e-6 * np.abs(own)):
+        after, before = (found.at(own + sign * h * np.eye(len(own))[j]) for sign in (1, -1))
+        slope, bent = (after.value - before.value) / 2 / h, (after.gradient - before.gradient) / 2 / h
+        assert at.gradient[j] == pytest.approx(slope, rel=1e-6, abs=1e-9 * at.value / h)
+        assert at.hessian[j] == pytest.approx(bent, rel=1e-5, abs=1e-5 * np.abs(at.hessian).max())
+
+
+@pytest.mark.parametrize("case", pairs.EVERY_CURVE[::3], ids=str)
+def test_it_grows_with_the_curve(case: pairs.Drawn) -> None:
+    """All lengths times s: the length too; so it is what its slopes along the lengths make (Euler)."""
+    _, own, found = drawn(*case)
+    lengths = np.array([entry["unit"] == "m" for entry in families.sidecar(case[0])["parameters"]])
+    at = found.at(own)
+    assert found.at(np.where(lengths, 1.7 * own, own)).value == pytest.approx(1.7 * at.value, rel=1e-14)
+    assert (at.gradient * own)[lengths].sum() == pytest.approx(at.value, rel=1e-13)
+
+
+def test_too_few_nodes_miss_it_and_a_curve_that_takes_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = np.array([0.031, 0.8, 1.0])
+    stage = Stage("ellipse", ("A_mm", "k", "m"))
+    found = measure(stage, own)
+    found.nodes = 8
+    assert abs(found.at(own).value / (4 * 0.031 * ellipe(0.64)) - 1) > 1e-9
+    monkeypatch.setattr(length, "MOST_NODES", 16)
+    with pytest.raises(GeometryError, match=r"A_mm: the length of the .* has not converged .* must be rounder"):
+        measure(stage, own)
