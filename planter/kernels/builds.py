@@ -22,6 +22,8 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
+from planter.kernels import platforms
+
 PREFIX = "building"
 ABANDONED_S = 3600
 """Age from which on a folder of another system is nobody's any more."""
@@ -84,8 +86,7 @@ def run(
         _open.go_on()
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env=environment | dict(variables),
-            start_new_session=True,
+            env=environment | dict(variables), **platforms.apart(),
         )  # fmt: skip
         _open.processes.add(process)
     with process:

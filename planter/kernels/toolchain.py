@@ -54,6 +54,8 @@ def library(name: str, source: str, flags: tuple[str, ...], needed: tuple[Path, 
     try:
         _build(source, path, flags, needed)
     except (OSError, subprocess.SubprocessError) as error:
+        if isinstance(error, OSError) and sound(path):  # another process was first, and Windows holds what it loaded
+            return path
         if _took_no_more(error):
             _full.add(path.parent)
             raise NoCompiler(_no_room(path)) from error

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO
 
 from planter import rooms
+from planter.kernels import platforms
 
 _START = """\
 import importlib, importlib.util, sys
@@ -37,7 +38,7 @@ def started(module: str, stdout: IO[str] | int, settings: Mapping[str, str] | No
     paths = [os.path.abspath(path) for path in sys.path]
     return subprocess.Popen(
         [sys.executable, "-I", "-c", _START, PACKAGE, module, *paths], stdin=subprocess.PIPE, stdout=stdout,
-        stderr=subprocess.DEVNULL, text=True, start_new_session=True, env={**os.environ, **(settings or {})},
+        stderr=subprocess.DEVNULL, text=True, env={**os.environ, **(settings or {})}, **platforms.apart(),
     )  # fmt: skip
 
 

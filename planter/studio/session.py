@@ -90,7 +90,7 @@ class Session:
 
     def saved(self, message: Message) -> Path:
         """That file, put aside for a command."""
-        self.place.write_text(self.file(message), encoding="utf-8")
+        self.place.write_text(self.file(message), encoding="utf-8", newline="\n")
         return self.place
 
     def works(self, message: Message) -> list[exports.Work]:
@@ -161,7 +161,7 @@ class Session:
         if any(line.split("=")[0].strip() == OWN for line in text.splitlines()):
             raise InputError("the file is not allowed here: a mechanism of your own is opened by `planter studio FILE`")
         place = Path(self._scratch.name) / "opened.toml"
-        place.write_text(text, encoding="utf-8")
+        place.write_text(text, encoding="utf-8", newline="\n")
         return str(place)
 
 

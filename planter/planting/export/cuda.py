@@ -94,7 +94,7 @@ def build(device: Device, folder: Path, architecture: str = "native") -> Path:
         raise NoCompiler("there is no CUDA compiler 'nvcc'")
     ((file, text),) = source_files(device).items()
     source, library = folder / file, folder / f"lib{file.removesuffix('.cu')}.so"
-    source.write_text(text, encoding="utf-8")
+    source.write_text(text, encoding="utf-8", newline="\n")
     command = [compiler, "-O3", f"-arch={architecture}", "-shared", "-Xcompiler", "-fPIC", str(source)]
     done = subprocess.run([*command, "-o", str(library)], capture_output=True, text=True, check=False)
     if done.returncode:

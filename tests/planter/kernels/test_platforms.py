@@ -33,6 +33,27 @@ def test_the_system_decides(system: str, expected: Platform, monkeypatch: pytest
     assert platforms.here() is expected
 
 
+def test_a_process_apart_is_one_that_ctrl_c_does_not_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Windows a group of its own, elsewhere a session."""
+    monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 512, raising=False)
+    for system, expected in (("win32", {"creationflags": 512}), ("linux", {"start_new_session": True})):
+        monkeypatch.setattr(sys, "platform", system)
+        assert platforms.apart() == expected
+
+
+@needs_compiler
+def test_a_library_that_another_process_holds_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows lets nobody replace what is loaded: who comes second takes what the first has built."""
+    monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
+
+    def held(self: Path, target: Path) -> None:
+        shutil.copy2(self, target)
+        raise PermissionError(13, "The process cannot access the file because it is being used by another process")
+
+    monkeypatch.setattr(Path, "replace", held)
+    assert toolchain.sound(toolchain.library("twice", INNER, ()))
+
+
 @needs_compiler
 @pytest.mark.parametrize(("system", "suffix"), [(LINUX, ".so"), (MACOS, ".dylib"), (WINDOWS, ".dll")])
 def test_a_library_is_kept_under_the_systems_name(
