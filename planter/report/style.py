@@ -199,10 +199,11 @@ def png(figure: Figure) -> bytes:
 def arrange(figure: Figure) -> None:
     """Lets the parts of a figure find their places, once and for all: drawing it again moves nothing."""
     with _settings():
-        if figure.get_layout_engine() is not None:
+        engine = figure.get_layout_engine()
+        if engine is not None:
             # Twice: equal scales change the limits, and with them the room that tick labels need.
-            figure.draw_without_rendering()
-            figure.draw_without_rendering()
+            engine.execute(figure)
+            engine.execute(figure)
             figure.set_layout_engine("none")
 
 

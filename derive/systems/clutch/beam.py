@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import mpmath
 import sympy as sp
 from sympy import Expr, S, cos, cosh, pi, sin, sinh
 
@@ -93,7 +94,9 @@ def _integral(expr: Expr) -> Expr:
 
 def _quadrature(expr: Expr) -> sp.Float:
     """Integral of a square over 0..1 to 20 digits."""
-    return sp.N(sp.Integral(expr**2, (Z, 0, 1)).evalf(DIGITS // 2 + 5), DIGITS // 2)
+    digits = DIGITS // 2
+    with mpmath.workdps(digits + 5):
+        return sp.N(sp.Float(mpmath.quad(sp.lambdify(Z, expr**2, "mpmath"), (0, 1)), digits + 5), digits)
 
 
 def modal(f: Formulas, name: str, shape: Expr) -> None:
