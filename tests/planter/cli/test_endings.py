@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[3]
 SIMULATE = (sys.executable, "-m", "planter", "simulate", "wang2017", "--json")
 SLOW_IMPORT = """
@@ -121,6 +122,7 @@ def test_a_reader_that_goes_away_is_no_error_to_tell() -> None:
     assert (done.returncode, done.stderr) == (1, "")
 
 
+@pytest.mark.long
 def test_a_terminal_of_ascii_gets_every_table() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "planter", "audit", "wang2017"], cwd=ROOT, capture_output=True, check=False,

@@ -30,7 +30,7 @@ print(kernel(x=[3.0])["y"][0, 0], flush=True)
 {then}
 """
 
-pytestmark = needs_compiler
+pytestmark = [needs_compiler, pytest.mark.fault]
 
 
 @pytest.fixture(autouse=True)

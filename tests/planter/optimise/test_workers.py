@@ -12,6 +12,7 @@ import pytest
 
 from planter.optimise import workers
 
+pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[3]
 MODULES = ("planter.optimise.second_process", "planter.planting.compare.worker")
 PARENT = """
@@ -56,7 +57,7 @@ def test_a_worker_ends_with_its_parent(module: str) -> None:
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None
     pid = int(parent.stdout.readline())
-    time.sleep(6)
+    time.sleep(3)
     assert _runs(pid)
     os.kill(parent.pid, signal.SIGKILL)
     parent.wait()

@@ -17,6 +17,7 @@ from planter.sweeps.job import CHUNK, Recipe
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
 
+pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[3]
 ROWS = 12 * CHUNK
 FOUND = """\

@@ -1,0 +1,128 @@
+"""Where a process cannot have what it wants: a disk, a home, a locale, its streams, the machine for itself."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.support.house import ROOT
+
+pytestmark = pytest.mark.fault
+SIMULATE = ("simulate", "wang2017", "--json", "--samples", "36")
+SEARCH = ("optimise", "wang2017", "--json", "--method", "ipopt", "--starts", "1", "--samples", "36")
+as_a_user = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="for root no folder is closed")
+posix = pytest.mark.skipif(os.name != "posix", reason="no limits and no descriptors to close here")
+
+
+def called(*arguments: str, python: tuple[str, ...] = (), **more: object) -> subprocess.CompletedProcess[str]:
+    """A process of its own, with nothing but what it needs in its environment."""
+    kept = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "TMPDIR", "TEMP") if name in os.environ}
+    variables = kept | {"PYTHONPATH": str(ROOT), "PLANTER_KERNELS": "casadi-vm"} | more.pop("variables", {})  # type: ignore[operator]
+    command = [sys.executable, *python, "-m", "planter", *arguments]
+    return subprocess.run(  # type: ignore[call-overload, no-any-return]
+        command, env=variables, text=True, check=False, timeout=120, **({"capture_output": True} | more)
+    )
+
+
+@pytest.fixture(scope="module")
+def expected() -> str:
+    """What a call says where nothing is wrong."""
+    done = called(*SIMULATE)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+LOCALES = {
+    "no home": {},
+    "the C locale": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+    "a locale that there is not": {"LC_ALL": "xx_XX.UTF-8", "LANG": "tr_TR"},
+    "streams of ASCII": {"PYTHONIOENCODING": "ascii:strict"},
+    "a hash seed": {"PYTHONHASHSEED": "20171"},
+}
+
+
+@pytest.mark.parametrize("case", ["no home", *(pytest.param(c, marks=pytest.mark.long) for c in [*LOCALES][1:])])
+def test_an_environment_makes_no_difference(case: str, expected: str) -> None:
+    done = called(*SIMULATE, variables=LOCALES[case])
+    assert (done.returncode, done.stdout, done.stderr) == (0, expected, "")
+
+
+@pytest.mark.parametrize("flag", ["-O", pytest.param("-OO", marks=pytest.mark.long)])
+def test_optimised_python_says_the_same(flag: str, expected: str) -> None:
+    done = called(*SIMULATE, python=(flag, "-W", "error"))
+    assert (done.returncode, done.stdout, done.stderr) == (0, expected, "")
+
+
+@posix
+@pytest.mark.long
+@pytest.mark.parametrize(("closed", "code"), [((0,), 0), ((1,), 0), ((2,), 0), ((0, 1, 2), 0)])
+def test_streams_that_are_closed_are_done_without(closed: tuple[int, ...], code: int, tmp_path: Path) -> None:
+    done = called(*SIMULATE, "--out", str(tmp_path), preexec_fn=lambda: [os.close(stream) for stream in closed])
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["samples"] == 36
+
+
+@posix
+@pytest.mark.parametrize("room", [4000, pytest.param(60_000, marks=pytest.mark.long)])
+def test_a_disk_that_takes_no_more_is_told_in_one_line(room: int, tmp_path: Path) -> None:
+    import resource
+
+    def limited() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+    done = called(*SIMULATE, "--out", str(tmp_path / "out"), preexec_fn=limited)
+    assert done.returncode in (1, 2)
+    told = [line for line in done.stderr.splitlines() if line.startswith("planter: ")]
+    assert told
+    assert "cannot be written" in told[-1]
+    assert "Traceback" not in done.stderr
+
+
+@as_a_user
+def test_a_folder_that_may_only_be_read_is_told_in_one_line(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    done = called(*SIMULATE, "--out", str(tmp_path / "out"))
+    tmp_path.chmod(0o700)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+
+
+@pytest.mark.long
+def test_eight_at_once_say_what_one_says(expected: str, tmp_path: Path) -> None:
+    """In one folder, with one cache of compiled functions."""
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), "PLANTER_CACHE": str(tmp_path / "cache")}
+    variables.pop("PLANTER_KERNELS", None)
+    command = [sys.executable, "-m", "planter", *SIMULATE, "--out", str(tmp_path / "out")]
+    running = [
+        subprocess.Popen(command, env=variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        for _ in range(8)
+    ]
+    ends = [(*one.communicate(timeout=300), one.returncode) for one in running]
+    assert ends == [(expected, "", 0)] * 8
+    assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["samples"] == 36
+
+
+@pytest.mark.long
+def test_a_search_that_was_killed_starts_again_in_its_folder(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--json", "--out", str(tmp_path)]
+    first = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    limit = time.monotonic() + 120
+    while not (tmp_path / "summary.json").exists() and time.monotonic() < limit:
+        time.sleep(0.05)
+    first.kill()
+    first.wait()
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["finished"] is False
+    done = called(*SEARCH, "--out", str(tmp_path))
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+    kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert "finished" not in kept
+    assert kept["objective"] == json.loads(done.stdout)["objective"]
+    assert not [path for path in tmp_path.rglob("*") if path.suffix in (".tmp", ".part")]
