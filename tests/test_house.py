@@ -7,9 +7,8 @@ import pytest
 
 from planter import rooms
 from tests.support import picture
-from tests.support.house import FOUNDATION, ROOT, House
+from tests.support.house import FOUNDATION, ROOT, House, standing
 
-PLANTER, DERIVE = House.of(ROOT / "planter"), House.of(ROOT / "derive")
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("records",), ("files", "kernels", "terminal"), ("numerics", "report"),
@@ -37,22 +36,24 @@ def of_texts(folder: Path, texts: dict[str, str]) -> House:
     return House.of(folder / "house")
 
 
-@pytest.mark.parametrize("house", [PLANTER, DERIVE], ids=["planter", "derive"])
-def test_no_module_imports_itself_round_about(house: House) -> None:
-    assert not house.circle()
+@pytest.mark.parametrize("package", ["planter", "derive"])
+def test_no_module_imports_itself_round_about(package: str) -> None:
+    assert not standing(package).circle()
 
 
 def test_no_room_imports_one_on_its_own_layer_or_above() -> None:
-    assert not PLANTER.upward(layers(PLANTER, GENERAL))
-    assert not DERIVE.upward(DERIVATION)
+    planter = standing("planter")
+    assert not planter.upward(layers(planter, GENERAL))
+    assert not standing("derive").upward(DERIVATION)
 
 
 def test_nothing_inside_comes_in_by_the_front_door() -> None:
-    assert not [module for module, imported in PLANTER.imports.items() if PLANTER.package in imported]
+    imports = standing("planter").imports
+    assert not [module for module, imported in imports.items() if "planter" in imported]
 
 
 def test_every_general_room_is_there() -> None:
-    assert {room for layer in GENERAL for room in layer} <= PLANTER.rooms.keys()
+    assert {room for layer in GENERAL for room in layer} <= standing("planter").rooms.keys()
     assert MACHINES == ["clutch", "mapping", "pickup", "planting"]
 
 

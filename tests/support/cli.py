@@ -2,27 +2,45 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
 from functools import cache, partial
 from typing import Any
 
 import pytest
 import typer
-from typer.testing import CliRunner
 
+from planter import cli
+from planter.cli import app
 from planter.cli.app import application
+from planter.terminal import signals
 
 
 @cache
-def _application() -> typer.Typer:
-    return application()
+def _commands() -> Callable[..., Any]:
+    """All commands, put together once instead of for every call."""
+    return typer.main.get_command(application())
 
 
 def run(*arguments: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(_application(), list(arguments))
-    return result.exit_code, result.stdout, result.stderr
+    """Exit code, standard output and standard error of what a process does, done in this one."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="") for _ in range(2))
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr(sys, "argv", ["planter", *arguments])
+        patch.setattr(app, "application", _commands)
+        patch.setattr(signals, "listen", lambda: None)
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+    return int(end.value.code or 0), _text(out), _text(err)
+
+
+def _text(stream: io.TextIOWrapper) -> str:
+    stream.flush()
+    stream.seek(0)
+    return stream.read()
 
 
 def answer(*arguments: str) -> Any:

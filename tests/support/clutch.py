@@ -6,8 +6,9 @@ import mpmath
 import sympy as sp
 
 from derive.systems.clutch import claims
+from tests.support.late import LateDict
 
-CLAIMS = {str(claim): equation for claim, equation in claims.formulas().equations.items()}
+CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.formulas().equations.items()})
 
 
 def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from graphlib import CycleError, TopologicalSorter
 from importlib.util import resolve_name
 from pathlib import Path
@@ -76,6 +76,12 @@ class House:
         """Arrows from a room to one on its own layer or above it; `layers` lists the lowest first."""
         height = {room: level for level, rooms in enumerate(layers) for room in rooms}
         return [(room, other) for room, other in self.arrows if height[other] >= height[room]]
+
+
+@cache
+def standing(package: str) -> House:
+    """The house of a package of this project."""
+    return House.of(ROOT / package)
 
 
 def _name(path: Path, folder: Path) -> str:

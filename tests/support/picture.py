@@ -10,7 +10,7 @@ import ast
 from dataclasses import dataclass
 from html import escape
 
-from tests.support.house import FOUNDATION, ROOT, House
+from tests.support.house import FOUNDATION, ROOT, House, standing
 
 FINDS = {"cli"}
 """Rooms that find others by their shape."""
@@ -92,7 +92,7 @@ def _room(box: Box, name: str, text: str) -> str:
 
 def picture() -> str:
     """Both houses side by side."""
-    houses = [House.of(ROOT / package) for package in ("derive", "planter")]
+    houses = [standing(package) for package in ("derive", "planter")]
     widths = [max(len(row) for row in storeys(house)) * (WIDTH + GAP) + 2 * EDGE for house in houses]
     parts: list[str] = []
     left, height = 0.0, 0.0

@@ -90,6 +90,7 @@ def test_a_finding_hangs_on_one_character(printed: sp.Expr, meant: sp.Expr, frag
     assert is_fragile(judged(printed, meant)) is fragile
 
 
+@pytest.mark.long
 def test_dots_and_indices_of_the_papers_are_single_characters() -> None:
     found = {(n, e) for n, numbers in {"wang2017": ("7", "18"), "shi2021": ("9", "8b")}.items() for e in numbers}
     assert all(is_fragile(heard(CASES[name], number).kindest.judgement) for name, number in found)

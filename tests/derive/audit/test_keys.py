@@ -34,6 +34,9 @@ from derive.papers import shi2021, wang2017
 print(*(key.of_equation(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.of_laws(wang2017.CASE))
 """
 
+Records = tuple[list[record.Record], list[record.Record]]
+"""Of equations, and of laws."""
+
 
 class Here:
     """Runs in this process what would run in others, and counts it."""
@@ -59,12 +62,11 @@ class Here:
         return found
 
 
-@pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
+def counting(patch: pytest.MonkeyPatch) -> Here:
     """Every judgement, made for nothing: a record that says only what it was made from."""
     here = Here()
-    monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
-    monkeypatch.setattr(
+    patch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
+    patch.setattr(
         verdicts.record,
         "equation",
         lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key, "mathml": {}},
@@ -72,7 +74,21 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
     return here
 
 
-def audited(known: tuple[list[record.Record], list[record.Record]]) -> tuple[list[record.Record], list[record.Record]]:
+@pytest.fixture
+def counted(first: Records, monkeypatch: pytest.MonkeyPatch) -> Here:
+    """What is judged after the first time."""
+    return counting(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def first() -> Records:
+    """All, judged from nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        counting(patch)
+        return audited(([], []))
+
+
+def audited(known: Records) -> Records:
     shown: dict[str, dict[str, Any]] = {}
     for found in known[0]:
         shown.setdefault(found["paper"], {})[found["equation"]] = found["mathml"]
@@ -89,9 +105,9 @@ def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:
     assert counted.judged == []
 
 
-def test_a_changed_transcription_alone_is_judged_again(counted: Here, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = audited(([], []))
-    counted.judged.clear()
+def test_a_changed_transcription_alone_is_judged_again(
+    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
+) -> None:
     printed = shi2021.PAPER.equations["2a"]
     monkeypatch.setitem(shi2021.PAPER.equations, "2a", replace(printed, residual=2 * printed.residual))
     second = audited(first)
@@ -100,19 +116,17 @@ def test_a_changed_transcription_alone_is_judged_again(counted: Here, monkeypatc
 
 
 def test_a_changed_equation_of_the_chain_has_the_laws_tried_again(
-    counted: Here, monkeypatch: pytest.MonkeyPatch
+    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = audited(([], []))
-    counted.judged.clear()
     printed = wang2017.PAPER.equations["19"]
     monkeypatch.setitem(wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual))
     audited(first)
     assert counted.judged == ["laws", (wang2017.__name__, "19")]
 
 
-def test_with_another_engine_all_is_judged_again(counted: Here, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = audited(([], []))
-    counted.judged.clear()
+def test_with_another_engine_all_is_judged_again(
+    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(key, "engine", lambda *modules: "another")
     audited(first)
     assert len(counted.judged) == len(first[0]) + 1
@@ -159,7 +173,7 @@ def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
     assert {"laws.py", "chain.py", "derivation.py", "bodies.py", "meshing.py"} <= of_laws
 
 
-@pytest.mark.parametrize("seed", ["1", "20171"])
+@pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
     own = shi2021.CASE
     here = [*(key.of_equation(own, n) for n in own.paper.equations), key.of_laws(wang2017.CASE)]

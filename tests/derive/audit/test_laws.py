@@ -103,6 +103,7 @@ def test_what_a_law_does_not_ask_for_makes_no_difference(printed: Trial) -> None
     assert any(len(printed.concerned(found)) < len(printed.suspects) for found in printed.dynamics.laws)
 
 
+@pytest.mark.long
 def test_elimination_finds_sets_that_restore_but_are_not_the_smallest(
     printed: Trial, monkeypatch: pytest.MonkeyPatch
 ) -> None:

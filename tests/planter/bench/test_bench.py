@@ -13,19 +13,20 @@ import jsonschema
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
-from typer.testing import CliRunner
 
 from planter import bench
 from planter.bench import clock, graphs, jaxed, lanes, mechanisms, page, plain, processes, rate, symbolic, works
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
 from planter.bench.results import Benchmark, Skipped
-from planter.cli.app import application
 from planter.errors import ComputationError
 from planter.kernels import Kernel, toolchain
 from planter.planting.simulation import objective_gradient
 from planter.records import schema
+from tests.support.cli import below
 
+pytestmark = pytest.mark.usefixtures("kernel_cache")
+run, _, _ = below("bench")
 QUICK = ("--quick", "--rounds", "1")
 WORKS = (
     "cycle",
@@ -49,11 +50,6 @@ def case() -> Case:
 @pytest.fixture(scope="module")
 def designs(case: Case) -> list[np.ndarray]:
     return list(itertools.islice(case.designs(seed=7), 4))
-
-
-def run(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(application(), ["bench", *arguments])
-    return result.exit_code, result.stdout, result.stderr
 
 
 def has_compiler() -> bool:

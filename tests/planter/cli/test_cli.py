@@ -68,21 +68,11 @@ def test_the_printed_model_warns_of_teeth_that_pull_and_the_exact_one_does_not()
 
 
 def test_a_weak_spring_loses_the_roller_at_an_angle() -> None:
-    found = answer("simulate", "wang2017", "--set", "preload_N=0", "--set", "rate_N_m=0", "--speed-rpm", "200")
+    weak = ("simulate", "wang2017", "--set", "preload_N=0", "--set", "rate_N_m=0", "--speed-rpm", "200")
+    found = answer(*weak)
     lost = [w for w in found["warnings"] if w["name"] == "roller_contact"]
     assert len(lost) == 1
-    at = answer(
-        "simulate",
-        "wang2017",
-        "--set",
-        "preload_N=0",
-        "--set",
-        "rate_N_m=0",
-        "--speed-rpm",
-        "200",
-        "--at",
-        str(lost[0]["phi_deg"]),
-    )
+    at = answer(*weak, "--at", str(lost[0]["phi_deg"]))
     assert at["at"][0]["F_E_N"] < 0
 
 
@@ -112,7 +102,7 @@ def test_sensitivity_names_what_does_not_matter() -> None:
 def test_gradient_of_the_objective_against_differences(model: str) -> None:
     gradient = answer("sensitivity", "wang2017", "--model", model)["gradient"]
     design = file.load("wang2017").design
-    for name in ("theta_deg", "m31", "e3_mm"):
+    for name in ("theta_deg", "m31", "e3_mm") if model == "exact" else ("m31",):
         h = 1e-6 * design[name]
         up, down = (answer("simulate", "wang2017", "--model", model, "--set", f"{name}={v!r}")["objective"]
                     for v in (design[name] + h, design[name] - h))  # fmt: skip
@@ -170,14 +160,18 @@ def test_bad_input_is_refused_in_one_sentence(case: str) -> None:
     ],
 )
 def test_a_call_that_cannot_be_understood_is_refused_in_one_sentence(arguments: tuple[str, ...]) -> None:
+    message = refusal(*arguments)
+    assert message.startswith("planter: ")
+    assert not message.startswith("planter: :")
+    assert ("with a decimal point: 1.5" in message) == ("1,5" in arguments)
+
+
+def test_a_process_refuses_as_a_call_does() -> None:
+    arguments = ("simulate", "wang2017", "--speed-rpm", "1,5")
     done = subprocess.run(
         [sys.executable, "-m", "planter", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
     )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("planter: ")
-    assert done.stderr.count("\n") == 1
-    assert ("with a decimal point: 1.5" in done.stderr) == ("1,5" in arguments)
-    assert not done.stderr.startswith("planter: :")
+    assert (done.returncode, done.stdout, done.stderr.strip()) == (2, "", refusal(*arguments))
 
 
 def test_output_files(tmp_path: Path) -> None:
@@ -256,6 +250,7 @@ def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_folder_used_again_keeps_no_figures_of_the_command_before(tmp_path: Path) -> None:
     answer("clutch", "rotor", "--out", str(tmp_path))
     (tmp_path / "notes.txt").write_text("own")
@@ -264,6 +259,7 @@ def test_a_folder_used_again_keeps_no_figures_of_the_command_before(tmp_path: Pa
     assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", "summary.json", "report.html", ".planter.json"}
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_units_stay_at_the_end_of_the_columns_of_side_2(tmp_path: Path) -> None:
     answer("simulate", "wang2017", "--out", str(tmp_path))
     _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")

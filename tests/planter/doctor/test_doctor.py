@@ -1,6 +1,5 @@
 """`planter doctor`: what it says is so, and it changes nothing."""
 
-import json
 import os
 import platform
 import shutil
@@ -8,14 +7,13 @@ from pathlib import Path
 
 import casadi as ca
 import pytest
-from typer.testing import CliRunner
 
 import planter
-from planter.cli.app import application
 from planter.doctor import examination
 from planter.kernels import backends, bundled, compiler, toolchain
 from planter.planting.file import load
 from planter.planting.model import Device
+from tests.support.cli import answer, run
 from tests.support.lanes import needs_compiler, path_of
 
 
@@ -27,9 +25,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def examined(*arguments: str) -> dict:  # type: ignore[type-arg]
-    result = CliRunner().invoke(application(), ["doctor", *arguments, "--json"])
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    found: dict = answer("doctor", *arguments)  # type: ignore[type-arg]
+    return found
 
 
 def ways_of(found: dict) -> dict[str, tuple[str, bool]]:  # type: ignore[type-arg]
@@ -181,7 +178,7 @@ def test_what_is_foreseen_is_what_happens(kernel_cache: None, monkeypatch: pytes
 
 
 def test_tables_for_people() -> None:
-    result = CliRunner().invoke(application(), ["doctor"])
-    assert result.exit_code == 0
-    assert "This installation" in result.stdout
-    assert "slopes" in result.stdout
+    code, out, _ = run("doctor")
+    assert code == 0
+    assert "This installation" in out
+    assert "slopes" in out

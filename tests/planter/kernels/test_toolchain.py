@@ -288,7 +288,8 @@ def _found(command: list[str], variables: dict[str, str]) -> tuple[dict, list[st
 class TestWithout:
     """It works, slower, and says so once."""
 
-    @pytest.mark.parametrize("case", WITHOUT)
+    @pytest.mark.parametrize("case", ["CC is empty", pytest.param("no folder", marks=pytest.mark.long),
+                                      pytest.param("a folder open to all", marks=pytest.mark.long)])  # fmt: skip
     def test_one_warning(self, case: str, objective: float, tmp_path: Path) -> None:
         found, said = _found([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
         assert len(said) == 1

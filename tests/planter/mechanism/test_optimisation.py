@@ -128,6 +128,7 @@ def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | Non
         optimise(load(file), least, [hold] if hold else [], starts=1)
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "best"
     found = answer("optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out))

@@ -8,7 +8,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import toolchain
 from planter.optimise import direct, ipopt
 from planter.optimise.descent import descend
 from planter.optimise.epigraph import Epigraph
@@ -19,19 +18,12 @@ from planter.planting.model import Device
 from planter.planting.objective import problem as problem_of
 from planter.planting.objective import weights
 from planter.planting.response import Planting
+from tests.support.lanes import needs_compiler
 
 SAMPLES = 120
 
 
-def _has_compiler() -> bool:
-    try:
-        toolchain.compiler()
-    except toolchain.NoCompiler:
-        return False
-    return True
-
-
-pytestmark = pytest.mark.skipif(not _has_compiler(), reason="no C compiler")
+pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
 
 
 def programme(device: Device, kind: str = "paper") -> Epigraph:
@@ -40,7 +32,9 @@ def programme(device: Device, kind: str = "paper") -> Epigraph:
     return Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
 
 
-@pytest.fixture(scope="module", params=MODELS)
+@pytest.fixture(
+    scope="module", params=[MODELS[0], *(pytest.param(model, marks=pytest.mark.long) for model in MODELS[1:])]
+)
 def device(request: pytest.FixtureRequest) -> Device:
     model: Model = request.param
     found = Device(file.load("wang2017"), model)

@@ -98,6 +98,7 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     assert coarse["push"]["swing_deg"] == pytest.approx(found["push"]["swing_deg"], abs=0.1)
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_pitch_file_leaves_out_the_dwell(tmp_path: Path) -> None:
     answer("yu2023", "--out", str(tmp_path))
     rows = [line for line in (tmp_path / "pitch.csv").read_text().splitlines() if not line.startswith("#")]
@@ -194,6 +195,7 @@ def test_an_arm_that_turns_back_is_refused_by_its_angle(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_points_given_alone_bear_no_other_machines_name(tmp_path: Path) -> None:
     (tmp_path / "ours.csv").write_text(CSV)
     found = answer(str(tmp_path / "ours.csv"), "--out", str(tmp_path / "out"))

@@ -142,6 +142,7 @@ def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large(
         gears.check(huge, build(huge))
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_contact_ratio_without_value_is_left_out_and_told(tmp_path: Path) -> None:
     """Points rounded to whole mm make pitch curves hollow here and there."""
     rounded = np.round([[float(c) for c in line.split(",")] for line in _path_csv().splitlines()[3:]])
@@ -159,6 +160,7 @@ def _path_csv() -> str:
     return examples.example("yu2023-path", "pickup", ".csv")
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> None:
     from tests.planter.pickup.test_smooth import smooth_file
 

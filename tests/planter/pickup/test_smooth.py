@@ -60,6 +60,7 @@ def test_beyond_the_transitions_the_law_is_the_paper_s_own() -> None:
     assert LAW.slopes(t)[0] == pytest.approx(LAW.mean_on_teeth * (1 + P * np.cos(t)), rel=1e-12)
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_command_tells_no_jump_and_where_no_teeth_can_drive(tmp_path: Path) -> None:
     found = answer(smooth_file(tmp_path), "--at", "200", "--at", "0")
     names = [one["name"] for one in found["warnings"]]

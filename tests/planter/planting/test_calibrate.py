@@ -17,6 +17,7 @@ from planter.planting.undisclosed.force import FIGURES, Force
 from planter.planting.undisclosed.inputs import Inputs
 from planter.terminal.console import Console
 
+pytestmark = pytest.mark.usefixtures("kernel_cache")
 LAWS = ("modified trapezoid",)
 
 

@@ -10,9 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from planter.cli.app import application
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError
 from planter.kernels.loops.graph import NotPrintable
@@ -24,6 +22,7 @@ from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
 from tests.support import machines, swapped
+from tests.support.cli import run
 
 HOST = Path(__file__).with_name("cuda_on_host.h")
 EQUAL = 1e-11
@@ -107,6 +106,7 @@ def test_nvidia_s_compiler_takes_it(tmp_path: Path) -> None:
 
 
 @needs_nvcc
+@pytest.mark.long
 def test_on_a_graphics_processor(tmp_path: Path) -> None:
     own = device("wang2017")
     answer = (
@@ -117,7 +117,7 @@ def test_on_a_graphics_processor(tmp_path: Path) -> None:
     if not present:
         with pytest.raises(NoCompiler, match="no graphics processor"):
             cuda.Batches(own, library)
-        pytest.skip("no graphics processor that runs CUDA")
+        pytest.skip("the CUDA kernels have not been run: there is no graphics processor here")
     designs = drawn(own, 200)
     found, reference = cuda.Batches(own, library)(designs), expected(own, designs, 360)
     assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
@@ -138,9 +138,7 @@ def test_only_one_number_for_one_angle() -> None:
 
 
 def test_the_command_writes_it(tmp_path: Path) -> None:
-    result = CliRunner().invoke(
-        application(), ["export", "cuda", "compact", "--model", "printed", "--out", str(tmp_path)]
-    )
-    assert result.exit_code == 0
-    assert result.stdout.split() == [str(tmp_path / "compact_printed.cu")]
+    code, out, _ = run("export", "cuda", "compact", "--model", "printed", "--out", str(tmp_path))
+    assert code == 0
+    assert out.split() == [str(tmp_path / "compact_printed.cu")]
     assert (tmp_path / "compact_printed.cu").read_text().startswith("/* compact: ")

@@ -1,14 +1,11 @@
 """A machine as C that stands alone: it compiles without a warning and finds what `planter` finds."""
 
-import json
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from planter.cli.app import application
 from planter.files import examples, units
 from planter.planting.cycle import cycle
 from planter.planting.export import c99
@@ -18,15 +15,10 @@ from planter.planting.model import Device
 from planter.planting.quantities import quantities
 from planter.planting.simulation import objective_gradient
 from tests.support import swapped
+from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, path_of
 
 OBJECTIVE = ("range_N", "variance_N2", "mean_N")
-
-
-def answer(*arguments: str) -> dict:  # type: ignore[type-arg]
-    result = CliRunner().invoke(application(), [*arguments, "--json"])
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
 
 
 def built(files: list[Path], compiler: str, *flags: str) -> Path:
@@ -154,9 +146,7 @@ def test_names_are_identifiers() -> None:
 
 
 def test_a_folder_that_cannot_be_written_is_refused() -> None:
-    result = CliRunner().invoke(application(), ["export", "c", "wang2017", "--out", "/dev/null/x", "--json"])
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert "/dev/null/x" in result.stderr
+    assert "/dev/null/x" in refusal("export", "c", "wang2017", "--out", "/dev/null/x")
 
 
 def test_every_built_in_machine_has_a_name_of_its_own() -> None:

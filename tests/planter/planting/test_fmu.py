@@ -40,10 +40,10 @@ both_versions = pytest.mark.parametrize("unit", ["exact", "exact 3.0"])
 
 @pytest.fixture(scope="module")
 def quick() -> Iterator[None]:
-    """Only the library of this system, compiled with fewer passes."""
+    """Only the library of this system, compiled without passes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(libraries, "PLATFORMS", {k: v for k, v in libraries.PLATFORMS.items() if k == "linux64"})
-        patch.setattr(libraries, "FLAGS", ("-O1", *libraries.FLAGS[1:]))
+        patch.setattr(libraries, "FLAGS", ("-O0", *libraries.FLAGS[1:]))
         yield
 
 

@@ -22,6 +22,7 @@ from tests.support import machines
 from tests.support.cli import refusal
 from tests.support.schemas import committed
 
+pytestmark = pytest.mark.usefixtures("kernel_cache")
 TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
 BOUNDS = {"mass.planet_kg": (0.9, 1.6), "centroid.planet_xy_mm[0]": (10.0, 26.0), "phase_deg": (-10.0, 10.0)}
 COLUMNS = Columns("force", angle="angle")

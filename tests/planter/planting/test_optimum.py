@@ -9,22 +9,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from planter.cli.app import application
 from planter.files import examples
 from planter.planting import file, optimum
 from planter.planting.commands import device as commands
 from planter.planting.report import results as report
 from planter.planting.search import Interrupted
+from tests.support.cli import refusal, run
 
 SHORT = ("--method", "ipopt", "--starts", "1", "--samples", "60")
 
 
 def called(*arguments: str, code: int = 0) -> dict:
-    done = CliRunner().invoke(application(), [*arguments, "--json"])
-    assert done.exit_code == code, done.output
-    return json.loads(done.stdout)
+    ended, out, err = run(*arguments, "--json")
+    assert ended == code, err
+    return json.loads(out)
 
 
 @pytest.fixture(autouse=True)
@@ -160,9 +159,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_search(
     monkeypatch.setattr(optimisation, "optimise", interrupt)
     occupied = tmp_path / "occupied"
     occupied.write_text("a file")
-    done = CliRunner().invoke(application(), ["optimise", "wang2017", "--out", str(occupied)])
-    assert done.exit_code == 2
-    assert done.stdout == ""
+    refusal("optimise", "wang2017", "--out", str(occupied))
 
 
 def test_the_partial_of_a_stopped_command_is_marked(tmp_path: Path) -> None:

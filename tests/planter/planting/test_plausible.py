@@ -37,6 +37,7 @@ def test_validate_and_simulate_warn_of_a_wrong_unit(name: str, value: float, usu
     assert warning in answer("simulate", "wang2017", "--set", setting)["warnings"]
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_warnings_are_shown_in_tables_and_on_the_page(tmp_path: Path) -> None:
     code, out, _ = run("validate", "wang2017", "--set", "tip_distance_mm=0.21")
     assert code == 0

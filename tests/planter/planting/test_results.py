@@ -15,18 +15,14 @@ from planter.planting.model import Device
 from planter.planting.optimisation import optimise
 from planter.planting.report import results as report
 from planter.planting.simulation import sensitivity, simulate
-from planter.report import files, style
+from planter.report import files
 from planter.report.folder import NAME
 
 MOTION = {"tip_path", "pitch_curves", "rotation"}
 FORCES = {"support_force", "joint_forces"}
 
 
-@pytest.fixture(autouse=True)
-def _blank(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are built, but empty sheets are written: drawing them takes most of the time, and is tested elsewhere."""
-    sheets = {"svg": b"<svg></svg>", "png": b""}
-    monkeypatch.setattr(style, "_rendered", lambda figure, kind, metadata: sheets[kind])
+pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
 def names(drawn: set[str], *others: str) -> set[str]:

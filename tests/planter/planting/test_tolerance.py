@@ -184,6 +184,7 @@ def test_of_several_entries_the_last_counts(held: Held) -> None:
     assert np.allclose([found["mass.planet_kg"].low, found["mass.planet_kg"].high], [0.9, 1.5])
 
 
+@pytest.mark.long
 def test_the_command_with_the_documented_example(held: Held, tmp_path: Path) -> None:
     common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
     found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))

@@ -15,6 +15,7 @@ from planter.planting.undisclosed.force import Force
 from planter.planting.undisclosed.inputs import INERTIA, Inputs, cam_angles, data, own_angles
 from tests.support import machines
 
+pytestmark = pytest.mark.usefixtures("kernel_cache")
 SAMPLES = 60
 
 

@@ -29,9 +29,8 @@ def optimum(job: str, way: str, cores: int) -> dict:
     return found
 
 
-@pytest.mark.parametrize(
-    "job", [job if job == "samples" else pytest.param(job, marks=pytest.mark.long) for job in JOBS]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("job", JOBS)
 def test_ways_and_cores_agree(job: str) -> None:
     first, *others = [optimum(job, way, cores) for way, cores in zip(NAMES, (2, 1, 2), strict=True)]
     for other in others:

@@ -14,9 +14,10 @@ from derive.papers import shi2021
 from derive.systems.clutch import beam
 from derive.systems.clutch import motion as clutch_motion
 from derive.systems.clutch import quantities as q
+from tests.support.late import LateDict
 
 SHAPES = beam.shapes()
-COEFFICIENTS = {name: beam.coefficients(shape) for name, shape in SHAPES.items()}
+COEFFICIENTS = LateDict(lambda: {name: beam.coefficients(shape) for name, shape in SHAPES.items()})
 
 
 @pytest.mark.parametrize("name", SHAPES)

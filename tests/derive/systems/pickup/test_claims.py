@@ -21,13 +21,12 @@ from derive.systems.pickup import claims, geometry, spline, train
 from derive.systems.pickup import points as pickup_points
 from derive.systems.pickup import quantities as q
 from derive.systems.pickup import teeth as pickup_teeth
+from tests.support.late import LateDict, LateList
 
-CLAIMS = {str(claim): equation for claim, equation in claims.formulas().equations.items()}
-FORMULAS = {
-    str(claim): (e.defines, e.defines - e.residual)
-    for claim, e in claims.formulas().equations.items()
-    if e.defines is not None
-}
+CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.formulas().equations.items()})
+FORMULAS = LateDict(
+    lambda: {claim: (e.defines, e.defines - e.residual) for claim, e in CLAIMS.items() if e.defines is not None}
+)
 PRINTED = {number: e for number, e in yu2023.PAPER.equations.items() if e.legibility != "lost"}
 LOST = [e for e in yu2023.PAPER.equations.values() if e.legibility == "lost"]
 
@@ -39,8 +38,8 @@ def meant(number: str) -> dict[sp.Symbol, sp.Expr]:
 
 
 READ = {n: replace(e, residual=e.residual.xreplace(meant(n))) for n, e in PRINTED.items()}
-POINTS = [claims.admissible(random.Random(seed)) for seed in range(16)]
-TURN = claims.reference(24)
+POINTS = LateList(lambda: [claims.admissible(random.Random(seed)) for seed in range(16)])
+TURN = LateList(lambda: claims.reference(24))
 SMALL = mp.mpf(10) ** -50
 Point = Mapping[Quantity, mp.mpf]
 

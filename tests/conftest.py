@@ -1,0 +1,33 @@
+"""How the tests evaluate: by CasADi's virtual machine, alike on every machine, unless they ask for compiled functions.
+
+That all ways give the same is tested by itself, in `planter/kernels` and `planter/planting`.
+"""
+
+from collections.abc import Iterator
+
+import pytest
+
+from planter.report import style
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _virtual_machine() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PLANTER_KERNELS", "casadi-vm")
+        yield
+
+
+@pytest.fixture(scope="module")
+def kernel_cache(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Functions are compiled, and kept between runs, apart from the user's own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PLANTER_CACHE", str(request.config.cache.mkdir("kernels")))
+        patch.delenv("PLANTER_KERNELS", raising=False)
+        yield
+
+
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are built, but empty sheets are written: drawing them takes most of the time, and is tested elsewhere."""
+    sheets = {"svg": b"<svg></svg>", "png": b""}
+    monkeypatch.setattr(style, "_rendered", lambda figure, kind, metadata: sheets[kind])
