@@ -14,7 +14,7 @@ SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test test-long test-oldest test-pythons attack derive audit check-generated bench lint docs release clean
+.PHONY: help optimise test test-long test-oldest test-pythons attack derive audit check-generated bench lint docs test-page release clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -61,6 +61,9 @@ lint: $(VENV)/.complete  ## format check, lint, types
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
+
+test-page: $(VENV)/.docs  ## the page without a server: what it computes, and in a browser
+	$(BIN)/python -m pytest -n 0 tests/planter/kernels/programs tests/planter/studio/static
 
 docs: $(VENV)/.docs  ## build the documentation into out/docs, without a network, every warning an error
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs $(OUT)/docs

@@ -36,6 +36,7 @@ BY_HAND = {
     "planting/enclosed.py": "sines of enclosures, of the series that is generated",
     "planting/gears.py": "directions of generated points",
     "planting/lifted.py": "how far from the pitch point teeth are let touch, an input of the lifted model",
+    "planting/portable/rows.py": "points of a generated outline as the planet holds them, for a drawing",
     "planting/undisclosed/experiment.py": "a speed that goes up and down, an input of the lifted model",
 }
 """Modules of machines that call them, and what for; forces, contacts and rotations of gears are not among it."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from book import commands, docstrings, drawings, figures, findings, formats, formulas, keys, models, names, works
+from book import commands, docstrings, drawings, figures, findings, formats, formulas, keys, models, names, trial, works
 
 MADE = Path(__file__).parents[1] / "made"
 PAGES = {
@@ -22,6 +22,7 @@ PAGES = {
     "names": names.page,
     "schemas": commands.schemas,
     "topics": commands.topics,
+    "trial": trial.page,
     "works": works.page,
 }
 
@@ -33,6 +34,7 @@ def write(app: Sphinx) -> None:
         (MADE / f"{name}.md").write_text(page(), encoding="utf-8")
     drawings.draw(MADE)
     figures.draw(MADE)
+    app.config.html_extra_path = [str(trial.FOLDER)]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

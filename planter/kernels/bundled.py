@@ -13,7 +13,7 @@ from planter.kernels import platforms
 
 HERE = ""
 """The target that stands for this system."""
-PREPARATION_S = {HERE: 20, "x86_64-windows-gnu": 100}
+PREPARATION_S = {HERE: 20, "x86_64-windows-gnu": 100, "wasm32-wasi": 20}
 """How long its first use for a target takes beside what is compiled, measured on two cores; others as this one."""
 FOLDER = "ZIG_GLOBAL_CACHE_DIR"
 """The variable that names the folder where it keeps what it builds for itself."""

@@ -24,7 +24,7 @@ from planter.kernels.compiler import Compiler, NoCompiler, compiler
 
 __all__ = [
     "FAST_MATH", "OPTIMISED", "SWIFT", "Compiler", "NoCompiler", "Refused", "announce", "cache_folder", "cache_path",
-    "compiler", "functions", "library", "load", "loop_flags", "place", "sound", "warn",
+    "compiler", "functions", "library", "load", "loop_flags", "place", "run_for", "said", "sound", "warn",
 ]  # fmt: skip
 
 TIMEOUT_S = 300
@@ -143,6 +143,23 @@ def announce(folder: Path, target: str = bundled.HERE) -> None:
             f" for {target}" if target else "",
             bundled.preparation_s(target),
         )
+
+
+def run_for(target: str, command: list[str], folder: Path) -> None:
+    """A step of the bundled compiler for another system; a folder is where it may leave something for a while.
+
+    Raises NoCompiler, OSError, or SubprocessError.
+    """
+    cache = cache_folder()
+    announce(cache, target)
+    builds.run(command, TIMEOUT_S, folder, bundled.variables(cache))
+    bundled.keep(cache, target)
+
+
+def said(error: Exception) -> str:
+    """What a compiler says is wrong, in a line."""
+    lines = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip().splitlines()
+    return next((line for line in lines if "error" in line), lines[0] if lines else str(error))
 
 
 @cache

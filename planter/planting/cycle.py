@@ -64,8 +64,12 @@ def statistics(force: Array) -> Statistics:
 
 def centre_distances(device: Device, at: Prologue) -> Array:
     """Centre distances of both stages [m], (2,)."""
-    second = 1 + device.stages[0].terms
-    return at.h[[0, second]]
+    return at.h[distance_places(device)]
+
+
+def distance_places(device: Device) -> list[int]:
+    """Where the centre distances of both stages stand in what a prologue finds."""
+    return [0, 1 + device.stages[0].terms]
 
 
 def weight(device: Device) -> float:

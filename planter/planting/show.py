@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from planter.planting.file import Machine
     from planter.planting.model import Device
     from planter.planting.requirements.measures import Measures
+    from planter.view.portable import Portable
     from planter.view.scene import Scene
 
 DESIGN = "design."
@@ -107,6 +108,13 @@ class Planting:
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""
         return written(self.machine, changed(self.machine, values))
+
+    def portable(self, model: str) -> Portable:
+        """What a page needs to compute the device by itself."""
+        from planter.planting.portable import programs
+        from planter.planting.report.scene import CORNERS, MOMENTS
+
+        return programs.portable(self._device(model, self.machine.numbers()), MOMENTS, CORNERS + 1)
 
     def _at(self, values: Values, model: str) -> tuple[Device, Array]:
         """The device with these numbers but for the design, which is (p,) [SI]."""

@@ -11,6 +11,8 @@ from planter.errors import InputError
 from planter.terminal.console import Console
 
 app = typer.Typer()
+DEFAULT = "wang2017"
+"""The machine of a page that is written for none."""
 
 
 @app.command()
@@ -20,11 +22,27 @@ def studio(
     ] = None,
     folder: Annotated[Path, typer.Option(help="folder whose files can be opened; none beyond it is read")] = Path(),
     port: Annotated[int, typer.Option(min=0, max=65535, help="port on this machine; 0 takes a free one")] = 0,
+    static: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="write the page to one HTML file that needs no server", show_default=False),
+    ] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="open the page in the browser")] = True,
 ) -> None:
-    """A page on this machine: a hand on a slider changes a machine, and everything follows at once."""
+    """A page on this machine: a hand on a slider changes a machine, and everything follows at once.
+
+    With --static the page is written to a file, which any browser opens and any host serves: it computes a planting
+    device, or a mechanism of one's own, by itself, in WebAssembly (planter[compiler] builds it). It has sliders, the
+    drawing, curves, results and a descent; requirements, teeth and optima are the studio's alone.
+
+    planter studio wang2017 --static wang2017.html
+    """
     console = Console(as_json=False)
     with console.outcome():
+        if static is not None:
+            from planter.studio.static.file import write
+
+            print(write(machine or DEFAULT, static))
+            return
         try:
             from planter.studio import server
         except ImportError as error:

@@ -16,7 +16,7 @@ from planter.view.channels import course, packed
 from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Control, Shown, Values, opened
+from planter.view.subject import Shown, Values, opened
 
 LARGEST = 1_000_000
 """Letters of a file that is taken."""
@@ -48,7 +48,8 @@ class Session:
             "name": self.machine.name,
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
-            "controls": [_control(one) for one in self.machine.controls],
+            "search": "Optimise" if any(one.group == "design" for one in self.machine.controls) else None,
+            "controls": [one.told() for one in self.machine.controls],
             "exports": [asdict(one) for one in self._exports],
         }
 
@@ -163,10 +164,6 @@ class Session:
         place = Path(self._scratch.name) / "opened.toml"
         place.write_text(text, encoding="utf-8", newline="\n")
         return str(place)
-
-
-def _control(one: Control) -> dict[str, Any]:
-    return {**asdict(one), "group": one.group}
 
 
 def _table(message: Message, key: str) -> Mapping[str, Any]:

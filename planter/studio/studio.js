@@ -15,7 +15,7 @@ function say(text, wrong = false) {
 function take(message) {
   if (message.sources) sources(message.sources);
   if (message.opened) opened(message.opened);
-  if (message.scenes && message.id > state.shown) { seen(message); say(""); }
+  if (message.scenes && message.id > state.shown) seen(message);
   if (message.finished && message.id === state.id) finished(message.finished);
   if (message.details && message.id === state.id) details(message);
   if (message.checks && message.id === state.id) checks(message.checks);
@@ -66,7 +66,8 @@ function opened(machine) {
   state.model = machine.models.includes(state.model) ? state.model : machine.models[0];
   $("model").replaceChildren(...machine.models.map((name) => new Option(name, name, false, name === state.model)));
   offer(machine.exports);
-  $("optimise").hidden = !machine.controls.some((one) => one.path.startsWith("design."));
+  $("optimise").hidden = !machine.search;
+  search(false);
   controls();
   ask();
 }
@@ -131,6 +132,7 @@ function reflect() {
 function ask() {
   state.id += 1;
   for (const name of ["checks", "readings", "details"]) $(name).classList.add("stale");
+  say("");
   send({ id: state.id, values: state.values, model: state.model });
 }
 
@@ -138,11 +140,17 @@ const drawings = [];
 
 function draw(place, index, scene) {
   const known = drawings[index];
-  if (known && known.element.parentElement === place) { known.load(scene.record, scene.picture); return; }
+  if (known && known.element.parentElement === place) known.load(scene.record, scene.fill ?? scene.picture);
+  else drawings[index] = drawn(place, scene);
+}
+
+/** A drawing of a scene, whose picture may be one that is to be filled. */
+function drawn(place, scene) {
   const element = document.createElement("div");
   Object.assign(element, { className: "planter-view", tabIndex: 0, innerHTML: scene.picture });
+  scene.fill?.(element.querySelector("svg.mechanism"));
   place.append(element);
-  drawings[index] = new Drawing(element, scene.record);
+  return new Drawing(element, scene.record);
 }
 
 /** Points of the first drawing that a hand takes hold of; the machine follows, within the ends of its numbers. */
@@ -273,10 +281,7 @@ function keep() {
   place.id = "kept";
   $("drawings").classList.add("two");
   $("drawings").append(place);
-  const element = document.createElement("div");
-  Object.assign(element, { className: "planter-view", tabIndex: 0, innerHTML: state.latest.scenes[0].picture });
-  place.append(element);
-  new Drawing(element, state.latest.scenes[0].record);
+  drawn(place, state.latest.scenes[0]);
   readings();
 }
 
@@ -289,9 +294,17 @@ function undo() {
   ask();
 }
 
+/** Numbers as the file has them. */
+function reset() {
+  remember({ ...state.values });
+  for (const one of state.machine.controls) state.values[one.path] = one.value;
+  reflect();
+  ask();
+}
+
 function search(running) {
   state.searching = running;
-  $("optimise").textContent = running ? "Cancel" : "Optimise";
+  $("optimise").textContent = running ? "Cancel" : (state.machine?.search ?? "");
 }
 
 function optimise() {
@@ -307,8 +320,9 @@ function optimum(message) {
   Object.assign(state.values, message.optimum);
   reflect();
   ask();
+  const found = state.machine.search === "Optimise" ? "Optimum" : "Improved";
   const agreeing = message.certificate ? `, ${message.certificate.agreeing_starts} of ${message.certificate.starts} starts agree` : "";
-  say(`Optimum: objective ${digits(message.start_objective)} to ${digits(message.objective)}${agreeing}.`);
+  say(`${found}: objective ${digits(message.start_objective)} to ${digits(message.objective)}${agreeing}.`);
   document.body.dataset.optimum = message.objective;
 }
 
@@ -327,6 +341,7 @@ $("export").addEventListener("click", () => {
 $("source").addEventListener("change", () => open({ name: $("source").value }));
 $("model").addEventListener("change", () => { Object.assign(state, { model: $("model").value, beside: [] }); ask(); });
 $("undo").addEventListener("click", undo);
+$("reset").addEventListener("click", reset);
 $("keep").addEventListener("click", keep);
 $("optimise").addEventListener("click", optimise);
 $("save").addEventListener("click", () => send({ ask: "file", values: state.values }));

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 from planter import rooms
@@ -37,6 +37,10 @@ class Control:
     def group(self) -> str:
         """What it stands with."""
         return self.path.partition(".")[0]
+
+    def told(self) -> dict[str, Any]:
+        """As a page takes it."""
+        return {**asdict(self), "group": self.group}
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,21 @@
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
-/** Series of float32, one after another in base64, each of `moments` numbers; or what stands still or goes on evenly. */
+/** Series of float32, one after another, each of `moments` numbers; or what stands still or goes on evenly. */
 function series(record) {
-  const text = atob(record.data);
-  const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
-  const all = new Float32Array(bytes.buffer);
+  const all = record.block ?? decoded(record.data);
   const part = (k) => all.subarray(k * record.moments, (k + 1) * record.moments);
   const moving = (values, ahead) => (i) => values[(i + ahead) % record.moments];
   return (told) => {
     if (typeof told === "number") return () => told;
     return "step" in told ? (i) => told.from + told.step * i : moving(part(told.series), told.ahead);
   };
+}
+
+/** Numbers in base64. */
+function decoded(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
 }
 
 /** An element with attributes and children. */
@@ -183,9 +187,10 @@ export class Drawing {
     element.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  /** Take another record, and the picture in place with it; the moment stays. */
+  /** Take another record, and with it another picture, or what changes the one in place; the moment stays. */
   load(record, picture = null) {
-    if (picture !== null) this.element.querySelector("svg.mechanism").outerHTML = picture;
+    if (typeof picture === "function") picture(this.element.querySelector("svg.mechanism"));
+    else if (picture !== null) this.element.querySelector("svg.mechanism").outerHTML = picture;
     this.motion = new Motion(record);
     this.mechanism = new Mechanism(this.element.querySelector("svg.mechanism"), this.motion);
     if (picture === null || this.motion.curves.length !== this.count) this.#build();

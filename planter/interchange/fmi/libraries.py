@@ -44,7 +44,7 @@ def build(place: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
                 _run(step, folder, "" if own else target)
             return file, (folder / file).read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
-            raise NoCompiler(f"{command[0]} did not build {file}: {_said(error)}") from error
+            raise NoCompiler(f"{command[0]} did not build {file}: {toolchain.said(error)}") from error
 
 
 def _is_here(place: str) -> bool:
@@ -53,15 +53,7 @@ def _is_here(place: str) -> bool:
 
 def _run(command: list[str], folder: Path, target: str) -> None:
     """One step, by the bundled compiler where there is a target."""
-    if not target:
+    if target:
+        toolchain.run_for(target, command, folder)
+    else:
         builds.run(command, toolchain.TIMEOUT_S, folder)
-        return
-    cache = toolchain.cache_folder()
-    toolchain.announce(cache, target)
-    builds.run(command, toolchain.TIMEOUT_S, folder, bundled.variables(cache))
-    bundled.keep(cache, target)
-
-
-def _said(error: Exception) -> str:
-    lines = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip().splitlines()
-    return next((line for line in lines if "error" in line), lines[0] if lines else str(error))

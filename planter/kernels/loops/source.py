@@ -16,10 +16,10 @@ from planter.kernels.loops import functions
 from planter.kernels.loops.graph import Assignment, Graph, Place, Store
 
 
-def file(graphs: Sequence[Graph], summed: Sequence[bool]) -> str:
-    """A C file with a lane kernel for each graph."""
+def file(graphs: Sequence[Graph], summed: Sequence[bool], wasm: bool = False) -> str:
+    """A C file with a lane kernel for each graph, for WebAssembly or any other processor."""
     kernels = [function(graph, total) for graph, total in zip(graphs, summed, strict=True)]
-    return "\n".join(["#include <math.h>\n", functions.source(graphs[0].function.name()), *kernels])
+    return "\n".join(["#include <math.h>\n", functions.source(graphs[0].function.name(), wasm), *kernels])
 
 
 def prototype(f: ca.Function) -> str:

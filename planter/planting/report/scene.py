@@ -15,7 +15,8 @@ from planter.planting.report.gearing import Gearing, gearing
 from planter.planting.report.teeth import teeth
 from planter.view.scene import Body, Curve, Event, Force, Label, Outline, Point, Scene
 
-MOMENTS = 360
+MOMENTS, CORNERS = 360, 180
+"""Of a turn, and of a pitch curve."""
 CURVES = {
     "support_N": "vertical support force",
     "M_L_Nm": "torque of the motor",
@@ -37,7 +38,7 @@ def scene(device: Device, x: Array, before: Array | None = None, toothed: bool =
     """
     turn = cycle.cycle(device, device.prologue(x), cycle.angles(MOMENTS))
     columns = turn.columns()
-    gears = gearing(device, x, samples=180)
+    gears = gearing(device, x, samples=CORNERS)
     speed, forward = (device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s"))
     seconds = 2 * np.pi / abs(speed)
     cut = teeth(device, x) if toothed else ()

@@ -1,0 +1,1 @@
+"""A planting device as programs: what a page needs to compute it without Python."""

@@ -1,0 +1,90 @@
+"""Programs: what they find here is what their WebAssembly finds, and what a hand would."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter.kernels import bundled
+from planter.kernels.programs import webassembly
+from planter.kernels.programs.program import Program, Step
+from planter.kernels.programs.text import LOOPS, MAIN, texts
+from planter.kernels.toolchain import NoCompiler
+from tests.support.wasm import Running, apart, needs_wasm
+
+ANGLES = np.concatenate([np.linspace(-50, 50, 301), np.linspace(-4e4, 4e4, 200), np.pi * np.arange(-20, 20) / 2])
+
+
+def program() -> Program:
+    """A matrix made of a vector, what that does to a row of angles, and their largest and mean."""
+    x, a, t = ca.SX.sym("x", 2), ca.SX.sym("a", 3, 2), ca.SX.sym("t")
+    rows = ca.MX.sym("rows", len(ANGLES), 3)
+    return Program("demo", {"x": np.array([0.7, -1.3]), "t": ANGLES}, [
+        Step(ca.Function("demo_matrix", [x], [ca.horzcat(x[0] * ca.SX([1, 2, 3]), x[1] ** ca.SX([1, 2, 3]))],
+                         ["x"], ["a"])),
+        Step(ca.Function("demo_rows", [t, a], [ca.vertcat(ca.sin(t), ca.cos(t), a[2, 0] * t + a[0, 1])],
+                         ["t", "a"], ["rows"]), ("t",)),
+        Step(ca.Function("demo_singles", [rows], [ca.vertcat(ca.mmax(rows[:, 2]), ca.sum1(rows[:, 0]))],
+                         ["rows"], ["singles"])),
+    ])  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def running() -> Running:
+    return Running(webassembly.module([program()]))
+
+
+def test_a_program_finds_what_its_formulas_say() -> None:
+    found = program()(x=np.array([2.0, 0.5]))
+    assert found["a"] == pytest.approx([2, 4, 6, 0.5, 0.25, 0.125], rel=1e-15)
+    line = 6 * ANGLES + 0.5
+    assert found["rows"] == pytest.approx(np.concatenate([np.sin(ANGLES), np.cos(ANGLES), line]), abs=1e-9)
+    assert found["singles"] == pytest.approx([line.max(), np.sin(ANGLES).sum()], rel=1e-12)
+
+
+def test_vectors_stand_one_after_another() -> None:
+    own = program()
+    ends = np.cumsum(list(own.sizes.values()))
+    assert list(own.offsets.values()) == [0, *ends[:-1]]
+    assert own.size == ends[-1]
+    assert list(own.sizes) == ["x", "t", "a", "rows", "singles"]
+
+
+@needs_wasm
+def test_webassembly_finds_the_same_and_needs_nothing(running: Running) -> None:
+    own = program()
+    assert list(running.module.imports) == []
+    for x in ([0.7, -1.3], [2.0, 0.5], [-1e3, 1e-3]):
+        found, known = running.vectors(own, x=np.array(x)), own(x=np.array(x))
+        assert found is not None
+        assert apart(found, known) < 1e-14
+
+
+@needs_wasm
+def test_its_sine_and_cosine_are_right_far_from_zero_too(running: Running) -> None:
+    found = running.vectors(program())
+    assert found is not None
+    sine, cosine, _ = found["rows"].reshape(3, -1)
+    assert np.abs(sine - np.sin(ANGLES)).max() < 4e-16
+    assert np.abs(cosine - np.cos(ANGLES)).max() < 4e-16
+
+
+@needs_wasm
+def test_what_is_not_finite_is_told(running: Running) -> None:
+    assert running.vectors(program(), x=np.array([np.inf, 1.0])) is None
+    assert running.vectors(program(), x=np.array([1e308, 1e308])) is None
+    assert running.vectors(program(), x=np.array([1.0, 1.0])) is not None
+
+
+def test_without_the_compiler_a_sentence_says_what_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bundled, "command", lambda target="": ())
+    with pytest.raises(NoCompiler, match=r"pip install 'planter\[compiler\]'"):
+        webassembly.module([program()])
+
+
+def test_the_text_is_c_of_loops_and_of_what_calls_them() -> None:
+    found = texts([program()])
+    assert set(found) == {LOOPS, MAIN}
+    assert "void demo_rows(long lanes" in found[LOOPS]
+    assert "int demo(void)" in found[MAIN]

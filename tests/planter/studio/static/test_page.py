@@ -1,0 +1,167 @@
+"""The page without a server: what it computes is what the commands compute, and it fetches and runs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planter.kernels import Array, bundled
+from planter.kernels.programs import webassembly
+from planter.planting.file import Machine, load
+from planter.planting.model import Device
+from planter.planting.show import Planting
+from planter.planting.turns import Turns
+from planter.view.subject import opened
+from tests.planter.studio.static.told import Told
+from tests.support import pairs
+from tests.support.cli import run
+from tests.support.machines import with_flank
+from tests.support.wasm import Running, apart, needs_wasm
+
+pytestmark = needs_wasm
+TWELVE = 1e-12
+"""Of the largest number of a series, of a reading's own size, of the largest slope."""
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_its_readings_are_the_studio_s_to_twelve_digits(page: Told, model: str) -> None:
+    machine = opened("wang2017-wide")
+    for values in page.designs(6):
+        known = {one.name: one.value for one in machine.readings(values, model)}
+        assert page.readings(model, values) == pytest.approx(known, rel=TWELVE)
+
+
+def test_a_changed_constant_of_its_functions_would_be_seen(page: Told) -> None:
+    """One constant of the module, a thousandth more: some reading is wrong by more than twelve digits."""
+    values = page.designs(1)[1]
+    known = page.readings("exact", values)
+    start = np.array([load("wang2017-wide").si("mass.carrier_kg")]).tobytes()
+    assert page.module.count(start) > 0
+    changed = page.module.replace(start, (np.frombuffer(start) * 1.001).tobytes())
+    assert page.readings("exact", values, Running(changed)) != pytest.approx(known, rel=TWELVE)
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_its_drawing_is_the_studio_s(page: Told, model: str) -> None:
+    """Every series, place, outline and label that follows numbers, at designs that it was not built at."""
+    machine = opened("wang2017-wide")
+    plan = page.machine["models"][model]["plan"]
+    for values in page.designs(4)[1:]:
+        numbers, scene = page.numbers(model, "seen", values), machine.scenes(values, model)[0]
+        lines = [*scene.ground, *(line for body in scene.every() for line in body.outlines)]
+        for place, source in plan["channels"]:
+            assert_same(taken(numbers, source), series(scene, place))
+        for line in plan["outlines"]:
+            shown = (
+                np.array([taken(numbers, row) for row in line["rows"]]).T
+                if "rows" in line
+                else np.array([[taken(numbers, source) for source in corner] for corner in line["corners"]])
+            )
+            assert_same(shown, lines[line["number"]].points)
+        for number, x, y in plan["labels"]:
+            label = scene.labels[number]
+            assert_same(np.array([taken(numbers, x), taken(numbers, y)]), np.array([label.x, label.y]))
+
+
+def taken(numbers: Array, source: Mapping[str, Any]) -> Any:
+    if "count" not in source:
+        return source["plus"] + (0.0 if source["at"] < 0 else numbers[source["at"]])
+    row = numbers[source["at"] : source["at"] + source["count"]]
+    return source["plus"] + source["sign"] * np.roll(row, -source["ahead"])
+
+
+def series(scene: Any, place: Sequence[Any]) -> Array:
+    key, *rest = place
+    if not rest:
+        return np.asarray(getattr(scene, key))
+    if key == "curves":
+        return np.asarray(getattr(scene.curves[rest[0]], rest[1]))
+    if key == "bodies":
+        body = list(scene.every())[rest[0]]
+        return np.asarray((*body.at, body.turn)[rest[1]])
+    if key == "points":
+        point = scene.points[rest[0]]
+        return np.asarray((point.x, point.y)[rest[1]])
+    force = scene.forces[rest[0]]
+    return np.asarray((force.at.x, force.at.y, force.x, force.y)[rest[1]])
+
+
+def assert_same(found: Any, known: Array) -> None:
+    assert np.abs(found - known).max() <= TWELVE * max(np.abs(known).max(), 1.0)
+
+
+@pytest.mark.parametrize("model", ["exact", "printed"])
+def test_its_slopes_are_those_of_the_compiled_turn(page: Told, model: str) -> None:
+    told = page.machine["models"][model]["descent"]
+    for values in page.designs(3):
+        device = Device(load("wang2017-wide", values), model)  # type: ignore[arg-type]
+        objective, gradient = Turns(device).gradient(device.design)
+        numbers = page.numbers(model, "descent", values)
+        assert numbers[told["objective"]] == pytest.approx(objective, rel=TWELVE)
+        found = numbers[told["gradient"] :][: len(gradient)]
+        assert np.abs(found - gradient).max() <= TWELVE * np.abs(gradient).max()
+
+
+def test_it_runs_its_one_script_and_fetches_nothing(page: Told) -> None:
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page.html)
+    assert policy
+    parts = dict(part.strip().split(" ", 1) for part in policy[1].split(";"))
+    for tag, key in (("script", "script-src"), ("style", "style-src")):
+        texts = re.findall(rf'<{tag}(?: type="module")?>(.*?)</{tag}>', page.html, re.DOTALL)
+        assert len(texts) == 1
+        named = base64.b64encode(hashlib.sha256(texts[0].encode()).digest()).decode()
+        assert parts[key].split()[0] == f"'sha256-{named}'"
+    assert parts["default-src"] == "'none'"
+    assert parts["script-src"].split()[1:] == ["'wasm-unsafe-eval'"]
+    assert "connect-src" not in parts
+    assert set(re.findall(r"https?://[^\s\\\"'<]+", page.html)) <= {"http://www.w3.org/2000/svg"}
+    assert len(page.html) < 330_000
+
+
+def test_other_families_flanks_masses_and_objectives_go_too() -> None:
+    base = with_flank(pairs.machine("limacon", "fourier"), "cycloidal").table()
+    base["objective"] |= {"kind": "newton", "weight_range": 0.3, "samples": 250}
+    base["mass"] |= {"planet_kg": 2.5, "middle_kg": 0.2}
+    base["nozzle"]["tip_distance_mm"] = 180.0
+    machine = Planting(Machine.read(base, "other.toml"))
+    portable = machine.portable("exact")
+    running = Running(webassembly.module(portable.programs))
+    values = {one.path: one.lower + 0.3 * (one.upper - one.lower) for one in machine.controls}
+    for program in portable.programs:
+        known = portable.at(values, program)
+        found = running.vectors(program, **{key: known[key] for key in ("x", "c")})
+        assert found is not None
+        assert apart(found, known) < TWELVE
+    singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
+    known = {one.name: one.value for one in machine.readings(values, "exact")}
+    assert {name: singles[name] for name in known} == pytest.approx(known, rel=TWELVE)
+
+
+def refused(*arguments: str) -> str:
+    """The one sentence of a refused call."""
+    code, out, err = run("studio", *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    return err.strip()
+
+
+@pytest.mark.parametrize("machine", ["yu2023", "shi2021", "sun2019"])
+def test_machines_that_no_page_can_compute_are_refused_in_a_sentence(tmp_path: Path, machine: str) -> None:
+    told = refused(machine, "--static", str(tmp_path / "page.html"))
+    assert told == f"planter: --static is not there for {machine}: such a machine is computed in Python alone"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
+    assert "ends in .html" in refused("--static", str(tmp_path / "page.pdf"))
+
+
+def test_without_the_compiler_it_says_what_brings_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bundled, "command", lambda target="": ())
+    assert "pip install 'planter[compiler]'" in refused("--static", str(tmp_path / "page.html"))
