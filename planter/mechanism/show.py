@@ -13,6 +13,7 @@ from planter.view.subject import Check, Control, Reading, Table, Values, control
 if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.turn import Turn
+    from planter.view.portable import Portable
     from planter.view.scene import Scene
 
 MOST = 12
@@ -66,6 +67,17 @@ class Mechanism:
         """The mechanism's file with these values, which knows where its functions are."""
         moved = self._moved(values)
         return written(self.file, moved.model_copy(update={"folder": str(self.file.place)}))
+
+    def portable(self, model: str) -> Portable:
+        """What a page needs to compute the mechanism by itself."""
+        from planter.mechanism.model import Model
+        from planter.mechanism.portable import Turning
+
+        return Turning(Model(self.file)).portable()
+
+    def handed(self, values: Values) -> str:
+        """The file without the place of its functions."""
+        return written(self.file, self._moved(values))
 
     def _moved(self, values: Values) -> MechanismFile:
         return self.file.moved_to({path.removeprefix("values."): value for path, value in values.items()})

@@ -116,6 +116,10 @@ class Planting:
 
         return programs.portable(self._device(model, self.machine.numbers()), MOMENTS, CORNERS + 1)
 
+    def handed(self, values: Values) -> str:
+        """The machine file with these numbers."""
+        return self.text(values)
+
     def _at(self, values: Values, model: str) -> tuple[Device, Array]:
         """The device with these numbers but for the design, which is (p,) [SI]."""
         own = self._device(model, {path: value for path, value in values.items() if not path.startswith(DESIGN)})

@@ -60,3 +60,6 @@ class Movable(Shown, Protocol):
 
     def portable(self, model: str) -> Portable:
         """Its programs, which find the numbers of its first scene. Raises InputError where it has none, saying why."""
+
+    def handed(self, values: Values) -> str:
+        """The machine's file with other numbers for a reader elsewhere: without places on this computer."""

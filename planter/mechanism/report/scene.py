@@ -9,6 +9,7 @@ import numpy as np
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.report.figures import Course
+from planter.numerics.arrays import Integers
 from planter.view.scene import Body, Chain, Curve, Outline, Point, Scene
 
 GROUND = "ground"
@@ -17,6 +18,8 @@ MOST = 400
 MOST_CURVES = 16
 MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
 """Of a point of the ground."""
+MARKS = 30
+"""So many go into the drawing side by side."""
 OBLIQUE = 0.35
 """How far a length towards the viewer is drawn to the left and down: the cabinet view of a mechanism in space."""
 
@@ -25,7 +28,7 @@ def scene(
     title: str, course: Course, seconds: float, columns: Mapping[str, Array], places: Mapping[str, Array]
 ) -> Scene:
     """A course with columns (n,) in shown units by key; `places` (n,) [m] are those of the generated functions."""
-    chosen = np.unique(np.linspace(0, len(course.values) - 1, min(MOST, len(course.values))).astype(int))
+    chosen = shown(len(course.values))
     points: list[Point] = []
     numbers: dict[tuple[str, bytes], int] = {}
     chains: list[Chain] = []
@@ -42,13 +45,18 @@ def scene(
         unit=unit,
         places=course.values[chosen],
         seconds=seconds,
-        bodies=_ground(bodies.get(GROUND, {}), extent / 30),
+        bodies=_ground(bodies.get(GROUND, {}), extent / MARKS),
         points=points,
         again=course.turn,
         chains=chains,
         curves=[Curve(key, units.unit(key), column[chosen])
                 for key, column in list(columns.items())[:MOST_CURVES]],
     )  # fmt: skip
+
+
+def shown(count: int) -> Integers:
+    """Which of so many moments are shown."""
+    return np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(np.int64))
 
 
 def _bodies(places: Mapping[str, Array]) -> dict[str, dict[str, Array]]:

@@ -113,5 +113,6 @@ def _around(frames: tuple[Frame, ...]) -> Frame:
 
 
 def _shape(scene: Scene) -> list[int]:
-    """What the drawings of two scenes have in common: how many points each line has."""
-    return [len(one.points) for one in outlines(scene)]
+    """What drawings that are alike have in common: how many points each line has, bodies, points, curves."""
+    parts = list(scene.every()), scene.points, scene.chains, scene.forces, scene.curves, scene.labels
+    return [*(len(one.points) for one in outlines(scene)), *map(len, parts)]

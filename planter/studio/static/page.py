@@ -46,8 +46,12 @@ def page(machine: Movable) -> str:
 
 def _html(machine: Movable, told: Mapping[str, Any], models: Mapping[str, Model]) -> str:
     studio, view, own = "planter.studio", "planter.view", __package__
-    modules = {"view": _text(view, "view.js"), "exports": _text(studio, "exports.js"), **{name: _text(own, f"{name}.js") for name in OWN},
-               "studio": _text(studio, "studio.js")}  # fmt: skip
+    modules = {
+        "view": _text(view, "view.js"),
+        "exports": _text(studio, "exports.js"),
+        **{name: _text(own, f"{name}.js") for name in OWN},
+        "studio": _text(studio, "studio.js"),
+    }
     script, style = bundle(modules), "\n".join([_text(view, "view.css"), _text(studio, "studio.css")])
     policy = (
         f"default-src 'none'; script-src {_hash(script)} 'wasm-unsafe-eval'; style-src {_hash(style)}; "

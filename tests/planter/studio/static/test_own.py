@@ -1,0 +1,85 @@
+"""A mechanism of one's own in a page: its turn, with closed loops and without, as `planter turn` finds it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import NotFiniteError
+from planter.kernels.programs import webassembly
+from planter.mechanism.model import Model
+from planter.mechanism.show import Mechanism
+from planter.mechanism.turn import turn
+from tests.planter.studio.static.told import Told, written
+from tests.support import own
+from tests.support.cli import run
+from tests.support.wasm import Running, apart, needs_wasm
+
+CRANK, TRAIN = "slider_crank", "planetary_train"
+
+
+def designs(machine: Mechanism, count: int) -> list[dict[str, float]]:
+    """Its own numbers, then some by lot near them."""
+    rng, known = np.random.default_rng(3), {one.path: one.value for one in machine.controls}
+    return [known, *({path: value * float(rng.uniform(0.95, 1.05)) for path, value in known.items()}
+                     for _ in range(count))]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [CRANK, TRAIN])
+def test_its_program_finds_the_turn(name: str) -> None:
+    """Extremes of every result and the course of each drawn one, loops closed in the same assembly."""
+    machine = Mechanism(own.file(name))
+    portable = machine.portable("exact")
+    for values in designs(machine, 3):
+        found = portable.at(values, portable.seen)
+        singles = dict(zip(portable.singles, found["singles"], strict=True))
+        known = turn(Model(machine.file.moved_to({path.removeprefix("values."): v for path, v in values.items()})))
+        for key, quantity in known.result.quantities.items():
+            scale = max(abs(quantity.max), abs(quantity.min))
+            assert singles[f"largest {key}"] == pytest.approx(quantity.max, abs=1e-12 * scale)
+            assert singles[f"least {key}"] == pytest.approx(quantity.min, abs=1e-12 * scale)
+        assert singles["sound"] == 1
+
+
+def test_loops_that_do_not_close_are_no_machine() -> None:
+    """A rod shorter than the crank: what is found is not finite, which a page says in a sentence."""
+    machine = Mechanism(own.file(CRANK))
+    portable = machine.portable("exact")
+    values = {one.path: one.value for one in machine.controls}
+    with pytest.raises(NotFiniteError):
+        portable.at(values | {"values.l_mm": 0.5 * values["values.r_mm"]}, portable.seen)
+
+
+@needs_wasm
+def test_webassembly_finds_the_same() -> None:
+    machine = Mechanism(own.file(CRANK))
+    portable = machine.portable("exact")
+    running = Running(webassembly.module(portable.programs))
+    for values in designs(machine, 3):
+        known = portable.at(values, portable.seen)
+        found = running.vectors(portable.seen, data=known["data"])
+        assert found is not None
+        assert apart({key: found[key] for key in ("rows", "singles", "loops")}, {
+            key: known[key] for key in ("rows", "singles", "loops")}) < 1e-12  # fmt: skip
+    assert running.vectors(portable.seen, data=0.5 * np.ones(len(known["data"]))) is None
+
+
+@needs_wasm
+def test_its_page_holds_no_place_of_this_computer_and_nothing_to_improve(tmp_path: Path) -> None:
+    own.file(CRANK)
+    page: Told = written(tmp_path, str(own.generated(CRANK) / f"{CRANK}.toml"))
+    assert page.machine["search"] is None
+    assert str(own.generated(CRANK)) not in page.html
+    assert not re.search(r"^folder", "\n".join(page.machine["file"]["lines"]), re.MULTILINE)
+    assert json.dumps(page.machine["models"]["exact"]["plan"])
+
+
+def test_a_mechanism_that_no_angle_drives_is_refused(tmp_path: Path) -> None:
+    file = own.generated("manipulator") / "manipulator.toml"
+    code, out, err = run("studio", str(file), "--static", str(tmp_path / "page.html"))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "moves by itself, no angle drives it" in err
