@@ -97,7 +97,8 @@ def linear(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str)
         rows.append(row)
         right.append(-residual.xreplace(nothing))
     if len(unknowns) == 1:
-        return (Let(unknowns[0], right[0] / rows[0][0], source),)
+        (unknown,), ((entry,),), (value,) = unknowns, rows, right
+        return (Let(unknown, value / entry, source),)
     return (LinearSolve(tuple(unknowns), pivot(unknowns[0]), tuple(rows), tuple(right), source),)
 
 

@@ -138,7 +138,9 @@ def test_more_sizes_than_can_be_told_apart_are_refused() -> None:
     sizes = [equation(str(u), u + sp.Abs(u) / 2 - k) for u in UNKNOWNS[:5]]
     with pytest.raises(BlockError, match="are sizes of unknowns; at most 4"):
         solved(sizes, UNKNOWNS[:5])
-    assert len(solved(sizes[:1], UNKNOWNS[:1])) == 4
+    assert len(solved(sizes[:4], UNKNOWNS[:4])) == 2**4 + 4 + 1
+    names = [str(u) for step in solved(sizes[:1], UNKNOWNS[:1]) for u in step.defines]
+    assert names == ["u0_case1", "u0_case2", "u0", "states_u0"]
 
 
 def test_equations_are_matched_with_all_the_unknowns_that_can_be_had() -> None:

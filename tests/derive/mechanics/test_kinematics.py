@@ -91,10 +91,14 @@ def test_a_stage_whose_start_nobody_knows_is_refused() -> None:
     known.stage(STAGE, t, swing[0], **CONTACT)
 
 
-def test_a_mirror_image_must_be_one() -> None:
+def test_a_mirror_image_must_be_one_and_has_its_place_by_the_names_of_the_other() -> None:
     k = mechanism()
-    left, right = (Point(name, O, Vec(CRANK, (length, S.Zero, side * length))) for name, side in (("l", 1), ("r", -1)))
-    k.mirror_place(right, left, O, CRANK, S.Zero)
+    z = quantity("z", "m")
+    left, right = (Point(name, O, Vec(CRANK, (length, S.Zero, at * length))) for name, at in (("l", 1), ("r", 4)))
+    k.name_place(left, O, CRANK, (x, y, z))
+    plane = sp.Rational(5, 2) * length
+    k.mirror_place(right, left, O, CRANK, plane)
+    assert k.motion.arm(O, right, CRANK).components == (x, y, 2 * plane - z)
     with pytest.raises(ValueError, match="r is not the mirror image of l"):
         k.mirror_place(right, left, O, CRANK, length)
 

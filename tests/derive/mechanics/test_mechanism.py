@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive import Mechanism, quantities
+from derive import Mechanism, X, Y, Z, quantities
 from derive.chain import ChainError
 from derive.dimensions import DimensionError
 from derive.mechanics.loops import LoopError
@@ -143,3 +143,26 @@ def test_a_table_gives_quantities_by_attribute_and_key_with_values_as_written() 
     assert list(q.data) == ["r"]
     with pytest.raises(AttributeError, match="no quantity radius; the table has r, phi"):
         q.radius  # noqa: B018
+
+
+JOINTS = {
+    "weld": (0, ()), "pin": (1, (Y,)), "cylinder": (2, (Y,)), "universal": (2, (Y, X)), "ball": (3, ()),
+    "plane": (3, (Z,)), "slide": (1, (X,)),
+}  # fmt: skip
+"""Freedoms of a joint in space, and the axes that it is told."""
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_a_joint_carries_what_it_leaves_no_freedom_for(joint: str) -> None:
+    freedoms, axes = JOINTS[joint]
+    m = Mechanism("test", spatial=True)
+    getattr(m, joint)("J", m.body("one", m.frame("turned", sp.S.Half, Z)), m.ground, m.O, *axes)
+    assert len(m.assembly.unknowns) == 6 - freedoms
+    assert len({str(u) for u in m.assembly.unknowns}) == 6 - freedoms
+
+
+@pytest.mark.parametrize("joint", ["cylinder", "universal", "plane"])
+def test_a_joint_of_space_is_refused_in_the_plane(joint: str) -> None:
+    m = Mechanism("test")
+    with pytest.raises(MechanismError, match="J: a joint of space; say `spatial=True`"):
+        getattr(m, joint)("J", m.body("one", m.world), m.ground, m.O, *JOINTS[joint][1])
