@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from dataclasses import replace
 from functools import cache
@@ -16,7 +17,8 @@ from derive.evaluate import Point
 from derive.mechanics import cams, laws
 from derive.mechanics.bodies import Action
 from derive.mechanics.contacts import GearContact, SlidingContact
-from derive.mechanics.frames import Y
+from derive.mechanics.frames import Frame, Y
+from derive.mechanics.frames import Point as Place
 from derive.mechanics.lawful import LAW, lawful
 from derive.mechanics.mechanism import Mechanism
 from derive.mechanics.turning import forces, motion
@@ -163,6 +165,31 @@ def test_teeth_take_what_they_lose_and_nothing_without_friction() -> None:
             lost = found.get("F_P_loss", mpf(0))
             assert abs(point(worked) + lost) < mpf(10) ** (5 - DIGITS)
         assert (lost > 0) == rubbing
+
+
+@pytest.mark.parametrize("bearing", [1, -1])
+@pytest.mark.parametrize("beyond", [0.2, -0.3])
+@pytest.mark.parametrize("turning", [5.0, -7.0])
+@pytest.mark.parametrize("share", [1, 0])
+def test_friction_of_teeth_is_against_their_sliding_or_outwards(
+    bearing: int, beyond: float, turning: float, share: int
+) -> None:
+    """The gears turn about the pitch point against each other, so the contact slides across the line of action."""
+    friction, pressure = 0.1, 0.4
+    numbers = {"beyond": sp.Float(beyond), "turning": sp.Float(turning), "share": sp.Integer(share)}
+    contact = SlidingContact(Frame("line"), Place("B"), S(2), sp.Float(pressure), sp.Float(friction), **numbers)
+    fx, fy, _ = map(float, contact.flank(bearing))
+    angle = math.pi / 2 + pressure if bearing > 0 else 1.5 * math.pi - pressure
+    nx, ny = math.cos(angle), math.sin(angle)
+    assert fx * nx + fy * ny == pytest.approx(1)
+    slides = turning * beyond
+    lost = -(fx * -ny + fy * nx) * slides
+    outwards = fx * math.cos(pressure) + fy * bearing * math.sin(pressure)
+    if share:
+        assert lost == pytest.approx(math.tan(friction) * abs(slides)) == float(contact.loss(bearing))
+    else:
+        assert outwards == pytest.approx(math.tan(friction))
+        assert float(contact.loss(bearing)) == 0
 
 
 def test_a_contour_is_a_radius_away_on_the_normal_and_turns_with_its_curvature() -> None:
