@@ -389,6 +389,13 @@ class Violation(Record):
     limit: float
     relaxed: float
 
+    def __str__(self) -> str:
+        place = f" at phi = {self.phi_deg:.6g} deg" if self.phi_deg is not None else ""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return (
+            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
+        )
+
 
 @dataclass(frozen=True)
 class ComparedPair(Record):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,28 +12,7 @@ from planter.optimise.constraints import KEPT
 from planter.optimise.elastic import Least
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.limits import relaxed
-from planter.planting.results import Requirement
-
-
-@dataclass(frozen=True)
-class Violation:
-    """A requirement that has to give way: by `amount` in its unit its limit must be relaxed, to `relaxed`."""
-
-    name: str
-    amount: float
-    unit: str
-    phi_deg: float | None
-    value: float
-    key: str
-    limit: float
-    relaxed: float
-
-    def __str__(self) -> str:
-        place = f" at phi = {self.phi_deg:.6g} deg" if self.phi_deg is not None else ""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        return (
-            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
-        )
+from planter.planting.results import Requirement, Violation
 
 
 class Infeasible(PlanterError):
@@ -56,7 +34,7 @@ def infeasible(required: Required, x: Array, least: Least, of: str = "") -> Infe
     broken = np.flatnonzero(least.excess[: len(entries)] > KEPT)
     violations = [_violation(required, entries[k]) for k in broken]
     partial = {
-        "violations": [vars(one).copy() for one in violations],
+        "violations": [one.table() for one in violations],
         "design": required.measures.device.named(x),
         "requirements": [entry.table() for entry in entries],
     }
