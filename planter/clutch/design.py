@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage, rods, steepest
 from planter.clutch.model import condition, conditions, given, model
-from planter.clutch.results import Condition, Rods, Sizes, Sizing
+from planter.clutch.results.shape import Condition, Rods, Sizes, Sizing
 from planter.clutch.switching import ASSUMES
 from planter.errors import ComputationError
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from planter.clutch.file import Clutch
 from planter.clutch.linkage import Linkage
 from planter.clutch.model import MODELS, Model, conditions, given, model
-from planter.clutch.results import AsPrinted, Crank, Geometry, Tooth, Travel, Turning, VertexPath
+from planter.clutch.results.shape import AsPrinted, Crank, Geometry, Tooth, Travel, Turning, VertexPath
 from planter.clutch.rotor import Rotor
 from planter.errors import GeometryError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.clutch.file import Clutch
-from planter.clutch.results import Choice, FastestSwitching, Held, Proof
+from planter.clutch.results.shape import Choice, FastestSwitching, Held, Proof
 from planter.clutch.switching import ASSUMES, VARIABLES, Switching
 from planter.errors import ComputationError
 from planter.files import units

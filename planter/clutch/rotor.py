@@ -12,7 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from planter.clutch.results import CornerPath, Fit, Harmonic, Oval, Sliding, SlidPath
+from planter.clutch.results.rotor import CornerPath, Fit, Sliding, SlidPath
+from planter.clutch.results.shape import Harmonic, Oval
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
 from planter.numerics import extremes

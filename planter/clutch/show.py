@@ -12,7 +12,7 @@ from planter.view.subject import Check, Control, Reading, Table, Values, changed
 
 if TYPE_CHECKING:
     from planter.clutch.file import Clutch
-    from planter.clutch.results import Geometry
+    from planter.clutch.results.shape import Geometry
     from planter.view.scene import Scene
 
 OFFERED = ("sleeve", "shaft", "tooth", "linkage")

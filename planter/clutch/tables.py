@@ -9,7 +9,8 @@ from planter.files import units
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
-    from planter.clutch.results import Condition, FastestSwitching, Fit, Geometry, Sizing
+    from planter.clutch.results.rotor import Fit
+    from planter.clutch.results.shape import Condition, FastestSwitching, Geometry, Sizing
 
 
 def geometry(console: Console, result: Geometry) -> None:

@@ -12,7 +12,7 @@ from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
 if TYPE_CHECKING:
-    from planter.clutch.results import ContactEngagement, ModalEngagement
+    from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
 
 
 class Mode(enum.StrEnum):

@@ -16,7 +16,7 @@ from planter.clutch.engage.inputs import Inputs, inputs
 from planter.clutch.engage.modal import FACTORS
 from planter.clutch.engage.switching import Switching, engage, switch, total
 from planter.clutch.file import Clutch as File
-from planter.clutch.results import AtPhase, ContactEngagement, TeethInSleeve, VariedContact
+from planter.clutch.results.engagement import AtPhase, ContactEngagement, TeethInSleeve, VariedContact
 from planter.progress import Listener, Phase
 
 VARIED: dict[str, tuple[str, ...]] = {

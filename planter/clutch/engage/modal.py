@@ -12,7 +12,7 @@ from functools import cached_property
 
 from planter.clutch.engage.beam import PAPERS, Beam, Si, beam
 from planter.clutch.file import Clutch
-from planter.clutch.results import Energy, ModalEngagement, Mode, OneModeLoads, Varied
+from planter.clutch.results.engagement import Energy, ModalEngagement, Mode, OneModeLoads, Varied
 from planter.kernels import formulas
 
 FACTORS = (10**-0.5, 10**0.5)

@@ -13,7 +13,7 @@ import numpy as np
 
 from planter.clutch.engage.dynamics import ANGLE, FREE, OUTPUT, POWERS, TIME, WORKS, Array, Clutch
 from planter.clutch.engage.inputs import Inputs
-from planter.clutch.results import Energy
+from planter.clutch.results.engagement import Energy
 from planter.kernels import Kernel
 
 STEP = 2e-5

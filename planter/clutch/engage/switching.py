@@ -12,7 +12,7 @@ from planter.clutch.engage import motion, start
 from planter.clutch.engage.dynamics import TRAVEL, Array, Clutch
 from planter.clutch.engage.inputs import Inputs
 from planter.clutch.engage.motion import Run
-from planter.clutch.results import ClutchLoads, Energy
+from planter.clutch.results.engagement import ClutchLoads, Energy
 from planter.errors import ComputationError
 
 Mask = NDArray[np.bool_]

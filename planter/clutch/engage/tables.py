@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planter.clutch.results import ContactEngagement, Energy, ModalEngagement
+from planter.clutch.results.engagement import ContactEngagement, Energy, ModalEngagement
 from planter.terminal.console import Console
 
 _LOADS = {

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.clutch.field.trial import Factor, Response, Trial
-from planter.clutch.results import Effect, Means, Residual, Total
+from planter.clutch.results.field import Effect, Means, Residual, Total
 from planter.errors import InputError
 
 if TYPE_CHECKING:

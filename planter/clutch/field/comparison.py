@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planter.clutch.results import Compared
+from planter.clutch.results.field import Compared
 from planter.errors import InputError
 from planter.files import csv_rows
 

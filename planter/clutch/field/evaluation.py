@@ -15,7 +15,7 @@ from planter.clutch.field.analysis import Effects, Model, first_least, is_orthog
 from planter.clutch.field.comparison import Sample
 from planter.clutch.field.goals import Goal
 from planter.clutch.field.trial import Columns, Trial
-from planter.clutch.results import Effect, FieldTest, Level, Levels, Means, Named, Predicted, Total
+from planter.clutch.results.field import Effect, FieldTest, Level, Levels, Means, Named, Predicted, Total
 from planter.files import examples
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from planter.clutch.field import figures, tables
 from planter.clutch.field.evaluation import Evaluation
 from planter.clutch.field.trial import Factor
-from planter.clutch.results import FieldTest
+from planter.clutch.results.field import FieldTest
 from planter.files import csv_rows
 from planter.progress import Listener
 from planter.report import bundle, files

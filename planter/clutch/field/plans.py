@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.clutch.field.arrays import OrthogonalArray, array
 from planter.clutch.field.trial import RESERVED, Columns
-from planter.clutch.results import Plan
+from planter.clutch.results.field import Plan
 from planter.errors import InputError
 from planter.files import csv_rows
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from planter.clutch.field.goals import Goal, order
-from planter.clutch.results import Compared, FieldTest
+from planter.clutch.results.field import Compared, FieldTest
 from planter.terminal.console import Console
 
 Rows = Iterator[Sequence[Any]]

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.audit.registry import Inputs, Value, formula
 from planter.clutch.field import NEAREST_ZERO, Evaluation, Factor, Response, Trial, comparison, evaluation
-from planter.clutch.results import Level, Means
+from planter.clutch.results.field import Level, Means
 
 
 @formula("level mean")

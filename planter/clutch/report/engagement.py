@@ -12,7 +12,7 @@ from planter.clutch.engage import modal
 from planter.clutch.engage.dynamics import TRAVEL
 from planter.clutch.report import engagement_figures as figures
 from planter.clutch.report import scene
-from planter.clutch.results import ContactEngagement, ModalEngagement
+from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
 from planter.kernels import formulas
 from planter.report import files, style
 from planter.report.folder import renews

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planter.clutch.engage.modal import Modal
     from planter.clutch.engage.motion import Run
     from planter.clutch.engage.switching import Switching
-    from planter.clutch.results import VariedContact
+    from planter.clutch.results.engagement import VariedContact
     from planter.kernels import Array
 
 Mask = NDArray[np.bool_]

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.clutch.file import Clutch
-    from planter.clutch.results import FastestSwitching, Fit, Geometry, Sizing
+    from planter.clutch.results.rotor import Fit
+    from planter.clutch.results.shape import FastestSwitching, Geometry, Sizing
     from planter.kernels import Array
     from planter.records import Record
 

@@ -13,7 +13,7 @@ from planter.clutch.field import evaluation as field
 from planter.clutch.field.analysis import Model, is_orthogonal
 from planter.clutch.field.arrays import array
 from planter.clutch.field.goals import Goal
-from planter.clutch.results import Effect, Predicted
+from planter.clutch.results.field import Effect, Predicted
 from planter.errors import InputError
 
 

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from planter.clutch import file
 from planter.clutch.optimise import optimise
-from planter.clutch.results import Choice
+from planter.clutch.results.shape import Choice
 from planter.clutch.switching import VARIABLES, Switching
 from planter.errors import ComputationError, InputError
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
