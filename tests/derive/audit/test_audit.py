@@ -213,3 +213,20 @@ def test_zero_products_have_the_dimension_of_anything() -> None:
         assert judged(sp.Add(a, -b, zero, evaluate=False), a - b).verdict == "confirmed", zero
     with pytest.raises(DimensionError):
         dimension(held(sp.S.One, a) + t)
+
+
+def test_three_terms_too_many_are_three_edits() -> None:
+    found = judged(a * u - b * v + c * u + d * v + e * u * v, a * u - b * v)
+    assert found.verdict == "misprint"
+    assert {len(correction) for correction in found.corrections} == {3}
+    assert all("without" in text for text in found.corrections[0])
+
+
+def test_what_finds_no_fault_is_milder_than_any_that_does_and_fewer_edits_than_more() -> None:
+    mildest = [Judgement("confirmed", ""), Judgement("misprint", "", (("one",),)),
+               Judgement("misprint", "", (("one", "two"),)), Judgement("incomplete", "", missing=(a,)),
+               Judgement("incomplete", "", missing=(a, b)), Judgement("contradicted", "", (), (a,)),
+               Judgement("contradicted", "", (), (a,), (b,))]  # fmt: skip
+    assert sorted(mildest, key=lambda judgement: judgement.severity) == mildest
+    grades = [judgement.severity[0] for judgement in mildest]
+    assert grades[0] < grades[1] == grades[2] < grades[3]

@@ -14,7 +14,7 @@ from derive.audit.case import Case
 from derive.audit.paper import Paper
 from derive.audit.vanishing import vanished
 from derive.equations import Definition, Equation, derived
-from derive.evaluate import Point
+from derive.evaluate import NotEvaluated, Point
 from derive.quantity import Quantity
 from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, quantity, t, u, v, x
 from tests.support.mutations import CASES
@@ -109,6 +109,11 @@ def test_a_printed_term_that_an_assumption_makes_vanish_is_named_and_no_error() 
         (str(push * v), False),
         (str(push * u), True),
     ]
+
+
+def test_a_printed_term_is_kept_where_no_derivation_is_without_the_assumption() -> None:
+    with pytest.raises(NotEvaluated, match=f"{push} has no value"):
+        recorded(case(equation(a - b * u + push * v), a - b * u))
 
 
 def test_terms_that_cancel_with_the_assumption_lifted_do_not_vanish_by_it() -> None:

@@ -54,6 +54,11 @@ def test_a_pin_on_a_crank_falls_towards_the_axis() -> None:
     assert k.motion.accelerations[PIN].components == (ax, ay, 0)
 
 
+def test_a_pin_on_a_crank_moves_across_it() -> None:
+    velocity = mechanism().velocity(PIN)
+    assert [sp.simplify(c) for c in velocity.components] == [-length * omega * sin(phi), length * omega * cos(phi), 0]
+
+
 def test_what_has_no_name_keeps_its_component() -> None:
     k = mechanism()
     k.name_acceleration(PIN, WORLD, (ax,))

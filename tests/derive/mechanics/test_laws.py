@@ -17,7 +17,7 @@ from derive.evaluate import Point
 from derive.mechanics import cams, laws
 from derive.mechanics.bodies import Action
 from derive.mechanics.contacts import GearContact, SlidingContact
-from derive.mechanics.frames import Frame, Y
+from derive.mechanics.frames import Frame, Y, Z, unit
 from derive.mechanics.frames import Point as Place
 from derive.mechanics.lawful import LAW, lawful
 from derive.mechanics.mechanism import Mechanism
@@ -95,7 +95,27 @@ def press() -> Mechanism:
     return m
 
 
-MECHANISMS = {"press": press, "arm": arm, "gears": lambda: gears(False), "gears that rub": lambda: gears(True)}
+@cache
+def cam() -> Mechanism:
+    """A cam lifts a follower in a guide, with friction where they touch."""
+    m = Mechanism("cam", angle=ANGLE, speed=SPEED, gravity=g)
+    turned = m.frame("cam", ANGLE)
+    roller = m.point("roller", m.O, m.world, s / 9, 2 * l + s * sp.sin(ANGLE) / 5)
+    one, two = m.body("cam", turned, m1, m.O, Ix), m.body("follower", m.world, m2, roller)
+    m.pin("O", one, m.ground, m.O)
+    m.slide("G", two, m.ground, roller, Y)
+    m.follower("F_E", two, one, roller, m.O, mu, across=-unit(m.world, Z))
+    m.motor("M_in", one, m.ground, m.O)
+    return m
+
+
+MECHANISMS = {
+    "press": press,
+    "cam": cam,
+    "arm": arm,
+    "gears": lambda: gears(False),
+    "gears that rub": lambda: gears(True),
+}
 SPACE = {f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz"} | {"power"}
 PLANE = {"force_x", "force_y", "moment_z", "power"}
 ROLLING = {"roll_Px", "roll_Py"}
@@ -153,16 +173,14 @@ def test_a_force_of_the_ground_reversed_breaks_the_law_of_momentum(name: str) ->
     assert all({"force_x", "force_y"} & broken(state(m, spoilt)) for spoilt in outer)
 
 
-def test_teeth_take_what_they_lose_and_nothing_without_friction() -> None:
-    """The motor gives what the load takes and what the teeth lose; the eccentric outer gear goes on swinging."""
-    for rubbing in (False, True):
-        m = gears(rubbing)
-        action = next(a for a in m.assembly.actions if a.name == "F_P")
+def test_contacts_take_what_they_lose_and_nothing_without_friction() -> None:
+    for m, name, rubbing in ((gears(False), "F_P", False), (gears(True), "F_P", True), (cam(), "F_E", True)):
+        action = next(a for a in m.assembly.actions if a.name == name)
         worked = sum((f.dot(v) for f, v in laws.of_action(m.motion, action, m.ground, m.anchor)), S.Zero)
         with mpmath.workdps(DIGITS):
             found = state(m)
             point = Point({q: found[str(q)] for q in worked.free_symbols})
-            lost = found.get("F_P_loss", mpf(0))
+            lost = found.get(f"{name}_loss", mpf(0))
             assert abs(point(worked) + lost) < mpf(10) ** (5 - DIGITS)
         assert (lost > 0) == rubbing
 
