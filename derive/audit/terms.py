@@ -100,7 +100,11 @@ def shared(printed: Sum, derived: Sum) -> Iterable[tuple[Expr, Rational, Rationa
     """Every monomial of two sums with its coefficient in the first and in the second."""
     for key in {**printed, **derived}:
         monomial, _ = printed.get(key) or derived[key]
-        yield monomial, printed.get(key, (S.Zero, S.Zero))[1], derived.get(key, (S.Zero, S.Zero))[1]
+        yield monomial, _coefficient(printed, key), _coefficient(derived, key)
+
+
+def _coefficient(total: Sum, key: Key) -> Rational:
+    return total[key][1] if key in total else S.Zero
 
 
 def matched(printed: Sum, derived: Sum) -> Match:

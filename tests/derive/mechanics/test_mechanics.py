@@ -64,6 +64,14 @@ def test_resolving_there_and_back_changes_nothing() -> None:
     assert [sp.simplify(a - b) for a, b in zip(back.components, vector.components, strict=True)] == [0, 0, 0]
 
 
+@pytest.mark.parametrize("turned", [S.Zero, S.One, S.NegativeOne, angle])
+def test_turns_about_one_axis_add_up(turned: sp.Expr) -> None:
+    first = Frame("first", WORLD, Z, turned)
+    assert unit(first, X).resolved(WORLD).components == (cos(turned), sin(turned), 0)
+    frame = Frame("second", first, Z, angle)
+    assert unit(frame, X).resolved(WORLD).components == (cos(angle + turned), sin(angle + turned), 0)
+
+
 def test_acceleration_by_transport_equals_differentiated_coordinates() -> None:
     """A point in a frame that swings on a turning frame: both ways of differentiating must agree."""
     motion = moving()
