@@ -8,7 +8,7 @@ from sympy import S, cos, sin
 
 from derive import mechanics
 from derive.mechanics.frames import Frame, Point, Vec, Z
-from derive.mechanics.kinematics import GearStage
+from derive.mechanics.kinematics import FollowerLaw, GearStage
 from derive.mechanics.mechanism import Mechanism
 from derive.model import Call
 from derive.quantity import OpenVector, Quantity
@@ -94,6 +94,23 @@ def test_a_stage_whose_start_nobody_knows_is_refused() -> None:
     known = mechanism()
     known.follow(swing, phi**2, at_start=S.Zero)
     known.stage(STAGE, t, swing[0], **CONTACT)
+
+
+def test_a_flank_is_passed_at_the_pace_of_the_cam_and_has_events_at_its_joints() -> None:
+    k = mechanism()
+    within, at, pace = quantity("within", "rad"), quantity("x"), quantity("pace", "1/rad")
+    shares = tuple(quantity(name) for name in ("share", "slope", "bend"))
+    k.motion.rates[within] = 3 * omega
+    k.flank(FollowerLaw("law", (S.Zero, S.Half, S.One)), "rise", (within, 3 * phi), (S.One, S(3)), at, pace, shares)
+    found = {step.symbol: step.expr for step in k.named}
+    assert [found[at].xreplace({within: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 1]
+    assert [found[pace].xreplace({within: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 0]
+    assert (k.motion.rate(shares[0]), k.motion.rate(shares[1])) == tuple(3 * omega * pace * s for s in shares[1:])
+    assert [(e.name, e.argument, e.target, e.order, e.period, e.position) for e in k.events] == [
+        ("cam, start of the rise", 3 * phi, 1, 2, 2 * sp.pi, 0),
+        ("cam, 1/2 of the rise", 3 * phi, 2, 2, 2 * sp.pi, S.Half),
+        ("cam, end of the rise", 3 * phi, 3, 2, 2 * sp.pi, 1),
+    ]
 
 
 def test_a_mirror_image_must_be_one_and_has_its_place_by_the_names_of_the_other() -> None:

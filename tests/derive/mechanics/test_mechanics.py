@@ -7,7 +7,20 @@ import sympy as sp
 from sympy import S, cos, sin
 
 from derive.chain import ordered
-from derive.mechanics.frames import Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, rotation, unit
+from derive.mechanics.frames import (
+    Frame,
+    FrameError,
+    Motion,
+    Point,
+    Vec,
+    X,
+    Y,
+    Z,
+    displacement,
+    rotation,
+    shorter,
+    unit,
+)
 from derive.mechanics.mechanism import Mechanism
 from derive.quantity import Quantity
 from derive.systems.planting import derivation
@@ -70,6 +83,13 @@ def test_turns_about_one_axis_add_up(turned: sp.Expr) -> None:
     assert unit(first, X).resolved(WORLD).components == (cos(turned), sin(turned), 0)
     frame = Frame("second", first, Z, angle)
     assert unit(frame, X).resolved(WORLD).components == (cos(angle + turned), sin(angle + turned), 0)
+
+
+def test_a_component_is_multiplied_out_where_that_is_shorter() -> None:
+    cancels, powers = (length + 1) ** 2 - length**2 - 1, (length + mass) ** 4
+    long = sp.Add(*(sin(i * length) ** 2 * (length + i) for i in range(1, 20))) + cancels
+    found = shorter(Vec(WORLD, (cancels, powers, long)))
+    assert found.components == (2 * length, powers, long)
 
 
 def test_acceleration_by_transport_equals_differentiated_coordinates() -> None:
