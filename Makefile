@@ -14,7 +14,7 @@ SETUP := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help optimise test test-long test-oldest test-pythons attack derive audit check-generated bench lint docs test-page release clean
+.PHONY: help optimise test test-long test-oldest test-pythons coverage attack derive audit check-generated bench lint docs test-page release clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,6 +28,9 @@ test: $(VENV)/.complete  ## set up, run the whole test suite
 test-long: $(VENV)/.extras  ## what the suite samples, in full: proofs, mutants, searches, extras, the browser (half an hour)
 	$(BIN)/python -m pytest -m long
 	PLANTER_ATTACKS=3000 PLANTER_ATTACK_SEED=1 $(BIN)/python -m pytest tests/attack
+
+coverage: $(VENV)/.complete  ## lines of planter/ and derive/ that the suite runs; under 95 % is an error
+	$(BIN)/python -m pytest --cov
 
 attack: $(VENV)/.complete  ## ten thousand files and words that nobody should hand in; kills, full disks, closed streams
 	PLANTER_ATTACKS=10000 $(BIN)/python -m pytest -m "long or not long" tests/attack
