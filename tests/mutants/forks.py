@@ -27,7 +27,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 LIBRARIES = ("casadi", "hypothesis", "matplotlib", "mpmath", "numpy", "pydantic", "scipy.optimize", "sympy", "typer")
-OPTIONS = ("-x", "-q", "-o", "addopts=", "--import-mode=importlib", "-m", "not long")
+OPTIONS = ("-x", "-q", "-o", "addopts=", "--import-mode=importlib", "-m", "not long and not fault")
 """The project's own without those of plugins, none of which is loaded: it would take as long as the tests."""
 BYTES = 4 * 2**30
 

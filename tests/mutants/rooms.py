@@ -46,10 +46,13 @@ class Room:
         return sorted(path for path in found if path.stem != "__init__")
 
     @cached_property
+    def every(self) -> list[Trial]:
+        return [Trial(path, m) for path in self.paths for m in mutants(path.read_text("utf-8"), self.writes)]
+
+    @property
     def sample(self) -> list[Trial]:
         """The mutants that come first in a seeded order of all."""
-        found = [Trial(path, m) for path in self.paths for m in mutants(path.read_text("utf-8"), self.writes)]
-        return sorted(found, key=lambda trial: trial.mutant.rank(SEED))[: self.size]
+        return sorted(self.every, key=lambda trial: trial.mutant.rank(SEED))[: self.size]
 
     def job(self, trial: Trial) -> Job:
         """The tests of a module with a fault in it."""

@@ -230,3 +230,14 @@ def test_what_finds_no_fault_is_milder_than_any_that_does_and_fewer_edits_than_m
     assert sorted(mildest, key=lambda judgement: judgement.severity) == mildest
     grades = [judgement.severity[0] for judgement in mildest]
     assert grades[0] < grades[1] == grades[2] < grades[3]
+
+
+def test_another_relation_alone_is_a_misprint() -> None:
+    found = judged(a - b, a - b, ("<", "<="))
+    assert (found.verdict, found.finding) == ("misprint", "the relation is another")
+    assert [str(text) for correction in found.corrections for text in correction] == ["<= for <"]
+
+
+def test_a_term_is_missing_however_the_others_are_written() -> None:
+    found = judged(x - a * sp.sin(u) * sp.cos(u), x - a * sp.sin(2 * u) / 2 - b * v)
+    assert (found.verdict, found.missing) == ("incomplete", (-b * v,))

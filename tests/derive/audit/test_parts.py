@@ -5,11 +5,14 @@ import pytest
 import sympy as sp
 from mpmath import mpf
 
+from derive.audit.directions import directions
 from derive.audit.edits import edits
 from derive.audit.terms import Gap, Match, content, expanded, gap, monomials, overall_factor, remainder_vanishes, value
 from derive.audit.terms import matched as matched_sums
+from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point
-from tests.support.made_up import POINTS, WORDS, a, b, c, e, quantity, t, u, v, x, x_dot
+from derive.quantity import Quantity
+from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, e, quantity, t, u, v, x, x_dot
 
 # terms
 
@@ -129,8 +132,8 @@ def test_edits_inside_a_bracket(printed: sp.Expr, meant: sp.Expr) -> None:
 
 
 def test_conditions_are_exchanged() -> None:
-    cases = sp.Piecewise((a, u < 0), (b, True))
-    assert sp.Piecewise((b, u < 0), (a, True)) in {edit.result for edit in edits(cases, WORDS)}
+    cases = sp.Piecewise((a * u, v < 0), (2 * b, True))
+    assert sp.Piecewise((2 * b, v < 0), (a * u, True)) in {edit.result for edit in edits(cases, WORDS)}
 
 
 def test_every_edit_differs_from_the_original() -> None:
@@ -144,6 +147,39 @@ def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:
     assert f"{c} for {a}" in texts
     assert f"{t} for {a}" not in texts
     assert f"{t} for {a}" in {edit.what for edit in edits(a + u, WORDS)}
+
+
+def test_a_summand_that_a_bracket_lacks_has_the_dimension_of_those_in_it() -> None:
+    results = {edit.result for edit in edits(a * sp.sin(u), WORDS, present=[v, t])}
+    assert a * sp.sin(u + v) in results
+    assert a * sp.sin(u + t) not in results
+
+
+# directions
+
+p, q = quantity("test_p", "rad"), quantity("test_q", "rad")
+
+
+def turning(*residuals: sp.Expr, defines: Quantity | None = None) -> set[Quantity]:
+    return set(directions([Equation("n", r, "test", MadeUpClaim.SUM, defines=defines) for r in residuals]))
+
+
+def test_an_angle_is_a_direction_where_a_whole_turn_changes_nothing() -> None:
+    assert turning(a * sp.sin(p) + b * sp.cos(2 * p + u) - c) == {p}
+    assert turning(sp.Piecewise((a * sp.sin(p), u > 0), (b * sp.tan(p), True))) == {p}
+    assert turning(a * sp.sin(p) - b * sp.cos(q), c * q) == {p}
+    assert turning(a * sp.sin(u)) == set()
+
+
+@pytest.mark.parametrize(
+    "counted", [a * sp.sin(p / 2), a * p + b * sp.sin(p), p**2 - sp.cos(p), sp.Piecewise((p, u > 0), (sp.sin(p), True))]
+)
+def test_an_angle_that_is_counted_is_none(counted: sp.Expr) -> None:
+    assert turning(counted) == set()
+
+
+def test_a_direction_may_be_defined_by_another() -> None:
+    assert turning(q - 2 * p - 1, sp.cos(q) - sp.sin(p), defines=q) == {p, q}
 
 
 # values at points

@@ -40,6 +40,11 @@ def recorded(own: Case) -> dict[str, Any]:
     return record.equation(own, "n", "key")
 
 
+def test_points_differ() -> None:
+    points = case(equation(a - b), a - b).points
+    assert len({point.digits(a) for point in points}) == len(points) > 1
+
+
 def test_the_derived_side_stands_as_the_printed_one_does() -> None:
     found = recorded(case(equation(a - b * u), b * u - a))
     assert (found["printed"], found["derived"], found["defines"]) == (f"{a - b * u} = 0", f"{a - b * u} = 0", "")

@@ -166,3 +166,27 @@ def test_a_joint_of_space_is_refused_in_the_plane(joint: str) -> None:
     m = Mechanism("test")
     with pytest.raises(MechanismError, match="J: a joint of space; say `spatial=True`"):
         getattr(m, joint)("J", m.body("one", m.world), m.ground, m.O, *JOINTS[joint][1])
+
+
+def test_a_contact_pushes_along_its_normal_and_must_not_pull() -> None:
+    m = Mechanism("test", spatial=True)
+    body = m.body("one", m.world, about=m.O)
+    force = m.contact("C", body, m.ground, m.O, m.vector(m.world, 0, 1))
+    assert m.pushing == [force]
+    assert [e.residual for e in m.equations()] == [force]
+
+
+def test_what_balances_claim_to_be_can_be_told() -> None:
+    m = four_bar()
+    two = next(body for body in m.bodies if body.name == "coupler")
+    told = [m.balance(two, "force", "x"), m.balance(two, "force", "y"), m.balance(two, "moment")]
+    assert [e.claims for e in m.equations() if e.number.startswith("coupler")] == told
+
+
+@pytest.mark.parametrize(("reported", "asked"), [("kinetic", False), ("F_Ox", True)])
+def test_balances_are_asked_for_where_actions_are_reported(reported: str, asked: bool) -> None:
+    q = quantities("m | kg | bob | 1\nl | m | rod | 1\ng | m/s2 | free fall | 9.81")
+    m = Mechanism("pendulum", q, gravity=q.g)
+    rod = m.frame("rod", m.coordinate("a", "rad", "angle"))
+    m.pin("O", m.body("bob", rod, q.m, m.point("A", m.O, rod, q.l)), m.ground, m.O)
+    assert ("balances" in {form.name for form in m.system([reported]).closed_forms}) == asked
