@@ -1,11 +1,10 @@
-"""Pairs that dwell as results: what is found of them, and everything that they leave in a folder."""
+"""Pairs that dwell as results."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import shapely
@@ -16,21 +15,14 @@ from planter.gearing.teeth.incomplete.locking import Intermittent
 from planter.gearing.teeth.incomplete.proof import FREE, POSITIONS, Loose, Turn
 from planter.gears import parts, results
 from planter.gears.options import Teeth
-from planter.gears.parts import Part, Parts, Placed
-from planter.gears.report import figures
-from planter.gears.results import GearsFound, IncompleteCut, LooseMotion, LooseTurn
+from planter.gears.parts import Parts, Placed
+from planter.gears.results import Extent, GearsFound, IncompleteCut, LooseMotion, LooseTurn, Ratio
 from planter.kernels import Array
 from planter.progress import Listener
-from planter.report import bundle, files, style
-from planter.report.folder import renews
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LARGEST = 1e-15
 """Area that rounding may let outlines share which touch [m2]."""
 _MM = 1e3
-_SHOWN = (("the dwell ends", 0.0), ("the middle of the dwell", None), ("the dwell begins", 1.0))
 
 
 def make(
@@ -43,19 +35,25 @@ def make(
     that cannot be written.
     """
     ready = parts.check(_placed(found), made)
+    turn = Turn(found)
     told = GearsFound(
         machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm, teeth.centre_error_mm,
-        teeth.process.value, [], None, told_of(found, machine, teeth.centre_error_mm / _MM), None, [],
+        teeth.process.value, [], None, told_of(turn, machine, teeth.centre_error_mm / _MM), None, [],
     )  # fmt: skip
-    return told if out is None else write(out, told, found, ready, provenance, progress)
+    if out is None:
+        return told
+    from planter.gears.report import results as report
+
+    return report.write_dwelling(out, told, turn, ready, provenance, progress)
 
 
-def told_of(found: Intermittent, machine: str, farther: float = 0.0) -> results.Intermittent:
+def told_of(turn: Turn, machine: str, farther: float = 0.0) -> results.Intermittent:
     """A pair, its outlines laid over each other all round the turn; `farther` is an error of the centre distance [m].
 
     Raises GeometryError where they overlap.
     """
-    turn, rolling = Turn(found), found.rolling
+    found, rolling, ratios = turn.gears, turn.gears.rolling, turn.mesh.contact_ratios
+    leaning = np.degrees(turn.mesh.pressure_angles(turn.rolled))
     overlap, held = float(turn.rolling.max()), float(turn.held.max())
     if max(overlap, held) > LARGEST:
         where = "over the teeth" if overlap > held else "in the dwell"
@@ -82,6 +80,10 @@ def told_of(found: Intermittent, machine: str, farther: float = 0.0) -> results.
         slack_deg=_degrees((turn.loose.behind[middle], turn.loose.ahead[middle])),
         loose=_loose(turn.loose),
         farther_loose=_loose(turn.farther(farther).loose) if farther else None,
+        contact_ratio=Ratio(float(ratios.min()), float(ratios.max()), float(ratios.mean())),
+        pressure_angle_deg=Extent(float(leaning.min()), float(leaning.max())),
+        transmission_error_rad=float(np.abs(turn.contacts.errors).max()),
+        sliding_max_mm=float(turn.contacts.sliding.max()) * _MM,
         overlap_mm2=overlap * _MM**2,
         dwell_overlap_mm2=held * _MM**2,
         positions=POSITIONS,
@@ -107,11 +109,11 @@ def _most(turns: Array) -> float | None:
 
 
 def _gear(gear: IncompleteGear) -> IncompleteCut:
-    margins = gear.row.flanks.margins
-    worst = int(np.argmin(margins))
+    margins, lands = gear.row.flanks.margins, gear.row.top_lands
+    worst, thin = int(np.argmin(margins)), int(np.argmin(lands))
     return IncompleteCut(
         gear.name, gear.z, float(shapely.Polygon(gear.points).area) * _MM**2, float(margins[worst]),
-        int(gear.row.flanks.tooth[worst]), len(gear.pieces), gear.joins * _MM,
+        int(gear.row.flanks.tooth[worst]), float(lands[thin]) * _MM, thin, len(gear.pieces), gear.joins * _MM,
     )  # fmt: skip
 
 
@@ -122,44 +124,3 @@ def _placed(found: Intermittent) -> list[Placed]:
         Placed(gear, float(angle), (float(x), float(y)))
         for gear, ((angle,), (x,), (y,)) in zip(found.gears, where, strict=True)
     ]
-
-
-@renews
-def write(
-    out: Path, told: GearsFound, found: Intermittent, made: Sequence[Part], provenance: Mapping[str, Any],
-    progress: Listener | None = None,
-) -> GearsFound:  # fmt: skip
-    """Writes drawings, solids, tables, figures and summary.json; returns the result with their paths."""
-    folder = files.output_folder(out)
-    contents = dict(parts.files(made))
-    for name, content in contents.items():
-        files.write_bytes(folder / name, content)
-    place = files.output_folder(folder / "figures")
-    drawn = {"assembly": figures.assembly([part.placed for part in made]), "dwell": dwell(found)}
-    for name, figure in bundle.drawn(drawn, progress).items():
-        files.write_text(place / f"{name}.svg", figure.svg)
-        files.write_bytes(place / f"{name}.png", figure.png)
-    told = replace(told, files=[str(folder / name) for name in contents])
-    files.write_summary(folder / "summary.json", {**told.table(), "provenance": dict(provenance)})
-    return told
-
-
-@style.drawn
-def dwell(found: Intermittent) -> Figure:
-    """Both gears about the line of centres where the dwell begins, in its middle, and where it ends."""
-    figure = style.new_figure(4.2)
-    rolling = found.rolling
-    for axes, (title, share) in zip(figure.subplots(1, 3, sharey=True), reversed(_SHOWN), strict=True):
-        where = rolling.held(np.array([0.5])) if share is None else rolling.places(np.array([share * rolling.length]))
-        for gear, place, shade in zip(found.gears, where, (style.BLUE, style.VERMILION), strict=True):
-            outline = np.vstack([gear.points, gear.points[:1]])
-            line = outline @ np.array([1, 1j]) * np.exp(1j * place[0]) + place[1]
-            axes.fill(_MM * line.real, _MM * line.imag, facecolor=shade, alpha=0.12, edgecolor="none")
-            axes.plot(_MM * line.real, _MM * line.imag, color=shade, linewidth=0.8, label=gear.name)
-        axes.set_aspect("equal")
-        axes.set_xlim(_MM * found.radius - 12, _MM * found.radius + 12)
-        axes.set_ylim(-_MM * found.radius, _MM * found.radius)
-        axes.set_title(title)
-    figure.axes[0].legend(loc="upper left", frameon=False)
-    figure.supxlabel("along the line of centres / mm", fontsize=8.5)
-    return figure

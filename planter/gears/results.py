@@ -140,13 +140,18 @@ class Friction(Record):
 
 @dataclass(frozen=True)
 class IncompleteCut(Record):
-    """An incomplete gear: its teeth, cut ones included, the pieces of its outline, how far these are apart at most."""
+    """An incomplete gear: its teeth, cut ones included, the pieces of its outline, how far these are apart at most.
+
+    Margin and top land are those that the rack leaves, before the arcs.
+    """
 
     name: str
     teeth: int
     area_mm2: float
     margin: float
     margin_tooth: int
+    top_land_mm: float
+    top_land_tooth: int
     pieces: int
     joins_mm: float
 
@@ -178,9 +183,10 @@ class Intermittent(Record):
     driving gear, after the dwell and before it: `undriven_deg`, over which no teeth drive all the time;
     `undriven_least_deg`, what the best phase for either side by itself would leave; `unheld_deg`, over which no teeth
     hold back. `slack_deg` is what the driven gear can turn by in the middle of the dwell, clockwise and anticlockwise;
-    `farther_loose` is its loose motion with an error of the centre distance, null without one. `overlap_mm2` is the
-    largest area that the outlines share at `positions` positions over the teeth, `dwell_overlap_mm2` at as many over
-    the dwell.
+    `farther_loose` is its loose motion with an error of the centre distance, null without one. `contact_ratio` is of
+    the pairs of flanks that the arcs leave whole, pressure angle, error of transmission and sliding (per rotation rate
+    of the driving gear) are over all positions, without play. `overlap_mm2` is the largest area that the outlines share
+    at `positions` positions over the teeth, `dwell_overlap_mm2` at as many over the dwell.
     """
 
     z: int
@@ -200,6 +206,10 @@ class Intermittent(Record):
     slack_deg: tuple[float, float]
     loose: LooseTurn
     farther_loose: LooseTurn | None
+    contact_ratio: Ratio
+    pressure_angle_deg: Extent
+    transmission_error_rad: float
+    sliding_max_mm: float
     overlap_mm2: float
     dwell_overlap_mm2: float
     positions: int

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.gears import rubbing
-from planter.gears.results import GearsFound, Intermittent, StageCut
+from planter.gears.results import GearsFound, Intermittent, LooseMotion, LooseTurn, StageCut
 from planter.terminal.console import Console
 
 
@@ -54,8 +54,9 @@ def _stage(console: Console, one: StageCut) -> None:
 
 def _intermittent(console: Console, one: Intermittent) -> None:
     title = f"Incomplete gears: module {one.module_mm:.6g} mm, centre distance {one.centre_distance_mm:.7g} mm"
-    rows = [(gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})", gear.area_mm2) for gear in one.gears]
-    console.table(title, ("gear", "teeth", "margin (tooth)", "area / mm2"), rows)
+    rows = [(gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})",
+             f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.area_mm2) for gear in one.gears]  # fmt: skip
+    console.table(title, ("gear", "teeth", "margin (tooth)", "top land / mm (tooth)", "area / mm2"), rows)
     console.table("", ("beside the dwell", "after it", "before it"), [
         ("pitch radius of the driving gear / mm", *one.end_radii_mm),
         ("horn in the arc / deg", *one.horns_deg),
@@ -63,12 +64,15 @@ def _intermittent(console: Console, one: Intermittent) -> None:
         ("best phase for this side alone / deg", *one.undriven_least_deg),
         ("without teeth that hold back / deg", *one.unheld_deg),
     ])  # fmt: skip
+    console.table("", ("mesh", "least", "largest"), [
+        ("contact ratio", one.contact_ratio.min, one.contact_ratio.max),
+        ("pressure angle / deg", one.pressure_angle_deg.min, one.pressure_angle_deg.max),
+        ("error of transmission / rad", None, one.transmission_error_rad),
+    ])  # fmt: skip
     for title, loose in (("loose motion / deg", one.loose), ("with the axes farther apart", one.farther_loose)):
         if loose is not None:
             console.table("", (title, "behind the law", "ahead of it"), [
-                (part, getattr(loose, key).behind_deg, getattr(loose, key).ahead_deg)
-                for part, key in (("after the dwell", "after_dwell"), ("driven and held back", "driven"),
-                                  ("before the dwell", "before_dwell"), ("in the dwell", "dwell"))
+                (part, turns.behind_deg, turns.ahead_deg) for part, turns in parts_of(loose)
             ])  # fmt: skip
     console.table("", ("turn", "value"), [
         ("pitches on the toothed arc", one.pitches),
@@ -77,3 +81,9 @@ def _intermittent(console: Console, one: Intermittent) -> None:
         ("overlap over the teeth / mm2", one.overlap_mm2),
         ("overlap in the dwell / mm2", one.dwell_overlap_mm2),
     ])  # fmt: skip
+
+
+def parts_of(loose: LooseTurn) -> list[tuple[str, LooseMotion]]:
+    """The parts of a turn in words, with what is loose there."""
+    return [("after the dwell", loose.after_dwell), ("driven and held back", loose.driven),
+            ("before the dwell", loose.before_dwell), ("in the dwell", loose.dwell)]  # fmt: skip

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
-from planter.gearing.teeth.meshing import Facing, Mesh
+from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.meshing import Facing
+from planter.gearing.teeth.pair import Pair
 from planter.gearing.teeth.rack import RACK, Cut
 from planter.kernels import Array
 from planter.numerics import simultaneous
@@ -23,11 +26,30 @@ _STEPS = 0.25, 0.05
 """Longest steps of a search: along the pitch curves in pitches, and of the mate's turn [rad]."""
 
 
+class Meshing(Protocol):
+    """Two gears in mesh, as `Mesh`."""
+
+    @property
+    def pair(self) -> Pair: ...
+
+    @property
+    def gears(self) -> tuple[Gear, Gear]: ...
+
+    @property
+    def pitch(self) -> float: ...
+
+    def places(self, at: Array) -> tuple[Array, Array]:
+        """Angle and axis (3, n) of both gears at rolling lengths (n,)."""
+
+    def arc_lengths(self, at: Array) -> tuple[Array, Array]:
+        """Arc lengths (n,) of both pitch curves where they touch at rolling lengths (n,)."""
+
+
 @dataclass(frozen=True)
 class Contacts:
     """The contacts of flanks of a mesh that face each other (n,)."""
 
-    mesh: Mesh
+    mesh: Meshing
     faced: Facing
 
     @property
@@ -47,7 +69,7 @@ class Contacts:
         Seen from the gear its mate turns about the pitch point, with the rates of both together.
         """
         pair = self.mesh.pair
-        radius = np.hypot(*pair.gear.at(pair.sense * self.faced.at)[:2])
+        radius = np.hypot(*pair.gear.at(self.mesh.arc_lengths(self.faced.at)[0])[:2])
         arm = self.points - np.array([radius, np.zeros_like(radius)])
         return np.asarray(np.hypot(*arm) * (1 + radius / (pair.distance - radius)))
 
@@ -83,13 +105,12 @@ class Contacts:
     @property
     def _start(self) -> Array:
         """Arc lengths of both curves in the pitch point, and no turn (3, n)."""
-        one, two = self.mesh.pair.senses
-        return np.array([one * self.faced.at, two * self.faced.at, np.zeros_like(self.faced.at)])
+        return np.array([*self.mesh.arc_lengths(self.faced.at), np.zeros_like(self.faced.at)])
 
     @property
     def _thinned(self) -> Array:
         """Places of flanks (2, n) with the play that each gear has its share of."""
-        return np.asarray(self.faced.xi - self.faced.side * self.mesh.gear.rack.play / 4)
+        return np.asarray(self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4)
 
     @cached_property
     def _touching(self) -> Array:

@@ -69,9 +69,14 @@ class Mesh:
         sense = self.pair.sense
         return np.asarray(sense * self.gear.curve.arc(sense * polar))
 
+    def arc_lengths(self, at: Array) -> tuple[Array, Array]:
+        """Arc lengths (n,) of both pitch curves where they touch at rolling lengths (n,)."""
+        one, two = self.pair.senses
+        return one * at, two * at
+
     def places(self, at: Array) -> tuple[Array, Array]:
         """Angle and axis (3, n) of both gears at rolling lengths (n,)."""
-        turned = [c.at(sense * at)[POLAR] for c, sense in zip(self.pair.curves, self.pair.senses, strict=True)]
+        turned = [c.at(s)[POLAR] for c, s in zip(self.pair.curves, self.arc_lengths(at), strict=True)]
         zero = np.zeros_like(at)
         return (
             np.array([-turned[0], zero, zero]),

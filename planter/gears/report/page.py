@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from planter.gearing.teeth.rack import RACK
-from planter.gears import rubbing
-from planter.gears.results import Friction, GearsFound, StageCut
+from planter.gears import rubbing, tables
+from planter.gears.results import Friction, GearsFound, Intermittent, StageCut
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import provenance_section
 
@@ -17,6 +17,10 @@ CAPTIONS = {
     "teeth": "Contact ratio of every pair of teeth; margin against undercut of both flanks and top land of each tooth.",
     "play": "What the mate can turn by between its flanks, the gap of the outlines as polygons, and the error of "
     "transmission at every contact, without play.",
+    "dwell": "Locking arcs and the teeth beside them, about the line of centres.",
+    "loose": "How many flanks touch over a turn, and how far the driven gear can turn from where its law has it, the "
+    "driving gear held: behind the law and ahead of it.",
+    "lands": "Margin against undercut of both flanks and top land of each tooth, as the rack leaves them.",
     "friction": "What friction of the teeth adds over a turn to the forces in the joints, to the motor's torque M_L "
     "and to the power lost at both meshes of side 1: by the paper's convention, and against the sliding.",
 }
@@ -29,6 +33,8 @@ def text(
     parts = [Section("Rack", list(_rack(found)))]
     parts += [Section(f"Pair {one.stage}: {one.gears[0].name} and {one.gears[1].name}", list(_stage(one)))
               for one in found.stages]  # fmt: skip
+    if found.intermittent:
+        parts += _dwelling(found.intermittent)
     if found.scaled:
         parts.append(Section("What the scaling does", list(_scaled(found))))
     if found.friction:
@@ -71,6 +77,43 @@ def _stage(one: StageCut) -> Iterator[Block]:
     ]
     if undercut:
         yield Table(("gear", "tooth", "flank", "margin"), undercut, "Undercut flanks")
+
+
+def _dwelling(one: Intermittent) -> Iterator[Section]:
+    first, second = one.gears
+    yield Section(f"Pair: {first.name} and {second.name}", [
+        Keys({
+            "teeth": f"{one.z} on {one.pitches:.6g} pitches",
+            **{key: getattr(one, key) for key in ("module_mm", "centre_distance_mm", "toothed_arc_mm")},
+            "contact ratio, least": one.contact_ratio.min,
+            "contact ratio, mean": one.contact_ratio.mean,
+            "pressure angle, least / deg": one.pressure_angle_deg.min,
+            "pressure angle, largest / deg": one.pressure_angle_deg.max,
+            "error of transmission / rad": one.transmission_error_rad,
+            "sliding per rotation rate, largest / mm": one.sliding_max_mm,
+            "overlap of polygons over the teeth / mm2": one.overlap_mm2,
+            "overlap of polygons in the dwell / mm2": one.dwell_overlap_mm2,
+        }),
+        Table(("gear", "teeth", "area / mm2", "margin", "top land / mm"),
+              [(gear.name, gear.teeth, gear.area_mm2, gear.margin, gear.top_land_mm) for gear in one.gears]),
+    ])  # fmt: skip
+    yield Section("Dwell", [
+        Text(
+            f"While the {second.name} stands still, over {one.dwell_deg:.4g} deg of the {first.name}, locking arcs "
+            f"hold it: of {one.locking_radius_mm:.5g} mm in radius, {one.apart_mm:.3g} mm apart. They take away what "
+            "teeth would drive with beside the dwell; the teeth stand in the phase that leaves the least undriven."
+        ),
+        Table(("", "after the dwell", "before it"), [
+            ("pitch radius of the driving gear / mm", *one.end_radii_mm),
+            ("horn in the arc / deg", *one.horns_deg),
+            ("without drive / deg", *one.undriven_deg),
+            ("best phase for this side alone / deg", *one.undriven_least_deg),
+            ("without teeth that hold back / deg", *one.unheld_deg),
+        ]),
+        Table(("loose motion", "behind the law / deg", "ahead of it / deg"),
+              [(part, turns.behind_deg, turns.ahead_deg) for part, turns in tables.parts_of(one.loose)],
+              "How far the driven gear can turn, the driving gear held; a dash where nothing stops it"),
+    ])  # fmt: skip
 
 
 def _friction(found: Friction) -> Iterator[Block]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from planter.gearing.teeth.incomplete.proof import Turn
 from planter.gearing.teeth.making import Toothed
 from planter.gears import parts
 from planter.gears.parts import Part
-from planter.gears.report import figures, page
+from planter.gears.report import dwelling, figures, page
 from planter.gears.report.scene import scene
 from planter.gears.results import GearsFound
 from planter.gears.rubbing import Rubbing
@@ -18,6 +19,10 @@ from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.folder import renews
 from planter.view.block import Motion
+from planter.view.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @renews
@@ -29,20 +34,38 @@ def write(
 
     Raises InputError for a folder that it cannot write, or where a solid needs what is not installed.
     """
-    folder = files.output_folder(out)
     contents = dict(parts.files(made))
     if rubbing:
         comments = [f"machine: {found.machine}", "angles stand close to each other on both sides of every jump"]
         contents["friction.csv"] = files.cycle_csv("friction.csv", comments, rubbing.columns()).encode()
-    drawn = bundle.drawn(figures.figures(pairs, [part.placed for part in made], rubbing), progress)
+    drawn = figures.figures(pairs, [part.placed for part in made], rubbing)
+    return _write(out, found, contents, drawn, [scene(pair) for pair in pairs], provenance, progress)
+
+
+@renews
+def write_dwelling(
+    out: Path, found: GearsFound, turn: Turn, made: Sequence[Part], provenance: Mapping[str, Any],
+    progress: Listener | None = None,
+) -> GearsFound:  # fmt: skip
+    """The same of a pair that dwells. Raises as `write`."""
+    drawn = dwelling.figures(turn, [part.placed for part in made])
+    return _write(out, found, dict(parts.files(made)), drawn, [dwelling.scene(turn)], provenance, progress)
+
+
+def _write(
+    out: Path, found: GearsFound, contents: Mapping[str, bytes], drawn: Mapping[str, Figure], scenes: Sequence[Scene],
+    provenance: Mapping[str, Any], progress: Listener | None,
+) -> GearsFound:  # fmt: skip
+    folder = files.output_folder(out)
+    made = bundle.drawn(drawn, progress)
     told = replace(found, files=[str(folder / name) for name in contents])
     for name, content in contents.items():
         files.write_bytes(folder / name, content)
     place = files.output_folder(folder / "figures")
-    for name, figure in drawn.items():
+    for name, figure in made.items():
         files.write_text(place / f"{name}.svg", figure.svg)
         files.write_bytes(place / f"{name}.png", figure.png)
-    svgs = {name: figure.svg for name, figure in drawn.items()}
-    files.write_text(folder / "report.html", page.text(told, svgs, provenance, [Motion(scene(pair)) for pair in pairs]))
+    svgs = {name: figure.svg for name, figure in made.items()}
+    files.write_text(folder / "report.html", page.text(told, svgs, provenance, [Motion(one) for one in scenes]))
     files.write_summary(folder / "summary.json", {**told.table(), "provenance": dict(provenance)})
     return told

@@ -34,6 +34,11 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     assert {"sun.dxf", "intermediate_gear.stl", "sun_flanks.csv", "assembly.dxf"} <= names
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["intermittent"] == one
+    assert one["transmission_error_rad"] < 1e-11
+    page = (tmp_path / "report.html").read_text()
+    assert "ahead of it / deg" in page
+    assert "planter-view" in page
+    assert {path.stem for path in (tmp_path / "figures").glob("*.png")} == {"assembly", "dwell", "loose", "lands"}
 
 
 def test_so_many_teeth_have_a_module_of_their_own_and_axes_may_be_farther_apart() -> None:

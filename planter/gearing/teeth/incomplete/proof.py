@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from planter.gearing.teeth.incomplete.gear import Row
+from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.incomplete.locking import Intermittent
+from planter.gearing.teeth.incomplete.rows import RowMesh
 from planter.gearing.teeth.polygons import Shapes, moved
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
@@ -76,9 +77,20 @@ class Turn:
         return found
 
     @cached_property
+    def mesh(self) -> RowMesh:
+        """The teeth in mesh."""
+        return RowMesh(self.gears)
+
+    @cached_property
     def drives(self) -> tuple[Flags, Flags]:
         """Whether teeth drive the mate at each position over the teeth, and whether they hold it back."""
-        return self._touching(-1), self._touching(1)
+        driven, held = (self.mesh.touching(self.rolled, side).any(axis=1) for side in (-1, 1))
+        return np.asarray(driven), np.asarray(held)
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """Of the flanks that touch at the positions over the teeth."""
+        return Contacts(self.mesh, self.mesh.facing(self.rolled))
 
     @property
     def undriven(self) -> tuple[float, float]:
@@ -97,21 +109,6 @@ class Turn:
         first, last = lost[longest] + 1, lost[longest + 1] - 1
         turned = -self.gears.rolling.places(self.rolled)[0][0]
         return float(turned[first] - turned[0]), float(turned[-1] - turned[last])
-
-    def _touching(self, side: int) -> Flags:
-        """Whether any tooth of the gear touches with its flank of a side at the positions (n,)."""
-        own, z = self.gears, self.gears.gear.z
-        row, other, rolling = own.gear.row, own.mate.row, own.rolling
-        at, tooth = np.repeat(self.rolled, z), np.tile(np.arange(z), len(self.rolled))
-        number = tooth + z * (side > 0)
-        mate_tooth = other.z - 1 - tooth - (side > 0)
-        mate = mate_tooth + other.z * (side > 0)
-        place, seen = rolling.lead + at, rolling.behind + rolling.length - at
-        point, back = row.flanks.flank(place, number).points.T, other.flanks.flank(seen, mate).points.T
-        there = _within(row, place, number) & _within(other, seen, mate)
-        left = np.all([region.beyond(point) >= 0 for region in own.topped], axis=0) & (own.cut.beyond(back) >= 0)
-        found: Flags = (there & left).reshape(-1, z).any(axis=1)
-        return found
 
     @cached_property
     def loose(self) -> Loose:
@@ -167,9 +164,3 @@ def _shared(one: Shapes, two: Shapes) -> Array:
     found, touch = np.zeros(len(one)), np.flatnonzero(shapely.intersects(one, two))
     found[touch] = shapely.area(shapely.intersection(one[touch], two[touch]))
     return found
-
-
-def _within(row: Row, place: Array, number: Integers) -> Flags:
-    """Whether flanks (n,) are cut at arc lengths (n,): between their tips and where they end."""
-    tips, ends = row.flanks.tips[0][number], np.array([path[0].lower for path in row.paths])[number]
-    return np.asarray((place >= np.minimum(tips, ends)) & (place <= np.maximum(tips, ends)))

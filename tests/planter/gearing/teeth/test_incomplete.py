@@ -11,9 +11,11 @@ from scipy.integrate import simpson
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
+from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
 from planter.gearing.teeth.incomplete.proof import Turn
 from planter.gearing.teeth.incomplete.rolling import Rolling
+from planter.gearing.teeth.incomplete.rows import SIDES, RowMesh
 from planter.gearing.teeth.order import Order
 
 R, WAVE, SHIFT, FIRST, LAST = 0.03, 0.1, 0.2, -2.4, 2.5
@@ -110,6 +112,27 @@ def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: Intermittent, tu
     assert drives.mean() > 0.8
     predicted = made.phase.undriven
     assert turn.undriven == pytest.approx(predicted, abs=np.radians(1.5))
+
+
+def test_teeth_transmit_the_law_and_teeth_that_are_moved_do_not(made: Intermittent, turn: Turn) -> None:
+    assert np.abs(turn.contacts.errors).max() < 1e-11
+    flanks = made.mate.row.flanks
+    moved = replace(made.mate, row=replace(made.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6)))
+    mesh = RowMesh(replace(made, mate=moved))
+    few = turn.rolled[200:500:50]
+    assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
+
+
+def test_contact_ratios_are_those_that_positions_count(made: Intermittent, turn: Turn) -> None:
+    """Of a tooth in the middle, which no arc has cut."""
+    fine = np.linspace(0, made.rolling.length, 8001)
+    middle = made.gear.z // 2
+    ratios = turn.mesh.contact_ratios
+    assert made.gear.z < len(ratios) < 2 * made.gear.z
+    for side in SIDES:
+        counted = turn.mesh.touching(fine, side)[:, middle].mean() * made.rolling.length / turn.mesh.pitch
+        assert np.abs(ratios - counted).min() < 2e-3
+        assert ratios.min() - 2e-3 < counted < ratios.max() + 2e-3
 
 
 def test_the_arcs_hold_in_the_dwell_and_not_without(made: Intermittent, turn: Turn) -> None:
