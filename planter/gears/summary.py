@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planter.gearing.teeth import limits
+from planter.gearing.teeth import limits, remedies
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed
@@ -23,7 +23,7 @@ def stage(
 
     Raises GeometryError where the polygons of its teeth run into each other.
     """
-    limits.check_overlap(found.mesh, found.overlaps, found.mesh.positions, found.name)
+    remedies.check_overlap(found)
     ratios = found.mesh.contact_ratios
     return StageCut(
         stage=number,

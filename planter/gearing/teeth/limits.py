@@ -107,8 +107,7 @@ def check_overlap(mesh: Mesh, overlaps: Array, at: Array, name: str) -> None:
     if overlaps[worst] > _TOUCH:
         place = _at(mesh.pair.gear, mesh.pair.sense * at[worst])
         raise GeometryError(
-            f"{name}: the teeth run into each other by {overlaps[worst] * 1e6:.3g} mm2 {place} of {mesh.gear.name}: "
-            f"a smaller addendum, or a smaller round on the tips of the rack, would help"
+            f"{name}: the teeth run into each other by {overlaps[worst] * 1e6:.3g} mm2 {place} of {mesh.gear.name}"
         )
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from planter.errors import GeometryError
+from planter.gearing.teeth import limits
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.order import Order
@@ -53,7 +54,9 @@ def _made(lengths: Lengths, stage: int, x: Array, order: Order) -> tuple[Toothed
     refused = None
     for way in ways:
         try:
-            return toothed(pair, way, f"stage {stage + 1}", NAMES[stage]), refused
+            found = toothed(pair, way, f"stage {stage + 1}", NAMES[stage])
+            limits.check_overlap(found.mesh, found.overlaps, found.mesh.positions, found.name)
+            return found, refused
         except GeometryError as error:
             refused = refused or str(error)
     return None, refused
