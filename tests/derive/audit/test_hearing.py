@@ -13,7 +13,9 @@ from derive.audit.causes import causes, told
 from derive.audit.fold import folded
 from derive.audit.hearing import Outcome, heard, is_fragile, reasons
 from derive.audit.judge import judge
+from derive.audit.judgement import Judgement
 from derive.audit.paper import Paper, Reading
+from derive.audit.record import equation as recorded
 from derive.audit.references import references
 from derive.audit.subject import Subject
 from derive.equations import Definition, Equation, derived, stated
@@ -162,6 +164,19 @@ def test_the_assumed_shape_of_the_shaft_turns_in_its_bearing() -> None:
     for number in ("9", "10"):
         assert heard(CASES["shi2021"], number).kindest.judgement.loose == ("slope at the bearing",)
     assert heard(CASES["shi2021"], "start").kindest.judgement.verdict == "contradicted"
+
+
+def test_what_lacks_a_term_without_a_force_lacks_the_first_of_them() -> None:
+    found = Judgement("incomplete", "", missing=(a * u, b))
+    printed = derived(MadeUpClaim.SUM, c - b)
+    assert reasons(found, printed, {}) == (f"lacks {a * u}",)
+
+
+def test_the_record_shows_what_each_reading_leaves() -> None:
+    own = open_case(a * u, Reading("as derived"), Reading("two terms more", derived={a: a + b + c * sp.sin(v)}))
+    first, second = recorded(own, "1", "key")["depends"]
+    assert (first["verdict"], first["finding"]) == ("confirmed", "no difference left")
+    assert second["finding"].endswith(": 2 missing")
 
 
 # terms told in differences

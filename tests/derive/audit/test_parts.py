@@ -5,8 +5,10 @@ import pytest
 import sympy as sp
 from mpmath import mpf
 
+from derive.audit.comparison import Comparison
 from derive.audit.directions import directions
 from derive.audit.edits import edits
+from derive.audit.independent import _simple_ratio
 from derive.audit.terms import Gap, Match, content, expanded, gap, monomials, overall_factor, remainder_vanishes, value
 from derive.audit.terms import matched as matched_sums
 from derive.equations import Equation
@@ -153,6 +155,12 @@ def test_a_summand_that_a_bracket_lacks_has_the_dimension_of_those_in_it() -> No
     results = {edit.result for edit in edits(a * sp.sin(u), WORDS, present=[v, t])}
     assert a * sp.sin(u + v) in results
     assert a * sp.sin(u + t) not in results
+
+
+@pytest.mark.parametrize(("second", "factor"), [(6, 2), (5, None)])
+def test_a_factor_is_one_that_holds_at_every_point(second: int, factor: int | None) -> None:
+    points = (Point({a: 4, b: 2}), Point({a: second, b: 3}))
+    assert _simple_ratio(Comparison(a, b, points), a, b) == factor
 
 
 # directions
