@@ -84,6 +84,13 @@ def test_a_balance_with_two_roots_behind_definitions_is_no_way() -> None:
         ordered(equations, [a, b, c, d], [c])
 
 
+def test_what_is_undetermined_is_named_with_the_equations_that_hold_it() -> None:
+    with pytest.raises(
+        ChainError, match=r"u0 stands in sum; u1 stands in sum, far; u2 stands in far; u3 stands in none$"
+    ):
+        ordered([equation("sum", a + b - 3), equation("far", b + c - 1)], [a, b, c, d], [a])
+
+
 @pytest.mark.parametrize("find", [lambda es, us: ordered(es, us, us), solvable])
 def test_what_has_sizes_is_solved_by_cases(find: Callable[[list[Equation], list[Quantity]], Chain]) -> None:
     chain = find([equation("size", a + sp.Abs(a) / 2 - k)], [a])
