@@ -36,7 +36,7 @@ def audit(
     ] = None,
     numbers: Annotated[Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)] = None,
     front: Annotated[
-        bool, typer.Option("--front", help="also what range and variance the derived model can give at all")
+        bool, typer.Option("--front", help="also what range and variance the derived model was found to give")
     ] = False,
     as_json: JsonOption = False,
     out: OutOption = None,
