@@ -10,7 +10,14 @@ export function connect({ heard, back }) {
   const machine = JSON.parse(document.getElementById("machine").textContent);
   const local = new Local(machine);
   local.begin().then(() => { back(); heard({ sources: [machine.name] }); }, (error) => heard({ error: `This browser does not run the page's functions: ${error.message}` }));
-  return (message) => queueMicrotask(() => heard(local.answer(message)));
+  let newest = null;
+  const answered = (message) => {
+    const found = local.answer(message);
+    heard(found);
+    newest = found.scenes ? message : null;
+    if (newest) setTimeout(() => newest === message && heard(local.details(message)));
+  };
+  return (message) => queueMicrotask(() => answered(message));
 }
 
 /** A machine in one of its models. */
@@ -64,14 +71,15 @@ class Local {
     if (ask === "optimise") return this.#improved(this.models[model], values);
     const found = this.models[model].shown(values);
     if (found === null) return { id, error: "with these numbers there is no such machine: what is computed is not finite" };
-    return { id, ...found, details: [], beside: this.#beside(model, values) };
+    return { id, ...found };
   }
 
-  /** What the other models say. */
-  #beside(model, values) {
+  /** What the other models say: it comes after the picture. */
+  details({ id, values, model }) {
     const others = Object.entries(this.models).filter(([name]) => name !== model);
     const found = others.map(([name, other]) => ({ model: name, told: other.shown(values) })).filter(({ told }) => told);
-    return found.map(({ model: name, told }) => ({ model: name, readings: told.readings, course: told.scenes[0].record }));
+    const beside = found.map(({ model: name, told }) => ({ model: name, readings: told.readings, course: told.scenes[0].record }));
+    return { id, details: [], beside };
   }
 
   #improved(model, values) {

@@ -5,29 +5,25 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from planter.kernels import Array, bundled
+from planter.kernels import bundled
 from planter.kernels.programs import webassembly
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 from planter.planting.show import Planting
 from planter.planting.turns import Turns
 from planter.view.subject import opened
-from tests.planter.studio.static.told import Told
+from tests.planter.studio.static.told import TWELVE, Told, assert_drawn
 from tests.support import pairs
 from tests.support.cli import run
 from tests.support.machines import with_flank
 from tests.support.wasm import Running, apart, needs_wasm
 
 pytestmark = needs_wasm
-TWELVE = 1e-12
-"""Of the largest number of a series, of a reading's own size, of the largest slope."""
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
@@ -55,46 +51,7 @@ def test_its_drawing_is_the_studio_s(page: Told, model: str) -> None:
     plan = page.machine["models"][model]["plan"]
     for values in page.designs(4)[1:]:
         numbers, scene = page.numbers(model, "seen", values), machine.scenes(values, model)[0]
-        lines = [*scene.ground, *(line for body in scene.every() for line in body.outlines)]
-        for place, source in plan["channels"]:
-            assert_same(taken(numbers, source), series(scene, place))
-        for line in plan["outlines"]:
-            shown = (
-                np.array([taken(numbers, row) for row in line["rows"]]).T
-                if "rows" in line
-                else np.array([[taken(numbers, source) for source in corner] for corner in line["corners"]])
-            )
-            assert_same(shown, lines[line["number"]].points)
-        for number, x, y in plan["labels"]:
-            label = scene.labels[number]
-            assert_same(np.array([taken(numbers, x), taken(numbers, y)]), np.array([label.x, label.y]))
-
-
-def taken(numbers: Array, source: Mapping[str, Any]) -> Any:
-    if "count" not in source:
-        return source["plus"] + (0.0 if source["at"] < 0 else numbers[source["at"]])
-    row = numbers[source["at"] : source["at"] + source["count"]]
-    return source["plus"] + source["sign"] * np.roll(row, -source["ahead"])
-
-
-def series(scene: Any, place: Sequence[Any]) -> Array:
-    key, *rest = place
-    if not rest:
-        return np.asarray(getattr(scene, key))
-    if key == "curves":
-        return np.asarray(getattr(scene.curves[rest[0]], rest[1]))
-    if key == "bodies":
-        body = list(scene.every())[rest[0]]
-        return np.asarray((*body.at, body.turn)[rest[1]])
-    if key == "points":
-        point = scene.points[rest[0]]
-        return np.asarray((point.x, point.y)[rest[1]])
-    force = scene.forces[rest[0]]
-    return np.asarray((force.at.x, force.at.y, force.x, force.y)[rest[1]])
-
-
-def assert_same(found: Any, known: Array) -> None:
-    assert np.abs(found - known).max() <= TWELVE * max(np.abs(known).max(), 1.0)
+        assert_drawn(plan, numbers, scene)
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])

@@ -6,7 +6,7 @@ import base64
 import gzip
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,8 +15,11 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
+from planter.view.scene import Scene
 from tests.support.wasm import Running
 
+TWELVE = 1e-12
+"""Of the largest number of a series, of a reading's own size, of the largest slope."""
 Values = Mapping[str, float]
 
 
@@ -70,3 +73,47 @@ def written(folder: Path, machine: str) -> Told:
     from planter.studio.static.file import write
 
     return Told(write(machine, folder / "page.html"))
+
+
+def assert_drawn(plan: Mapping[str, Any], numbers: Array, scene: Scene) -> None:
+    """Every series, place, outline and label of a plan is the scene's."""
+    lines = [*scene.ground, *(line for body in scene.every() for line in body.outlines)]
+    for place, source in plan["channels"]:
+        assert_same(taken(numbers, source), series(scene, place))
+    for line in plan["outlines"]:
+        shown = (
+            np.array([taken(numbers, row) for row in line["rows"]]).T
+            if "rows" in line
+            else np.array([[taken(numbers, source) for source in corner] for corner in line["corners"]])
+        )
+        assert_same(shown, lines[line["number"]].points)
+    for number, x, y in plan["labels"]:
+        label = scene.labels[number]
+        assert_same(np.array([taken(numbers, x), taken(numbers, y)]), np.array([label.x, label.y]))
+
+
+def taken(numbers: Array, source: Mapping[str, Any]) -> Any:
+    if "count" not in source:
+        return source["plus"] + (0.0 if source["at"] < 0 else numbers[source["at"]])
+    row = numbers[source["at"] : source["at"] + source["count"]]
+    return source["plus"] + source["sign"] * np.roll(row, -source["ahead"])
+
+
+def series(scene: Any, place: Sequence[Any]) -> Array:
+    key, *rest = place
+    if not rest:
+        return np.asarray(getattr(scene, key))
+    if key == "curves":
+        return np.asarray(getattr(scene.curves[rest[0]], rest[1]))
+    if key == "bodies":
+        body = list(scene.every())[rest[0]]
+        return np.asarray((*body.at, body.turn)[rest[1]])
+    if key == "points":
+        point = scene.points[rest[0]]
+        return np.asarray((point.x, point.y)[rest[1]])
+    force = scene.forces[rest[0]]
+    return np.asarray((force.at.x, force.at.y, force.x, force.y)[rest[1]])
+
+
+def assert_same(found: Any, known: Array) -> None:
+    assert np.abs(found - known).max() <= TWELVE * max(np.abs(known).max(), 1.0)

@@ -1,0 +1,100 @@
+"""What a page is made of, without the compiler: which numbers a drawing shows, the file that it writes, its script."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planter.errors import ComputationError
+from planter.mechanism.show import Mechanism
+from planter.studio.static.bundle import bundle
+from planter.studio.static.recognised import Recogniser
+from planter.studio.static.written import template
+from planter.view.portable import Movable
+from planter.view.scene import Scene
+from planter.view.subject import Values, opened
+from tests.planter.studio.static.told import assert_drawn
+from tests.support import own
+
+NAMES = ("wang2017-wide", "slider_crank")
+
+
+@cache
+def machine(name: str) -> Movable:
+    found = Mechanism(own.file(name)) if name == "slider_crank" else opened(name)
+    assert isinstance(found, Movable)
+    return found
+
+
+def drawn(name: str, count: int) -> tuple[list[Values], list[Scene]]:
+    """Designs near the machine's own, by lot, and what is drawn of them."""
+    subject, rng = machine(name), np.random.default_rng(5)
+    designs = [{one.path: one.value + 0.2 * float(rng.uniform(-1, 1)) * (one.upper - one.value + 1e-3)
+                for one in subject.controls} for _ in range(count)]  # fmt: skip
+    return designs, [subject.scenes(values, "exact")[0] for values in designs]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_was_recognised_holds_for_other_designs(name: str) -> None:
+    portable = machine(name).portable("exact")
+    designs, scenes = drawn(name, 4)
+    plan = Recogniser(portable, designs[:3], scenes[:3]).plan()
+    assert len(plan.channels) > 10
+    vectors = portable.at(designs[3], portable.seen)
+    numbers = np.concatenate(list(vectors.values()))
+    assert_drawn(plan.__dict__, numbers, scenes[3])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_readings_are_the_machine_s(name: str) -> None:
+    subject, portable = machine(name), machine(name).portable("exact")
+    values = drawn(name, 1)[0][0]
+    singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
+    known = {one.name: one.value for one in subject.readings(values, "exact")}
+    assert {key: singles[key] for key in known} == pytest.approx(known, rel=1e-12)
+
+
+def test_a_curve_that_follows_no_number_is_noticed() -> None:
+    portable = machine("wang2017-wide").portable("exact")
+    designs, scenes = drawn("wang2017-wide", 3)
+    strange = replace(scenes[1].curves[0], values=scenes[1].curves[0].values * (1 + 1e-6))
+    tampered = [scenes[0], replace(scenes[1], curves=[strange, *scenes[1].curves[1:]]), scenes[2]]
+    with pytest.raises(ComputationError, match=r"cannot follow its \['curves', 0, 'values'\]"):
+        Recogniser(portable, designs, tampered).plan()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_file_written_line_by_line_is_that_of_planter(name: str) -> None:
+    subject = machine(name)
+    told = template(subject)
+    values = {one.path: one.value for one in subject.controls}
+    for count in (0, 1, len(values)):
+        moved = {one.path: one.value + 0.25 * (one.upper - one.value) for one in list(subject.controls)[:count]}
+        assert edited(told, moved) == subject.handed(values | moved)
+
+
+def edited(told: dict[str, Any], moved: Values) -> str:
+    """As the page's script does it."""
+    lines = list(told["lines"])
+    paths = sorted(moved, key=lambda path: -told["edits"][path][0]["from"])
+    edits = [{**edit, "value": repr(moved[path])} for path in paths for edit in told["edits"][path]]
+    for edit in sorted(edits, key=lambda one: -one["from"]):
+        lines[edit["from"] : edit["to"]] = [line.replace("{}", edit["value"], 1) for line in edit["lines"]]
+    return "\n".join(lines) + "\n"
+
+
+def test_modules_become_one_script_of_scopes() -> None:
+    modules = {
+        "one": "export const digits = (x) => x;\nconst own = 1;\nexport class Two {}\nexport default { own };\n",
+        "two": 'import { digits, Two } from "./one.js";\nexport async function three() { return digits(new Two()); }\n',
+    }
+    script = bundle(modules)
+    assert "import " not in script
+    assert "export " not in script
+    assert "return { digits, Two };" in script
+    assert "const { digits, Two } = modules.one;" in script
+    assert "return { three };" in script
