@@ -40,21 +40,31 @@ def optimise(
     if wanted is None:
         return optimisation.optimise(device, method, samples, seed, starts, progress, keep)
     begun = time.perf_counter()
-    for extent in extents(Lengths(device, wanted)):
-        extent.check(wanted.teeth[extent.stage])
+    _check(device, wanted, seed)
     free = optimisation.optimise(device, method, samples, seed, starts, progress)
     device, sampling = free.devices[device.model], free.found.sampling
-    lengths, tried = Lengths(device, wanted), None
-    if not wanted.settled:
-        choice = Choice(lengths, free.found.design, sampling, progress)
-        wanted = choice.run()
-        lengths, tried = lengths.of(wanted), list(choice.tried.values())
-    near = [free.found.design]
-    found = search.run(device, method, sampling, seed, starts, progress, keep, lengths, near)
+    reached, lengths, tried = free.found, Lengths(device, wanted), None
     try:
-        return _with_teeth(optimisation.scored(device, found), free.found, lengths, tried, begun)
+        if not wanted.settled:
+            choice = Choice(lengths, free.found.design, sampling, progress)
+            lengths = lengths.of(choice.run())
+            tried = list(choice.tried.values())
+        near = [free.found.design]
+        reached = search.run(device, method, sampling, seed, starts, progress, keep, lengths, near)
+        return _with_teeth(optimisation.scored(device, reached), free.found, lengths, tried, begun)
     except KeyboardInterrupt:
-        raise Interrupted(found, device.scale) from None
+        raise Interrupted(reached, device.scale) from None
+
+
+def _check(device: Device, wanted: Wanted, seed: int) -> None:
+    """Raise InputError or Infeasible for teeth that no design has, before anything is searched for."""
+    lengths, required = Lengths(device, wanted), Required.of(device)
+    for extent in extents(lengths):
+        extent.check(wanted.teeth[extent.stage])
+    if required is not None and wanted.settled:
+        search.kept(
+            search.problem(device, device.machine.objective.samples, required, lengths), required, seed, lengths
+        )
 
 
 def _with_teeth(

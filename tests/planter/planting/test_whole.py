@@ -22,6 +22,7 @@ from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation
 from planter.planting.report import results as report
 from planter.planting.requirements.verdict import Infeasible
+from planter.planting.search import Interrupted
 from planter.planting.whole import made, run
 from planter.planting.whole.choice import Choice, neighbours
 from planter.planting.whole.extent import extents
@@ -129,7 +130,9 @@ def test_every_way_keeps_them_and_agrees_and_again() -> None:
     assert best().design.tolist() == reached["ipopt"].design.tolist()
 
 
-@pytest.mark.parametrize(("model", "sampling"), [("printed", 60), ("exact", "refined")])
+@pytest.mark.parametrize(
+    ("model", "sampling"), [("printed", 60), pytest.param("exact", "refined", marks=pytest.mark.long)]
+)
 def test_the_other_model_and_true_extremes_keep_them_too(model: str, sampling: int | str) -> None:
     own = Device(load("wang2017"), model)
     reached = search.run(own, "ipopt", sampling, starts=1, lengths=Lengths(own, WANTED))
@@ -164,11 +167,10 @@ def test_no_length_in_the_box_is_beyond_its_extent() -> None:
         assert of_stage_.max() <= extent.most
 
 
+@pytest.mark.long
 def test_requirements_that_no_design_with_the_teeth_keeps_are_told_with_them() -> None:
-    own = device("wang2017-wide")
-    wanted = Wanted((2e-3, 2e-3), (31, 31))
     with pytest.raises(Infeasible, match=r"no design with 31 teeth of 2 mm on stage 1 and 31 teeth .* nozzle_distance"):
-        search.run(own, "ipopt", 60, starts=1, lengths=Lengths(own, wanted))
+        run.optimise(device("wang2017-wide"), Wanted((2e-3, 2e-3), (31, 31)))
 
 
 @pytest.mark.long
@@ -205,6 +207,20 @@ def test_teeth_that_are_left_open_are_chosen_from_neighbours() -> None:
     assert tried[chosen.teeth].objective == pytest.approx(best_of_all, rel=1e-5)
     assert set(neighbours(chosen.teeth, within)) <= set(tried)
     assert len(tried) > 2
+
+
+@pytest.mark.parametrize("part", ["Choice.run", "search.run", "made.stages"])
+def test_an_interrupt_hands_over_what_there_is(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    there = found()
+    monkeypatch.setattr(run.optimisation, "optimise", lambda *_: there)
+    monkeypatch.setattr(run.search, "run", lambda *_: there.found)
+    monkeypatch.setattr(f"planter.planting.whole.run.{part}", interrupt)
+    with pytest.raises(Interrupted) as stopped:
+        run.optimise(device(), Wanted((2e-3, 1.97e-3), (None, None)) if part == "Choice.run" else WANTED)
+    assert stopped.value.best is there.found
 
 
 def test_one_stage_alone_may_have_whole_teeth() -> None:
