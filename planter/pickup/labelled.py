@@ -22,7 +22,6 @@ class Labels:
             "dwell_start", "dwell_end", "phi1_far", "phi5_far_deg", "dwell_t_deg", "transition_deg",
         ),
         "a derivative or a rate": ("dR1", "ddR1", "arc"),
-        "an angle between the locking arcs and a tip circle: planter gears draws both": ("reach",),
         "any place in the machine's frame": ("x", "y"),
         "nothing where the arm only goes forward": ("arm_turned_back_deg",),
         "of the teeth: planter gears draws them": ("noncircular_stage.",),
