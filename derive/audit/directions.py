@@ -38,22 +38,24 @@ def _turns_freely(symbol: Quantity, equations: Iterable[Equation], known: set[Qu
 
 
 def _outside(expr: Basic, symbol: Quantity) -> set[Basic]:
-    """The parts of an expression, or of its cases, in which a symbol stands elsewhere than in a periodic function."""
+    """The terms of an expression, or of its cases, in which a symbol stands elsewhere than in a periodic function."""
     if symbol not in expr.free_symbols:
         return set()
     if isinstance(expr, _PERIODIC):
         return set() if _adds(expr.args[0], symbol) else {expr}
-    if isinstance(expr, sp.Add | sp.Piecewise):
-        inner = [a for arg in expr.args for a in (arg.args if isinstance(expr, sp.Piecewise) else (arg,))]
-        return set().union(*(_outside(part, symbol) for part in inner))
-    if isinstance(expr, sp.Symbol) or not expr.args or _adds(expr, symbol):
-        return {expr}
-    return set().union(*(_outside(part, symbol) for part in expr.args))
+    if isinstance(expr, sp.Mul) and expr.args[0].is_Integer:
+        return _outside(sp.Mul(*expr.args[1:]), symbol)
+    inner = set().union(*(_outside(part, symbol) for part in expr.args))
+    if isinstance(expr, sp.Add | sp.Piecewise | sp.Tuple):
+        return inner
+    return {expr} if inner or isinstance(expr, sp.Symbol) else set()
 
 
 def _adds(expr: Basic, symbol: Quantity) -> bool:
     """Whether a symbol stands in a sum, a whole number of times."""
-    here = [term for term in sp.Add.make_args(expr) if symbol in term.free_symbols] if isinstance(expr, sp.Expr) else []
+    if not isinstance(expr, sp.Expr):
+        return False
+    here = [term for term in sp.Add.make_args(sp.expand_mul(expr)) if symbol in term.free_symbols]
     return len(here) == 1 and bool((here[0] / symbol).is_Integer)
 
 

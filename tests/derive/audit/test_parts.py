@@ -176,6 +176,7 @@ def test_an_angle_is_a_direction_where_a_whole_turn_changes_nothing() -> None:
     assert turning(a * sp.sin(p) + b * sp.cos(2 * p + u) - c) == {p}
     assert turning(sp.Piecewise((a * sp.sin(p), u > 0), (b * sp.tan(p), True))) == {p}
     assert turning(a * sp.sin(p) - b * sp.cos(q), c * q) == {p}
+    assert turning(a * sp.sin(2 * (p + u)) - b) == {p}
     assert turning(a * sp.sin(u)) == set()
 
 
@@ -188,6 +189,9 @@ def test_an_angle_that_is_counted_is_none(counted: sp.Expr) -> None:
 
 def test_a_direction_may_be_defined_by_another() -> None:
     assert turning(q - 2 * p - 1, sp.cos(q) - sp.sin(p), defines=q) == {p, q}
+    assert turning(q - p / 2, sp.cos(q) - sp.sin(p), defines=q) == {q}
+    cases = sp.Piecewise((p - sp.pi, u > 0), (p, True))
+    assert turning(q - cases, sp.cos(q) - sp.sin(p), defines=q) == {p, q}
 
 
 # values at points

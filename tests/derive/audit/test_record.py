@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit import page, record
+from derive.audit import key, page, record
 from derive.audit.case import Case
 from derive.audit.paper import Paper
 from derive.audit.vanishing import vanished
@@ -50,6 +50,18 @@ def test_the_derived_side_stands_as_the_printed_one_does() -> None:
     assert (found["printed"], found["derived"], found["defines"]) == (f"{a - b * u} = 0", f"{a - b * u} = 0", "")
     found = recorded(case(equation(x - b * u, x), x - b * v))
     assert (found["printed"], found["derived"], found["defines"]) == (f"{x - b * u} = 0", f"{x - b * v} = 0", str(x))
+
+
+def test_a_key_knows_what_actions_of_its_equation_are_called_and_no_others() -> None:
+    def keyed(called: str, elsewhere: str) -> str:
+        class Acting(MadeUp):
+            def actions(self) -> dict[sp.Symbol, str]:
+                return {a: called, t: elsewhere}
+
+        own = case(equation(a - b), a - b)
+        return key.of_equation(Case(own.paper, Acting({MadeUpClaim.SUM: derived(MadeUpClaim.SUM, a - b)})), "n")
+
+    assert keyed("push", "pull") == keyed("push", "drag") != keyed("shove", "pull")
 
 
 def test_a_lost_print_shows_the_derivation_alone() -> None:
