@@ -14,6 +14,8 @@ from planter.view.sheet import Draughtsman, Labelled
 
 GEOMETRIC = {"m", "mm", "rad", "deg"}
 """Units of lengths and angles."""
+NOT_THERE = "this machine has no such part"
+"""Why a name is on no sheet that machines of the room have, but this one."""
 KINDS = ("symbol", "file key", "column")
 
 
@@ -40,7 +42,7 @@ class Drawn:
         column = one.name if one.kind == "column" else one.key
         return DrawnSymbol(
             one.name, one.unit, one.meaning, key, column if key is None else None, sheet,
-            left_out(self.labels, one) if sheet is None else None,
+            left_out(self.labels, one) or NOT_THERE if sheet is None else None,
         )  # fmt: skip
 
 

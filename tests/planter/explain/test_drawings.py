@@ -29,7 +29,7 @@ def of(source: str) -> Drawn:
 
 def without_reason(found: Drawn) -> list[str]:
     """Names of the geometry that are on no sheet and for which nothing says why."""
-    return [one.name for one in found.symbols() if one.sheet is None and one.left_out is None]
+    return [one.name for one in found.symbols() if one.left_out == machine.NOT_THERE]
 
 
 @pytest.mark.parametrize("source", MACHINES)
@@ -154,3 +154,14 @@ def test_a_machine_is_drawn_beside_its_table(tmp_path: Path) -> None:
 
 def test_units_of_lengths_and_angles_are_known() -> None:
     assert {units.unit(key) for key in ("a_mm", "a_deg")} < machine.GEOMETRIC
+
+
+def test_poses_without_a_linkage_say_that_there_is_none(tmp_path: Path) -> None:
+    pose = "[[pose]]\nx_mm = {}\ny_mm = {}\nphi_deg = {}\n"
+    file = tmp_path / "three.toml"
+    text = "".join(pose.format(*one) for one in ((0, 0, 0), (50, 10, 30), (80, 60, 70)))
+    file.write_text(f'name = "three"\ndescription = "own"\n{text}[origin]\ndefault = "measured"\n', encoding="utf-8")
+    found = answer("explain", str(file))
+    lost = {one["name"]: one.get("left_out") for one in found["symbols"] if "sheet" not in one}
+    assert lost["L_f"] == machine.NOT_THERE
+    assert lost["Z1"] == "a coordinate of the mapping, not of the plane"
