@@ -26,13 +26,13 @@ def text(raw: str) -> str:
 
 
 def line(raw: str, longest: int = LONGEST) -> str:
-    """A text on one line; of one that is too long the middle is left out.
+    """A text on one line, with no spaces that only look like one; of one that is too long the middle is left out.
 
     >>> line("two\\nlines"), line("abcdefghijkl", 9)
     ('two\\\\nlines', 'abc...jkl')
     """
-    shown = text(_without_middle(raw, longest)).replace("\n", "\\n").replace("\t", "\\t")
-    return _without_middle(shown, longest)
+    short = _without_middle(raw, longest)
+    return _without_middle("".join(one if one.isprintable() else _written_out(one) for one in short), longest)
 
 
 def name(raw: str) -> str:

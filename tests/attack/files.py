@@ -16,7 +16,7 @@ NUMBERS = (
 """What stands where a number should."""
 PIECES = (
     "\x00", "\ufeff", "\r", "\t", "\x1b[31m", "\u2028", "]]", "[[", "=", "#", '"""', "'", "..", "a.b.c = 1",
-    "[design]", "[origin]", "[" * 300, "name = 1", "=" * 50, "\ud7ff", "e\u0301", ";", ",,,,", "-" * 1000,
+    "[design]", "[origin]", "[" * 300, "name = 1", "=" * 50, "\xa0", "\ud7ff", "e\u0301", ";", ",,,,", "-" * 1000,
 )  # fmt: skip
 """What stands where nothing should."""
 CORPUS: tuple[bytes, ...] = (

@@ -22,7 +22,8 @@ def test_letters_of_any_script_stay_as_they_are() -> None:
 
 
 def test_a_line_is_one_and_not_long() -> None:
-    assert legible.line("a\nb\r\nc") == "a\\nb\\r\\nc"
+    assert legible.line("a\nb\r\nc\td") == "a\\nb\\r\\nc\\td"
+    assert legible.line("a\xa0b\u3000c d") == "a\\xa0b\\u3000c d"
     long = legible.line("x" * 100_000 + " is not allowed: it must be short")
     assert len(long) <= legible.LONGEST
     assert long.endswith("it must be short")

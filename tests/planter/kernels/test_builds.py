@@ -186,7 +186,7 @@ def test_a_first_simulation_waits_for_no_compiler(folder: Path, tmp_path: Path) 
     def simulated(cc: object) -> dict:  # type: ignore[type-arg]
         command = [sys.executable, "-m", "planter", "simulate", "wang2017", "--out", str(tmp_path / "out"), "--json"]
         environment = os.environ | {"CC": str(cc)}
-        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True, timeout=60)
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True, timeout=180)
         assert done.stderr == b""
         return json.loads(done.stdout)  # type: ignore[no-any-return]
 
