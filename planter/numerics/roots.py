@@ -19,14 +19,17 @@ FLAT = 1e-6
 
 
 def newton(function: Rates, low: Array, high: Array, ends: tuple[Array, Array]) -> Array:
-    """Roots (m,) of m functions, each in its own bracket [low, high]; `ends` are the values there, of opposite sign.
+    """Roots (m,) of m functions, each in its own bracket [low, high].
 
-    `function` gives values and derivatives, (m,) each, at m points. A Newton step that leaves its bracket is replaced
-    by halving. Raises ComputationError if a root is not found to rounding level, of the angle or of the function.
+    `ends` are the values there, of opposite sign or zero. `function` gives values and derivatives, (m,) each, at m
+    points. A Newton step that leaves its bracket is replaced by halving. Raises ComputationError if a root is not found
+    to rounding level, of the angle or of the function.
     """
     low, high, rising = low.copy(), high.copy(), ends[0] < ends[1]
     size = np.maximum(np.abs(low), np.abs(high))
-    at = np.clip(low - ends[0] * (high - low) / (ends[1] - ends[0]), low, high)
+    apart = ends[1] - ends[0]
+    share = np.divide(-ends[0], apart, out=np.zeros_like(apart), where=apart != 0)
+    at = np.clip(low + share * (high - low), low, high)
     last, open_ = np.full(len(at), np.inf), np.ones(len(at), dtype=bool)
     for _ in range(MOST_STEPS):
         value, slope = function(at)

@@ -86,6 +86,12 @@ def test_the_corpus_ends_in_sentences(command: tuple[str, ...]) -> None:
         handed(content, ".csv" if command in TABLES.values() else ".toml", *command)
 
 
+def test_a_path_of_one_point_less_is_told_without_a_warning_of_a_library() -> None:
+    """Its gears have a stretch of no length, which once was divided by."""
+    lines = examples.example("yu2023-path").splitlines()
+    handed("\n".join([*lines[:13], *lines[14:]]).encode(), ".csv", "pickup")
+
+
 @seed(SEED)
 @share
 @given(found=spoiled(often(MACHINES, [name for name, room in MACHINES.items() if room in SLOW])))

@@ -71,12 +71,24 @@ def test_a_signal_outside_a_command_is_told_too(number: signal.Signals) -> None:
     assert json.loads(done.stdout)["error"]["name"] == "Interrupted"
 
 
+BEGUN = """
+import sys
+from planter import cli
+print("begun", file=sys.stderr, flush=True)
+cli.main()
+"""
+"""Before that Python itself is what a signal meets."""
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("delay", [0.2, 0.4, 0.7])
+@pytest.mark.parametrize("delay", [0.1, 0.3, 0.6])
 def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: float) -> None:
     call = subprocess.Popen(
-        SIMULATE, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts
-    )
+        [sys.executable, "-c", BEGUN, *SIMULATE[3:]], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, preexec_fn=_hears_interrupts,
+    )  # fmt: skip
+    assert call.stderr is not None
+    assert call.stderr.readline() == "begun\n"
     time.sleep(delay)
     call.send_signal(number)
     out, err = call.communicate(timeout=60)
