@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,7 +89,7 @@ def found(machine: Pickup, train: Train, at: Sequence[float] = ()) -> PickupFoun
         locking_arcs=None if arcs is None else _arcs(arcs),
         push=Push(_deg(where), _deg(swing)),
         requirements=[requirement.shown() for requirement in wanted],
-        warnings=[*warnings(wanted), *gears.warnings(train)],
+        warnings=[*warnings(wanted), *gears.warnings(train), *_unlocked(train, arcs)],
         at=[_row(train, angle) for angle in at],
     )
 
@@ -112,6 +112,15 @@ def warnings(wanted: Sequence[Requirement]) -> list[Warned]:
         for one in wanted
         if not one.holds
     ]
+
+
+def _unlocked(train: Train, arcs: Locking | None) -> Iterator[Warned]:
+    """A warning where no locking arcs would hold the dwell."""
+    if arcs is None and train.law.dwell is not None:
+        yield Warned(
+            "locking arcs", _deg(train.law.dwell.start),
+            "no locking arcs would hold the intermediate gear both ways in the dwell: other means must",
+        )  # fmt: skip
 
 
 def _row(train: Train, angle: float) -> At:

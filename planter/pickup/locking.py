@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from planter.errors import GeometryError
 from planter.gearing.teeth.incomplete.arcs import ARCS, radius_of, reaches_of
 from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.kernels import Array
 from planter.pickup.model import Train
+
+_STEP = 1e-6
+"""Half the carrier angle over which the direction of a pitch curve is taken [rad]."""
 
 
 @dataclass(frozen=True)
@@ -28,19 +33,22 @@ class Locking:
 
 
 def locking(train: Train) -> Locking | None:
-    """The locking arcs of a train that dwells, between the teeth on both sides of the dwell.
+    """The locking arcs of a train that dwells, between the teeth beside the dwell; None where none would hold.
 
     Where no teeth lead to the dwell they are as large as the larger of the sun's pitch radii where the teeth end, and
-    the intermediate gear's tips beside them are taken for circles. Raises GeometryError where no arcs would hold.
+    the intermediate gear's tips beside them are taken for circles.
     """
     dwell = train.law.dwell
     if dwell is None:
         return None
     addendum = float(train.teeth[2] * train.teeth[0])
     if train.toothed == train.driven:
-        curves = rolling(train)
-        radius = radius_of(curves, addendum)
-        after, before = reaches_of(curves, radius, addendum)
+        curves = _Curves(train)
+        try:
+            radius = radius_of(curves, addendum)
+            after, before = reaches_of(curves, radius, addendum)
+        except GeometryError:
+            return None
         return Locking(radius, curves.ends[::-1], dwell.width, (before, after))
     first, last = train.pitch(np.array(train.toothed[::-1]))["R1"].tolist()
     reaches = [_on_circle(train.geometry.a1, max(first, last), end, addendum) for end in (first, last)]
@@ -49,6 +57,45 @@ def locking(train: Train) -> Locking | None:
 
 def _on_circle(distance: float, radius: float, end: float, addendum: float) -> float:
     return ARCS.at("horn", distance=distance, radius=radius, tips=distance - end + addendum)["reach"]
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """Both gears' pitch curves beside the dwell (`arcs.Rolled`), by carrier angles: without their whole arc lengths."""
+
+    train: Train
+
+    @property
+    def distance(self) -> float:
+        return self.train.geometry.a1
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        first, last = self.train.pitch(np.array(self.train.toothed))["R1"].tolist()
+        return first, last
+
+    @property
+    def length(self) -> float:
+        return self.train.arc
+
+    @cached_property
+    def driving_axis(self) -> Array:
+        x, y = self._at(np.array(self.train.toothed[1:]))[:, 0]
+        return np.asarray(self.distance * np.array([x, y]) / np.hypot(x, y))
+
+    def beside(self, end: int, at: float) -> Array:
+        """At the angle at which the sun's pitch circle there would have rolled so far."""
+        first, last = self.train.toothed
+        t = (last - at / self.ends[1]) if end else (first + at / self.ends[0])
+        before, (x, y), after = self._at(np.clip(t, first + _STEP, last - _STEP) + _STEP * np.array([-1, 0, 1])).T
+        along = after - before
+        tx, ty = np.sign(x * along[1] - y * along[0]) * along / np.hypot(*along)
+        return np.array([[x], [y], [tx], [ty], [0.0]])
+
+    def _at(self, t: Array) -> Array:
+        """Places of the intermediate gear's pitch curve (2, n) [m] at carrier angles."""
+        found = self.train.pitch(t)
+        return np.array([found["x2"], found["y2"]])
 
 
 def rolling(train: Train) -> Rolling:

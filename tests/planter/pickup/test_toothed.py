@@ -22,7 +22,7 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     assert np.pi * one["module_mm"] * one["pitches"] == pytest.approx(one["toothed_arc_mm"], rel=1e-14)
     drawn = answer("pickup", "yu2023")
     assert one["toothed_arc_mm"] == pytest.approx(drawn["sun_toothed_arc_mm"], rel=1e-12)
-    assert one["locking_radius_mm"] == drawn["locking_arcs"]["radius_mm"]
+    assert one["locking_radius_mm"] == pytest.approx(drawn["locking_arcs"]["radius_mm"], rel=1e-8)
     assert one["overlap_mm2"] == one["dwell_overlap_mm2"] == 0
     assert one["positions"] >= 720
     for undriven, least in zip(one["undriven_deg"], one["undriven_least_deg"], strict=True):

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.gearing.teeth.rack import RACK
-from planter.kernels import formulas
+from planter.kernels import Array, formulas
 
 ARCS = formulas.load("locking_arcs")
 FRICTION = 0.2
@@ -27,7 +26,30 @@ _EDGE = 9
 """Places beside a horn's edge where the tips are looked at."""
 
 
-def radius_of(rolling: Rolling, addendum: float) -> float:
+class Rolled(Protocol):
+    """What arcs need of pitch curves that roll and then dwell (`Rolling` has it)."""
+
+    @property
+    def distance(self) -> float:
+        """Distance of the axes [m]."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Pitch radii of the driving gear where its teeth begin and end [m]."""
+
+    @property
+    def length(self) -> float:
+        """Length of what rolls [m]."""
+
+    @property
+    def driving_axis(self) -> Array:
+        """The driving gear's axis in the driven gear's frame in the dwell (2,) [m]."""
+
+    def beside(self, end: int, at: float) -> Array:
+        """Place of the driven gear's pitch curve (5, 1), as `rack_teeth` takes it, so far [m] from an end."""
+
+
+def radius_of(rolling: Rolled, addendum: float) -> float:
     """Radius [m] of arcs that hold the driven gear both ways, whose teeth stand out by an addendum [m].
 
     The smaller of the driving gear's pitch radii where its teeth begin and end or, where a horn would not hold there,
@@ -49,7 +71,7 @@ class Horn:
     solid: float
 
 
-def horn_of(rolling: Rolling, end: int, radius: float, addendum: float, dedendum: float) -> Horn:
+def horn_of(rolling: Rolled, end: int, radius: float, addendum: float, dedendum: float) -> Horn:
     """The horn of arcs of a radius where the rolling begins, 0, or ends, 1. Raises GeometryError where it is none.
 
     Its spaces do not matter where what is left under them holds.
@@ -60,7 +82,7 @@ def horn_of(rolling: Rolling, end: int, radius: float, addendum: float, dedendum
     return Horn(tips.reach(radius), max(beside), 0.0 if roots.holds(radius) else tips.holding)
 
 
-def reaches_of(rolling: Rolling, radius: float, addendum: float) -> tuple[float, float]:
+def reaches_of(rolling: Rolled, radius: float, addendum: float) -> tuple[float, float]:
     """Angles [rad] at the driving axis over which horns reach, after the dwell and before it. Raises GeometryError."""
     first, last = (_Line(rolling, end, addendum).reach(radius) for end in (0, 1))
     return first, last
@@ -70,7 +92,7 @@ def reaches_of(rolling: Rolling, radius: float, addendum: float) -> tuple[float,
 class _Line:
     """The line at a height over the driven gear's pitch curve [m], as it stands in the dwell, from an end on."""
 
-    rolling: Rolling
+    rolling: Rolled
     end: int
     height: float
 
@@ -93,7 +115,7 @@ class _Line:
     def reach(self, radius: float) -> float:
         """Angle at the driving axis from the line of centres to there [rad]."""
         tips = self.seen(self.edge(radius))[1]
-        return ARCS.at("horn", distance=self.rolling.pair.distance, radius=radius, tips=tips)["reach"]
+        return ARCS.at("horn", distance=self.rolling.distance, radius=radius, tips=tips)["reach"]
 
     def holds(self, radius: float) -> bool:
         """Whether arcs of a radius that reach to the line hold."""
@@ -103,14 +125,13 @@ class _Line:
 
     def seen(self, at: float) -> tuple[float, float]:
         """Distances of a place, so far from the end [m], from the driving axis and from the driven axis [m]."""
-        own = self.rolling.behind + (at if self.end else self.rolling.length - at)
-        found = RACK("equidistant", place=self.rolling.pair.mate.at(np.array([own]))[:POLAR], height=self.height)
+        found = RACK("equidistant", place=self.rolling.beside(self.end, at), height=self.height)
         point = np.array([found["px"][0], found["py"][0]])
         return float(np.hypot(*(point - self.rolling.driving_axis))), float(np.hypot(*point))
 
     def _spare(self, radius: float, tips: float) -> float:
         """By how much a radius is larger than the least at which an edge so far from the driven axis holds [m]."""
-        return radius - ARCS.at("least", distance=self.rolling.pair.distance, tips=tips, friction=FRICTION)["radius"]
+        return radius - ARCS.at("least", distance=self.rolling.distance, tips=tips, friction=FRICTION)["radius"]
 
     def _where(self, spare: Callable[[float], float]) -> float:
         """The first rolling length from the end at which something is no longer below 0. Raises GeometryError."""

@@ -110,6 +110,15 @@ class Rolling:
         """The gear's axis in its mate's frame in the dwell (2,) [m]."""
         return _beyond(self.pair.mate, self.behind, self.pair.distance)
 
+    @property
+    def distance(self) -> float:
+        """Distance of the axes [m]."""
+        return self.pair.distance
+
+    def beside(self, end: int, at: float) -> Array:
+        """Place of the mate's pitch curve (5, 1), as `rack_teeth` takes it, so far [m] from an end of the rolling."""
+        return self.pair.mate.at(np.array([self.behind + (at if end else self.length - at)]))[:POLAR]
+
     def driven_axis(self, end: int) -> Array:
         """The mate's axis in the gear's frame (2,) [m] where the rolling begins, 0, or ends, 1."""
         return _beyond(self.pair.gear, self.lead + end * self.length, self.pair.distance)
