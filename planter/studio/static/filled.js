@@ -44,7 +44,7 @@ function largest(record) {
 
 const path = (points, closed) => `M${points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join(" ")}${closed ? "Z" : ""}`;
 
-/** Set outlines, labels, paths of points and the scale of forces of a picture. */
+/** Set outlines, labels, paths of points, the scale of forces and the view from the ground of a picture. */
 export function fill(svg, plan, numbers, record) {
   const lines = svg.querySelectorAll("[data-ground] path, [data-body] path");
   for (const { number, closed, rows, corners } of plan.outlines) {
@@ -62,5 +62,8 @@ export function fill(svg, plan, numbers, record) {
     const points = Array.from({ length: record.moments }, (_, i) => record.points[k].map((told) => value(record, told, i)));
     trace.setAttribute("d", path(points, plan.again));
   });
-  svg.dataset.force = record.largest_N ? (plan.longest * svg.viewBox.baseVal.width) / record.largest_N : 0;
+  const [left, top, width, height] = svg.dataset.near.split(" ").map(Number);
+  svg.dataset.force = record.largest_N ? (plan.longest * width) / record.largest_N : 0;
+  const ends = [0, record.moments - 1].map((moment) => value(record, record.travel, moment));
+  svg.dataset.wide = [left + Math.min(...ends), top, width + Math.abs(ends[1] - ends[0]), height].join(" ");
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import cached_property
 from typing import Any
@@ -34,7 +34,7 @@ class Model:
         designs, scenes = zip(*self._alike, strict=True)
         seen, first = self.portable.seen, scenes[0]
         picture = Picture(first)
-        picture.frames = self._frames
+        picture.frames = (self._frame, self._frame)
         plan = Recogniser(self.portable, designs, scenes).plan()
         return {
             "seen": {"name": seen.name, "inputs": self._inputs(seen)},
@@ -95,17 +95,15 @@ class Model:
             return None
 
     @cached_property
-    def _frames(self) -> tuple[Frame, Frame]:
+    def _frame(self) -> Frame:
         """What the drawing shows: all that each number alone moves into sight, so that the frame can stay."""
         own = {one.path: one.value for one in self.machine.controls}
         moved = [own | {one.path: end} for one in self.machine.controls for end in (one.lower, one.upper)]
         scenes = [scene for values in moved if (scene := self._scene(values)) is not None]
-        pairs = [Picture(scene).frames for scene in (*scenes, *(scene for _, scene in self._alike))]
-        near, wide = (_around(frames) for frames in zip(*pairs, strict=True))
-        return near, wide
+        return _around([Picture(scene).frames[0] for scene in (*scenes, *(scene for _, scene in self._alike))])
 
 
-def _around(frames: tuple[Frame, ...]) -> Frame:
+def _around(frames: Sequence[Frame]) -> Frame:
     """The least frame around some."""
     left, bottom = min(one.left for one in frames), min(one.bottom for one in frames)
     right, top = max(one.left + one.width for one in frames), max(one.bottom + one.height for one in frames)
