@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, PrivateAttr, field_validator
 
 from planter.files import examples
@@ -16,7 +17,7 @@ from planter.files.document import Document, Origins
 from planter.files.fields import Angle, NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
 from planter.files.tip_path import Points, inlined
 from planter.kernels import Array
-from planter.pickup.points import parse_points
+from planter.pickup.points import LEAST, parse_points
 
 Length = Annotated[Real, Field(gt=0, le=1e6)]
 Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
@@ -122,13 +123,24 @@ class LawData(Section):
 
 
 class PathData(Section):
-    """A CSV of points of the tip's path, and how far apart distances may be that count as one (the dwell).
+    """Points of the tip's path, in a CSV or here, and how far apart distances may be that count as one (the dwell).
 
-    Without a tolerance it is two of the last decimal place that the points are given to, and not below `LEAST_MM`.
+    Without a tolerance it is two of the last decimal place that a CSV's points are given to, and not below `LEAST_MM`.
     """
 
-    csv: Annotated[str, Field(min_length=1)]
+    csv: Annotated[str, Field(min_length=1)] | None = None
+    points_mm: Annotated[list[Pair], Field(min_length=LEAST, max_length=1000)] | None = None
     tolerance_mm: Length | None = None
+
+    @check
+    def _points_stand_in_one_place(self) -> Problems:
+        if self.csv is None and self.points_mm is None:
+            yield lacking("csv", "there must be either csv or points_mm")
+        if self.csv is not None and self.points_mm is not None:
+            yield refused("csv", self.csv, "there must be either csv or points_mm, not both")
+        for number, (point, after) in enumerate(zip(self.points_mm or (), (self.points_mm or ())[1:], strict=False)):
+            if point == after:
+                yield refused(f"points_mm[{number + 1}]", list(after), "neighbours must differ")
 
 
 class SplineData(Section):
@@ -211,7 +223,8 @@ class Pickup(Document):
 
     @property
     def points(self) -> Array | None:
-        return self._points
+        own = None if self.path is None else self.path.points_mm
+        return self._points if own is None else np.array(own) / 1000
 
     @property
     def points_source(self) -> str:
@@ -231,22 +244,31 @@ class Pickup(Document):
 
     def with_points(self, points: Array, csv: str) -> "Pickup":
         """A pick-up driven by a path of points (n, 2) in m, its bars found from them, all else as in this one."""
-        gone = ("law", "bars")
-        table = {key: value for key, value in self.table().items() if key not in gone}
-        table["origin"] = {key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone}
-        table["origin"]["path"] = "assumed"
+        table = self._without_drive()
         table["name"] = Path(csv).stem[:80]
         table["description"] = f"Seedling pick-up on the path of {csv}, all else as in {self.name}"
         changed = self.read({**table, "path": {"csv": csv}}, csv)
         changed._points, changed._points_source = points, csv
         return changed
 
+    def on_path(self, points: Array) -> "Pickup":
+        """This pick-up driven by a path of points (n, 2) in m that stand in its file."""
+        path = {"points_mm": np.round(points * 1000, 6).tolist()}
+        return self.read({**self._without_drive(), "path": path}, self.source)
+
+    def _without_drive(self) -> dict[str, Any]:
+        """The table of the file without law, bars and path, and with an origin for another path."""
+        gone = ("law", "bars", "path")
+        table = {key: value for key, value in self.table().items() if key not in gone}
+        origins = {key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone}
+        return {**table, "origin": {**origins, "path": "assumed"}}
+
     @check
     def _one_drive(self) -> Problems:
         if self.law is None and self.path is None:
             yield lacking("law", "there must be either [law] or [path]")
         if self.law is not None and self.path is not None:
-            yield refused("path", self.path.csv, "there must be either [law] or [path], not both")
+            yield refused("path", self.path.csv or "", "there must be either [law] or [path], not both")
         if self.law is not None and self.bars is None:
             yield lacking("bars", "a law needs the lengths of the bars")
 
@@ -270,7 +292,7 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Pick
         found = found.with_numbers(changes) if changes else found
     else:
         found = Pickup.load(source, "pickup", changes)
-    if found.path is not None:
+    if found.path is not None and found.path.csv is not None:
         csv = label if is_points(label) else _beside(label, found.path.csv)
         found._points_source = str(csv)
         text = examples.text(csv, "pickup", ".csv")

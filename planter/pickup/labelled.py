@@ -25,7 +25,7 @@ class Labels:
         "any place in the machine's frame": ("x", "y"),
         "nothing where the arm only goes forward": ("arm_turned_back_deg",),
         "of the teeth: planter gears draws them": ("noncircular_stage.",),
-        "what the path is asked for, not a part of the machine": ("targets.", "tip_path.", "path."),
+        "what the path is asked for, not a part of the machine": ("targets.", "path."),
         "zero where the needle lies along the arm, as it is drawn": ("mounting_deg",),
         "of the box before the cells, whose axis the needle's direction gives here": ("box_inclination_deg",),
     }  # fmt: skip

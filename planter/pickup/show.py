@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planter.files import examples
 from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Table, Values, controls, singles, written
+from planter.view.subject import Check, Control, Reading, Sought, Table, Values, controls, singles, written
 
 if TYPE_CHECKING:
-    from planter.pickup.command import Outcome
     from planter.pickup.file import Pickup
+    from planter.pickup.model import Train
     from planter.view.scene import Scene
 
 OFFERED = ("bars", "law", "carrier", "noncircular_stage", "tray", "needle")
 """Tables of the file whose numbers a hand is offered."""
+POINTS = "path.points_mm"
+REACH_MM = 40.0
+"""How far a point of the path can be drawn to either side."""
 EXPORTS = (
     Export("report", "page, figures and tables: gears, path, requirements", ("pickup",)),
     Export("gears", "teeth and locking arcs (DXF, SVG, flanks as CSV), proved to mesh", ("gears",)),
@@ -24,9 +27,8 @@ EXPORTS = (
 
 
 class PickUp:
-    """A pick-up, by its law or by its path."""
+    """A pick-up, by its law or by its path: the gears of a path that a hand draws about follow at once."""
 
-    handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
     exports: Sequence[Export] = EXPORTS
 
@@ -36,46 +38,90 @@ class PickUp:
         self.source, self.changes = source, dict(changes)
         self.machine: Pickup = load(source, changes)
         self.name = self.machine.name
-        self._latest: tuple[dict[str, float], Outcome] | None = None
+        self._latest: tuple[dict[str, float], Pickup, Train] | None = None
 
     @cached_property
     def controls(self) -> Sequence[Control]:
-        """Numbers of bars, law, carrier, gears, tray and needle."""
-        paths = [path for path in self.machine.numbers() if path.partition(".")[0] in OFFERED]
-        return controls(self.machine, paths, {}, {})
+        """Numbers of bars, law, carrier, gears, tray and needle, then the points of its path."""
+        own = self.machine.numbers()
+        points = {path: (own[path] - REACH_MM, own[path] + REACH_MM) for path in own if path.startswith(POINTS)}
+        paths = [path for path in own if path.partition(".")[0] in OFFERED]
+        return controls(self.machine, [*paths, *points], {}, points)
+
+    @cached_property
+    def handles(self) -> Sequence[tuple[str, str]]:
+        """The points of the path that stand in its file."""
+        count = 0 if self.machine.path is None else len(self.machine.path.points_mm or ())
+        return [(f"{POINTS}[{k}][0]", f"{POINTS}[{k}][1]") for k in range(count)]
+
+    @property
+    def search(self) -> Sequence[str]:
+        """Moves the points of the path until the requirements hold; they are as many as the search has."""
+        return ("pickup", "--optimise") if len(self.handles) == self.machine.spline.value_points else ()
+
+    def sought(self, answer: Mapping[str, Any]) -> Sought:
+        """The points that were found."""
+        found = answer["optimised"]
+        values = {path: value for pair, point in zip(self.handles, found["value_points_mm"], strict=True)
+                  for path, value in zip(pair, point, strict=True)}  # fmt: skip
+        kept = "All requirements hold" if found["holds"] else "Not all requirements can hold"
+        return Sought(values, f"{kept}, with points moved by at most {found['moved_mm']:.4g} mm.")
+
+    @property
+    def wishes(self) -> bool:
+        """Whether its path stands not in its file in as many points as the search has."""
+        return not self.search
+
+    def wished(self, values: Values) -> str:
+        """Its file with a path instead of a law: as many points of its own path as the search has."""
+        import numpy as np
+
+        from planter.numerics.angles import TURN
+
+        machine, train = self._train(values)
+        count = machine.spline.value_points
+        return written(self.machine, machine.on_path(train.tip(np.arange(count) * TURN / count)))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """A turn of the carrier."""
         from planter.pickup.report.scene import scene
 
-        found = self._outcome(values)
-        return [scene(found.machine, found.train)]
+        return [scene(*self._train(values))]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Single numbers of what `planter pickup` tells."""
-        return singles(self._outcome(values).result.table())
+        """Bars and distances, which a path gives."""
+        at = self._train(values)[1].geometry
+        lengths = {"sun's centre to planet's axis": at.L1, "planet's axis to tip": at.L2,
+                   "centre distance of the non-circular pair": at.a1}  # fmt: skip
+        return [Reading(name, "mm", 1e3 * value) for name, value in lengths.items()]
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """What the path must do before the tray."""
-        found = self._outcome(values).result.requirements
-        return [Check(r.name, r.unit, r.value, r.margin, r.holds) for r in found]
+        from planter.pickup.requirements import requirements
+
+        return [Check(r.name, r.unit, r.value, r.margin, r.holds) for r in requirements(*self._train(values))]
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
-        """None: its report has more."""
-        return []
+        """Single numbers of what `planter pickup` tells."""
+        from planter.pickup.findings import found
+
+        rows = [(one.name, one.value, one.unit) for one in singles(found(*self._train(values), ()).table())]
+        return [Table("Gears and motion", ("quantity", "value", "unit"), rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
-        return written(self.machine, self._outcome(values).machine)
+        return written(self.machine, self._train(values)[0])
 
-    def _outcome(self, values: Values) -> Outcome:
-        from planter.pickup.command import run
+    def _train(self, values: Values) -> tuple[Pickup, Train]:
+        from planter.pickup.file import load
+        from planter.pickup.model import build
 
         if self._latest is None or self._latest[0] != dict(values):
             own = self.machine.numbers()
             moved = {path: value for path, value in values.items() if own[path] != value}
-            self._latest = dict(values), run(self.source, changes=self.changes | moved)
-        return self._latest[1]
+            machine = load(self.source, self.changes | moved)
+            self._latest = dict(values), machine, build(machine)
+        return self._latest[1:]
 
 
 class Kind:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from planter.planting import wishes
 from planter.planting.exports import EXPORTS
 from planter.planting.swept.room import ROOM
 from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Table, Values, changed, controls, written
+from planter.view.subject import Check, Control, Reading, Sought, Table, Values, changed, controls, written
 
 if TYPE_CHECKING:
     from planter.kernels import Array
@@ -32,9 +33,9 @@ BESIDE = (
 class Planting:
     """A planting device; the design first, then some of what it is built of."""
 
-    handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact", "printed")
     exports: Sequence[Export] = EXPORTS
+    search: Sequence[str] = ("optimise",)
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name = machine, machine.name
@@ -51,7 +52,31 @@ class Planting:
         meanings |= {f"{DESIGN}{name}": entry["meaning"] for name, entry in names}
         bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
         paths = [f"{DESIGN}{name}" for name in device.names]
-        return controls(self.machine, [*paths, *BESIDE], meanings, bounds)
+        return controls(self.machine, [*paths, *BESIDE, *wishes.bounds(self.machine)], meanings,
+                        bounds | wishes.bounds(self.machine))  # fmt: skip
+
+    @cached_property
+    def handles(self) -> Sequence[tuple[str, str]]:
+        """Points that the tip's path must pass, which every search keeps."""
+        return wishes.handles(self.machine)
+
+    @property
+    def wishes(self) -> bool:
+        """Requirements are those of a device that travels."""
+        return not self.handles and self.machine.operation.forward_speed_m_s != 0
+
+    def wished(self, values: Values) -> str:
+        """Its file with points on its own path, each with a tube that the tip's path must pass."""
+        return written(self.machine, wishes.wished(*self._at(values, "exact"), changed(self.machine, values)))
+
+    def sought(self, answer: Mapping[str, Any]) -> Sought:
+        """The design that was found."""
+        agreeing = answer.get("certificate")
+        starts = f", {agreeing['agreeing_starts']} of {agreeing['starts']} starts agree" if agreeing else ""
+        values = {f"{DESIGN}{name}": value for name, value in answer["design"].items()}
+        return Sought(
+            values, f"Optimum: objective {answer['start_objective']:.6g} to {answer['objective']:.6g}{starts}."
+        )
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Both sides over a turn, the path of the machine's own tip beneath."""

@@ -76,6 +76,8 @@ class Live:
                 self._opening = message
         elif ask == "file":
             await self._told(lambda: {"file": self.session.file(message)})
+        elif ask == "wish":
+            await self._told(lambda: {"wished": self.session.wished(message)})
         elif ask == "optimise":
             self.search.begin(self._search(message))
         elif ask == "export":
@@ -84,8 +86,7 @@ class Live:
             await self._send({"error": f"ask = {ask} is not allowed"})
 
     async def _search(self, message: Message) -> None:
-        file = await asyncio.to_thread(self.session.saved, message)
-        await search(self.search, file, str(message.get("model", "exact")))
+        await search(self.search, *await asyncio.to_thread(self.session.search, message))
 
     async def _export(self, message: Message) -> None:
         works = await asyncio.to_thread(self.session.works, message)

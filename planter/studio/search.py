@@ -1,17 +1,16 @@
-"""A search for the best design: the command of the command line, its progress, its optimum."""
+"""A search for a better design: the command of the command line, its progress, what it found."""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
+from collections.abc import Sequence
 
 from planter.studio.process import Process
+from planter.view.subject import Searching
 
 
-async def search(process: Process, machine: Path, model: str) -> None:
-    """Search from a machine's file, and send the optimum."""
-    await process.send({"searching": machine.name})
-    found = json.loads(await process.command("optimise", str(machine), "--model", model, "--json"))
-    design = {f"design.{name}": value for name, value in found["design"].items()}
-    told = {key: found[key] for key in ("start_objective", "objective") if key in found}
-    await process.send({"optimum": design, **told, "certificate": found.get("certificate")})
+async def search(process: Process, machine: Searching, command: Sequence[str]) -> None:
+    """Search with a command of a machine, and send what it found."""
+    await process.send({"searching": command[0]})
+    found = machine.sought(json.loads(await process.command(*command)))
+    await process.send({"optimum": dict(found.values), "sentence": found.sentence})

@@ -16,7 +16,7 @@ from planter.view.channels import course, packed
 from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Shown, Values, opened
+from planter.view.subject import Searching, Shown, Values, Wishing, opened
 
 LARGEST = 1_000_000
 """Letters of a file that is taken."""
@@ -48,8 +48,9 @@ class Session:
             "name": self.machine.name,
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
-            "search": "Optimise" if any(one.group == "design" for one in self.machine.controls) else None,
+            "search": "Optimise" if isinstance(self.machine, Searching) and self.machine.search else None,
             "controls": [one.told() for one in self.machine.controls],
+            "wishes": isinstance(self.machine, Wishing) and self.machine.wishes,
             "exports": [asdict(one) for one in self._exports],
         }
 
@@ -89,10 +90,24 @@ class Session:
         """The machine's file with other numbers."""
         return self._open.text(self._asked(message)[0])
 
-    def saved(self, message: Message) -> Path:
-        """That file, put aside for a command."""
-        self.place.write_text(self.file(message), encoding="utf-8", newline="\n")
-        return self.place
+    def wished(self, message: Message) -> str:
+        """That file with a path that a hand can draw about. Raises InputError for a machine that has none."""
+        if not isinstance(self._open, Wishing) or not self._open.wishes:
+            raise InputError(f"{self._open.name} has no path that could be drawn anew")
+        return self._open.wished(self._asked(message)[0])
+
+    def search(self, message: Message) -> tuple[Searching, list[str]]:
+        """The machine, and the command that searches from its file, which is put aside.
+
+        Raises InputError for a machine that has none.
+        """
+        machine, model = self._open, self._asked(message)[1]
+        if not isinstance(machine, Searching) or not machine.search:
+            raise InputError(f"{machine.name} has nothing to search for")
+        place = Path(self._scratch.name) / "machine.toml"
+        place.write_text(self.file(message), encoding="utf-8", newline="\n")
+        chosen = ("--model", model) if len(machine.models) > 1 else ()
+        return machine, [*machine.search, str(place), *chosen, "--json"]
 
     def works(self, message: Message) -> list[exports.Work]:
         """What is to be written of the machine with other numbers; its file is written first.
@@ -114,11 +129,6 @@ class Session:
         files.output_folder(file.parent)
         files.write_text(file, self.file(message))
         return found
-
-    @property
-    def place(self) -> Path:
-        """Where that file is."""
-        return Path(self._scratch.name) / "machine.toml"
 
     @property
     def _exports(self) -> list[Export]:

@@ -19,6 +19,7 @@ function take(message) {
   if (message.finished && message.id === state.id) finished(message.finished);
   if (message.details && message.id === state.id) details(message);
   if (message.checks && message.id === state.id) checks(message.checks);
+  if (message.wished) open({ text: message.wished });
   if (message.file) download(message.file);
   if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
@@ -68,6 +69,7 @@ function opened(machine) {
   offer(machine.exports);
   $("optimise").hidden = !machine.search;
   search(false);
+  $("wish").hidden = !machine.wishes;
   controls();
   ask();
 }
@@ -316,14 +318,14 @@ function optimise() {
 
 function optimum(message) {
   search(false);
+  keep();
   remember({ ...state.values });
   Object.assign(state.values, message.optimum);
   reflect();
   ask();
-  const found = state.machine.search === "Optimise" ? "Optimum" : "Improved";
-  const agreeing = message.certificate ? `, ${message.certificate.agreeing_starts} of ${message.certificate.starts} starts agree` : "";
-  say(`${found}: objective ${digits(message.start_objective)} to ${digits(message.objective)}${agreeing}.`);
-  document.body.dataset.optimum = message.objective;
+  const sentence = message.sentence ?? `Improved: objective ${digits(message.start_objective)} to ${digits(message.objective)}.`;
+  say(`${sentence} B is the design before.`);
+  document.body.dataset.optimum = message.objective ?? message.sentence;
 }
 
 function download(text) {
@@ -344,6 +346,7 @@ $("undo").addEventListener("click", undo);
 $("reset").addEventListener("click", reset);
 $("keep").addEventListener("click", keep);
 $("optimise").addEventListener("click", optimise);
+$("wish").addEventListener("click", () => send({ ask: "wish", values: state.values }));
 $("save").addEventListener("click", () => send({ ask: "file", values: state.values }));
 $("load").addEventListener("change", async () => {
   const [file] = $("load").files;

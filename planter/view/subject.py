@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from planter import rooms
 from planter.errors import InputError
@@ -100,6 +100,38 @@ class Shown(Protocol):
         """The machine's file with these numbers."""
 
 
+@dataclass(frozen=True)
+class Sought:
+    """What a search has found: numbers by path, and a sentence about it."""
+
+    values: Values
+    sentence: str
+
+
+@runtime_checkable
+class Searching(Protocol):
+    """A machine that a command can search a better design for."""
+
+    @property
+    def search(self) -> Sequence[str]:
+        """Words of the command, without the machine's file; none where this machine has none."""
+
+    def sought(self, answer: Mapping[str, Any]) -> Sought:
+        """What the command has found, from what it prints as JSON."""
+
+
+@runtime_checkable
+class Wishing(Protocol):
+    """A machine whose tip can be wished a path."""
+
+    @property
+    def wishes(self) -> bool:
+        """Whether it has no such points, and can be given some."""
+
+    def wished(self, values: Values) -> str:
+        """The machine's file with points on its own path, as handles that a hand can draw about."""
+
+
 class Kind(Protocol):
     """Machines of a kind."""
 
@@ -172,7 +204,7 @@ def written(own: Document, moved: Document) -> str:
     """The file of a machine whose numbers were moved by hand, what they were beside them."""
     before, table = own.numbers(), moved.table()
     was = {path: before[path] for path, value in moved.numbers().items() if path in before and before[path] != value}
-    table["origin"] = {**own.origins, **dict.fromkeys(was, HAND)}
+    table["origin"] = {**moved.origins, **dict.fromkeys(was, HAND)}
     notes = {path: f"was {value!r} {units.unit(path)}".rstrip() for path, value in was.items()}
     head = f"# The machine {json.dumps(own.name)} with numbers set by hand, by planter {__version__}."
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict | list)))

@@ -262,3 +262,26 @@ def test_a_page_follows_fast(address: str) -> None:
     assert late <= 2 * IDLE_MS
     assert rate >= RATE / 2
     assert rested <= 2 * REQUIREMENTS_MS
+
+
+@pytest.mark.long
+def test_a_path_is_drawn_and_the_search_follows(address: str) -> None:
+    """A point of a pick-up's path is drawn about: its gears follow at once, and the search keeps what it must do."""
+    with page_of(address, "yu2023") as page:
+        page.get_by_role("button", name="Draw path").click()
+        handle = page.locator('[data-handle="path.points_mm[14][0]"]')
+        handle.hover(timeout=60_000)
+        trace = page.locator("#drawings path.trace").first
+        before, box = trace.get_attribute("d"), handle.bounding_box()
+        assert box
+        assert before
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] / 2 + 3, box["y"] + box["height"] / 2, steps=2)
+        page.mouse.up()
+        expect(trace).not_to_have_attribute("d", before, timeout=30_000)
+        page.get_by_role("button", name="Optimise").click()
+        expect(page.locator("#said")).to_contain_text("requirements hold", timeout=240_000)
+        expect(page.locator("#checks:not(.stale) tbody tr").first).to_be_visible(timeout=60_000)
+        expect(page.locator("#checks td.missed")).to_have_count(0)
+        expect(page.locator("#readings thead")).to_contain_text("B")
+        expect(page.locator("#kept svg.mechanism")).to_be_visible()

@@ -1,0 +1,81 @@
+"""Paths that are wished: points on a machine's own path, which a hand draws about and a search follows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.pickup.file import load
+from planter.view.subject import Searching, Shown, Wishing, opened
+
+
+def values(machine: Shown) -> dict[str, float]:
+    return {one.path: one.value for one in machine.controls}
+
+
+def wished(source: str, folder: Path) -> tuple[Shown, Shown]:
+    """A machine, and what comes of its file with a wished path."""
+    machine = opened(source)
+    assert isinstance(machine, Wishing)
+    (folder / "wished.toml").write_text(machine.wished(values(machine)), encoding="utf-8")
+    return machine, opened(str(folder / "wished.toml"))
+
+
+def test_a_pick_up_on_its_own_path_is_the_same_and_follows_its_points(tmp_path: Path) -> None:
+    """The law's gears come back from points on the path; a point that is drawn away takes the path along."""
+    machine, drawn = wished("yu2023", tmp_path)
+    known, found = ([one.value for one in each.readings(values(each), "exact")] for each in (machine, drawn))
+    assert found == pytest.approx(known, abs=1e-3)
+    moved = values(drawn)
+    x, y = drawn.handles[12]
+    moved[x], moved[y] = moved[x] + 2.0, moved[y] - 1.0
+    for numbers, passes in ((moved, True), (values(drawn), False)):
+        tip = drawn.scenes(numbers, "exact")[0].points[0]
+        apart = np.hypot(np.asarray(tip.x) - moved[x], np.asarray(tip.y) - moved[y]).min()
+        assert bool(apart < 0.5) == passes
+
+
+def test_points_on_its_own_path_are_kept_by_a_planting_device(tmp_path: Path) -> None:
+    """Within the whole radius of their tubes; drawn away, a point breaks the requirement that a search keeps."""
+    _, drawn = wished("wang2017-wide", tmp_path)
+    numbers = values(drawn)
+    kept = next(one for one in drawn.checks(numbers, "exact") if "tube" in one.name)
+    assert kept.value == pytest.approx(-10.0, abs=1e-3)
+    numbers[drawn.handles[2][0]] += 60.0
+    broken = next(one for one in drawn.checks(numbers, "exact") if "tube" in one.name)
+    assert not broken.met
+    assert isinstance(drawn, Searching)
+    assert drawn.search == ("optimise",)
+
+
+def test_only_what_has_a_path_can_be_wished_one() -> None:
+    assert not isinstance(opened("shi2021"), Wishing)
+    still = opened("wang2017")
+    assert isinstance(still, Wishing)
+    assert not still.wishes  # it does not travel: requirements are of no use
+
+
+@pytest.mark.parametrize(
+    ("path", "sentence"),
+    [
+        ('csv = "yu2023-path"\npoints_mm = POINTS', "there must be either csv or points_mm, not both"),
+        ("tolerance_mm = 1.0", "there must be either csv or points_mm"),
+        ("points_mm = [[1.0, 2.0]]", "at least 12"),
+        ("points_mm = TWICE", r"path.points_mm\[4\] = \[3.0, 9.0\] is not allowed: neighbours must differ"),
+    ],
+)
+def test_a_path_of_no_use_is_refused(path: str, sentence: str, tmp_path: Path) -> None:
+    points = [[float(k), float(k * k)] for k in range(14)]
+    twice = [*points[:3], points[3], points[3], *points[4:]]
+    machine = opened("yu2023")
+    assert isinstance(machine, Wishing)
+    text = machine.wished(values(machine))
+    start = text.index("[path]")
+    rest = text[text.index("[", start + 6 + text[start + 6 :].index("]]")) :]
+    own = path.replace("POINTS", str(points)).replace("TWICE", str(twice))
+    (tmp_path / "own.toml").write_text(f"{text[:start]}[path]\n{own}\n\n{rest}", encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        load(tmp_path / "own.toml")
