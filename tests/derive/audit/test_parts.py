@@ -6,6 +6,7 @@ import sympy as sp
 from mpmath import mpf
 
 from derive.audit.comparison import Comparison
+from derive.audit.difference import lacking
 from derive.audit.directions import directions
 from derive.audit.edits import edits
 from derive.audit.independent import _simple_ratio
@@ -161,6 +162,12 @@ def test_a_summand_that_a_bracket_lacks_has_the_dimension_of_those_in_it() -> No
 def test_a_factor_is_one_that_holds_at_every_point(second: int, factor: int | None) -> None:
     points = (Point({a: 4, b: 2}), Point({a: second, b: 3}))
     assert _simple_ratio(Comparison(a, b, points), a, b) == factor
+
+
+@pytest.mark.parametrize("terms", [(-b * v,), (-b * v, c * sp.cos(u)), ()])
+def test_what_is_lacking_is_the_difference_however_the_rest_is_written(terms: tuple[sp.Expr, ...]) -> None:
+    printed, same = a * sp.sin(u) * sp.cos(u), a * sp.sin(2 * u) / 2
+    assert set(lacking(Comparison(printed, sp.Add(same, *terms), AT), WORDS)) == set(terms)
 
 
 # directions
