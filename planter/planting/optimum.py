@@ -40,6 +40,9 @@ def text(machine: Machine, model: str, result: OptimisationFound, sampling: Samp
         f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {how}.",
         f"# Objective {result.objective!r}, before {result.start_objective!r}. A comment tells what moved.",
     ]
+    if result.teeth is not None:
+        told = (f"stage {one.stage} has {one.z} teeth of {one.module_mm:.12g} mm" for one in result.teeth.stages)
+        head.append(f"# Whole teeth: {', '.join(told)}.")
     notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in was.items()}
     return "\n".join([*head, "", *lines(table, notes)]) + "\n"
 

@@ -186,6 +186,8 @@ def test_requirements_are_kept_beside_the_lengths() -> None:
 def test_the_optimum_goes_into_gears_without_scaling(tmp_path: Path) -> None:
     options = ("--teeth", "40,40", "--module", "1.31")
     best = called("optimise", "compact", *options, *OPTIONS, "--out", str(tmp_path))
+    text = (tmp_path / "optimum.toml").read_text()
+    assert "# Whole teeth: stage 1 has 40 teeth of 1.31 mm, stage 2 has 40 teeth of 1.31 mm.\n" in text
     cut = called("gears", str(tmp_path / "optimum.toml"), *options)
     assert [stage["scale"] for stage in cut["stages"]] == [1.0, 1.0]
     assert cut["scaled"] is None
