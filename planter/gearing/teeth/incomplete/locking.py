@@ -62,7 +62,7 @@ def intermittent(rolling: Rolling, module: float, order: Order, name: str, gears
     if abs(rolling.turned - TURN) > _CLOSED:
         raise GeometryError(
             f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth, which is not allowed: "
-            f"it must be 360 deg"
+            f"it must be 360 deg, for over the rest of the turn it stands still"
         )
     if rolling.length < LEAST_TEETH * np.pi * module:
         pitches = rolling.length / (np.pi * module)
