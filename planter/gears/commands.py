@@ -37,7 +37,7 @@ from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOpti
 
 app = typer.Typer()
 
-HELP = """Teeth on the pitch curves of a machine, or of a curve in a file: proved to mesh, in files for a workshop.
+HELP = """Teeth on the pitch curves of a machine, or of a curve in a file: their mesh solved, in files for a workshop.
 
 MACHINE is a planting device: both of its stages are cut; or a seedling pick-up: its sun and intermediate gear have
 teeth where the arm moves, and locking arcs where it dwells. --curve takes a CSV file with the columns polar_deg and

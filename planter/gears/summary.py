@@ -17,7 +17,7 @@ _MM = 1e3
 def stage(
     number: int, found: Toothed, keyways: tuple[float | None, float | None] = (None, None), farther: float = 0.0
 ) -> StageCut:
-    """A pair, proved to mesh, with the directions of its shafts' marks in the gears' frames [rad].
+    """A pair, its mesh solved, with the directions of its shafts' marks in the gears' frames [rad].
 
     `farther` is an error of the centre distance [m].
 

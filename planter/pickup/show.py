@@ -22,7 +22,7 @@ REACH_MM = 40.0
 """How far a point of the path can be drawn to either side."""
 EXPORTS = (
     Export("report", "page, figures and tables: gears, path, requirements", ("pickup",)),
-    Export("gears", "teeth and locking arcs (DXF, SVG, flanks as CSV), proved to mesh", ("gears",)),
+    Export("gears", "teeth and locking arcs (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
 )
 
 

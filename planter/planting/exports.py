@@ -7,7 +7,7 @@ FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks 
 EXPORTS = (
     Export("report", "page, figures and tables of the cycle", ("simulate",), modelled=True),
     Export("optimum", "the same of the optimum, beside this design", ("optimise",), modelled=True),
-    Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), proved to mesh", ("gears",)),
+    Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
     Export("cam", "the cam's contour (DXF) and what it bears", ("cam",),
            asks=(Asked("--roller-mm", "radius of the roller / mm", 6.0),)),
     Export("drive", "the carrier on a motor", ("drive",),

@@ -1,4 +1,4 @@
-"""Two gears with teeth, as ordered, proved to mesh: all that is found of them."""
+"""Two gears with teeth, as ordered, and how they mesh: all that is found of them."""
 
 from __future__ import annotations
 
