@@ -140,6 +140,12 @@ class Device:
         """A design (p,) in SI as it is shown: values by name, each in the unit [that its name ends in]."""
         return {name: float(value) for name, value in zip(self.names, x / self.scale, strict=True)}
 
+    def show(self) -> Any:
+        """A widget of a notebook that shows the device as it moves. Raises InputError where anywidget is missing."""
+        from planter.view.widget import show_object
+
+        return show_object(self)
+
     def _repr_html_(self) -> str:
         own, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
         rows = ((name, own[name], low[name], high[name], units.unit(name)) for name in self.names)

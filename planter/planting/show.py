@@ -179,5 +179,12 @@ class Kind:
 
         return Planting(load(source, changes))
 
+    def drawn(self, thing: object) -> Scene | None:
+        """A device with its own design."""
+        from planter.planting.model import Device
+        from planter.planting.report.scene import scene
+
+        return scene(thing, thing.design) if isinstance(thing, Device) else None
+
 
 KIND = Kind()

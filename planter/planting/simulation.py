@@ -39,10 +39,7 @@ class Simulation:
 
     def show(self) -> Any:
         """A widget of a notebook that shows the device as it moves. Raises InputError where anywidget is missing."""
-        from planter.planting.report.scene import scene
-        from planter.view.widget import widget
-
-        return widget(scene(self.device, self.device.design))
+        return self.device.show()
 
     def to_frame(self) -> DataFrame:
         """The cycle's columns as a table of pandas, each in the unit [that its name ends in], a row for each sample.

@@ -142,6 +142,23 @@ class Kind(Protocol):
         """The machine in it. Raises InputError as its room does."""
 
 
+@runtime_checkable
+class Drawing(Protocol):
+    """A kind that knows its room's objects, too."""
+
+    def drawn(self, thing: object) -> Scene | None:
+        """How an object moves; None where it is none of this kind."""
+
+
+def drawn(thing: object) -> Scene:
+    """How an object of some room moves. Raises InputError where no room knows it."""
+    for module in rooms.brought("show"):
+        scene = module.KIND.drawn(thing) if isinstance(module.KIND, Drawing) else None
+        if scene is not None:
+            return scene
+    raise InputError(f"there is nothing to show of a {type(thing).__name__}")
+
+
 def opened(source: str, changes: Values | None = None) -> Shown:
     """The machine of a file or a built-in name, of whatever room. Raises InputError where no room takes it."""
     for module in rooms.brought("show"):

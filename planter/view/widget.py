@@ -10,7 +10,7 @@ from planter.view.block import text
 from planter.view.channels import packed
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Values, first_scene, opened
+from planter.view.subject import Values, drawn, first_scene, opened
 
 
 def widget(scene: Scene) -> Any:
@@ -27,6 +27,11 @@ def show(source: str, changes: Values | None = None, model: str | None = None) -
     Raises InputError for what is no machine or model, and where anywidget is missing.
     """
     return widget(first_scene(opened(source, changes), model, f"model = {model}")[0])
+
+
+def show_object(thing: object) -> Any:
+    """An object of some room as it moves. Raises InputError as `drawn` does, and where anywidget is missing."""
+    return widget(drawn(thing))
 
 
 @cache

@@ -18,6 +18,7 @@ from planter.view.channels import packed
 from planter.view.frames import gif
 from planter.view.picture import picture
 from planter.view.subject import opened
+from planter.view.widget import show_object
 from tests.support.cli import answer
 
 MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
@@ -35,7 +36,9 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
     shown = simulate(device, 16).show()
     seen = scene(device, device.design)
     assert shown.picture == picture(seen)
-    assert shown.record == packed(seen)
+    assert shown.record == packed(seen) == device.show().record
+    with pytest.raises(InputError, match="nothing to show of a float"):
+        show_object(1.0)
     state = shown.get_state()
     assert "class Drawing" in state["_esm"]
     assert set(state) >= {"picture", "record", "_css"}
