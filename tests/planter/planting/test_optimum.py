@@ -73,7 +73,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     changes = {"sun_kg": 0.5, "nozzle.hinge_A_mm[0]": 31.0}
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
-    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3)
+    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
     text = optimum.text(machine, "exact", result, 360)
     back = file.Machine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
@@ -92,7 +92,7 @@ def test_a_value_at_its_bound_stays_within_it() -> None:
     machine = file.load("wang2017")
     upper = machine.bounds["R3_mm"][1]
     design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
-    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3)
+    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
     assert tomllib.loads(optimum.text(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
 
 
