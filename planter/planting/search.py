@@ -6,33 +6,26 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from planter import errors
-from planter.errors import ComputationError, InputError
+from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise import pareto
-from planter.optimise.constraints import KEPT, Constraints, joined
-from planter.optimise.descent import Minimum, descend
-from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.hybrid import METHODS, Method, Search
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Best, Problem
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
-from planter.optimise.second_process import Recipe, SecondProcess
-from planter.optimise.starts import DEFAULT_STARTS, nearer, points
-from planter.planting import objective
-from planter.planting.file import Machine
-from planter.planting.functions import Model
+from planter.optimise.second_process import SecondProcess
+from planter.optimise.starts import DEFAULT_STARTS
 from planter.planting.model import Device
+from planter.planting.problem import beside_design, kept, problem, recipe
 from planter.planting.requirements.constraints import Required
-from planter.planting.requirements.verdict import infeasible
 from planter.planting.response import Planting, sensitivity
 from planter.planting.results import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof, Requirement
 from planter.planting.whole.lengths import Lengths
-from planter.planting.whole.wanted import Wanted
 from planter.progress import Listener, Progress
 
 
@@ -175,34 +168,6 @@ def _both(first: Listener | None, second: Listener) -> Listener:
     return both
 
 
-def problem(device: Device, sampling: Sampling, required: Required | None, lengths: Lengths | None = None) -> Problem:
-    """The problem of a device under its requirements and lengths of pitch curves, where there are any."""
-    parts: list[Constraints | None] = [required, lengths]
-    return objective.problem(device, sampling, joined([part for part in parts if part is not None]))
-
-
-def kept(task: Problem, required: Required | None, seed: int, lengths: Lengths | None = None) -> Array:
-    """A point u (p,) that keeps the constraints of a problem.
-
-    Raises Infeasible, with the least violation, where there is none, ComputationError where not even one with the
-    lengths was found.
-    """
-    assert task.constraints is not None
-    least = nearest(task, task.constraints, points(task, MOST_TRIED, seed))
-    if least.kept:
-        return least.u
-    of = "" if lengths is None else f" with {lengths.wanted}"
-    if required is None or least.excess[: len(required.kinds)].max() <= KEPT:
-        raise ComputationError(f"no design{of} was found within the bounds")
-    raise infeasible(required, task.design(least.u), least, of)
-
-
-def beside_design(task: Problem, x: Array) -> Minimum:
-    """The local minimum beside a design x (p,)."""
-    box = task.box
-    return descend(task, nearer(task, box.inside((x - box.origin) / box.unit)))
-
-
 def _optimum(
     device: Device, required: Required | None, lengths: Lengths | None, sampling: Sampling, found: Result
 ) -> Optimum:
@@ -222,25 +187,6 @@ def _beside(
     if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.slopes_kernel.way == "lanes":
         return nullcontext()
     return SecondProcess(recipe(device, sampling, lengths), seed, starts)
-
-
-def recipe(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Recipe:
-    """How another process makes a device's problem: by `made`."""
-    wanted = None if lengths is None else asdict(lengths.wanted)
-    arguments = {"machine": device.machine.table(), "model": device.model, "sampling": sampling,
-                 "compiled": device.compiled, "wanted": wanted}  # fmt: skip
-    return Recipe(f"{__name__}:{made.__name__}", arguments)
-
-
-def made(
-    machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bool, wanted: dict[str, Any] | None = None
-) -> Problem:
-    """The problem of a machine given as a table, its kernels compiled if asked for, with whole teeth if any."""
-    device = Device(Machine.model_validate(machine), model)
-    if compiled:
-        device.compile()
-    lengths = None if wanted is None else Lengths(device, Wanted(**wanted))
-    return problem(device, sampling, Required.of(device), lengths)
 
 
 def front(

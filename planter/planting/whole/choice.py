@@ -10,8 +10,8 @@ from planter.kernels import Array
 from planter.optimise.descent import STATIONARY
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.starts import AGREEING
+from planter.planting.problem import beside_design, problem
 from planter.planting.requirements.constraints import Required
-from planter.planting.search import beside_design, problem
 from planter.planting.whole.extent import Extent, extents
 from planter.planting.whole.lengths import Lengths
 from planter.planting.whole.results import TriedTeeth

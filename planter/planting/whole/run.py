@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from planter.kernels import Array
 from planter.optimise.hybrid import Method
-from planter.planting import optimisation, search
+from planter.planting import optimisation, problem, search
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation
 from planter.planting.requirements.constraints import Required
@@ -62,8 +62,8 @@ def _check(device: Device, wanted: Wanted, seed: int) -> None:
     for extent in extents(lengths):
         extent.check(wanted.teeth[extent.stage])
     if required is not None and wanted.settled:
-        search.kept(
-            search.problem(device, device.machine.objective.samples, required, lengths), required, seed, lengths
+        problem.kept(
+            problem.problem(device, device.machine.objective.samples, required, lengths), required, seed, lengths
         )
 
 
@@ -91,6 +91,6 @@ def _free(device: Device, free: Optimum, found: Optimum) -> tuple[Array, float]:
     """The free optimum (p,) and its objective: better than one with whole teeth, or it is looked for beside that."""
     if found.objective >= free.objective:
         return free.design, free.objective
-    task = search.problem(device, free.sampling, Required.of(device))
-    below = search.beside_design(task, found.design)
+    task = problem.problem(device, free.sampling, Required.of(device))
+    below = problem.beside_design(task, found.design)
     return task.design(below.u), below.objective

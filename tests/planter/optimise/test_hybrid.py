@@ -14,7 +14,7 @@ from planter.errors import InputError
 from planter.optimise import hybrid
 from planter.optimise.second_process import SecondProcess
 from planter.optimise.starts import descents
-from planter.planting import search
+from planter.planting import problem, search
 from planter.planting.search import Interrupted
 from planter.progress import Phase
 from tests.planter.optimise import toys
@@ -159,14 +159,14 @@ def test_the_import_is_light():
 
 
 def test_the_second_process_dies_with_its_run():
-    with SecondProcess(search.recipe(toys.device(), N), 1, 50) as aside:
+    with SecondProcess(problem.recipe(toys.device(), N), 1, 50) as aside:
         process = aside._process
         assert process.poll() is None
     assert process.poll() is not None
 
 
 def test_the_second_process_finds_the_minima_of_the_first():
-    recipe = search.recipe(toys.device(), N)
+    recipe = problem.recipe(toys.device(), N)
     with SecondProcess(recipe, 1, 2) as aside:
         report = aside.result(Phase("ipopt", "start", 2, None))
     assert report is not None
@@ -177,7 +177,7 @@ def test_the_second_process_finds_the_minima_of_the_first():
 
 def test_it_tells_of_each_minimum_as_it_is_found():
     told = []
-    with SecondProcess(search.recipe(toys.device(), N), 1, 3) as aside:
+    with SecondProcess(problem.recipe(toys.device(), N), 1, 3) as aside:
         report = aside.result(Phase("ipopt", "start", 3, told.append))
     assert told[-1].done == 3
     assert [step.done for step in told] == sorted({step.done for step in told})
@@ -185,7 +185,7 @@ def test_it_tells_of_each_minimum_as_it_is_found():
 
 
 def test_a_recipe_that_makes_nothing_is_noticed():
-    recipe = replace(search.recipe(toys.device(), N), function="planter.planting.search:unmade")
+    recipe = replace(problem.recipe(toys.device(), N), function="planter.planting.problem:unmade")
     with SecondProcess(recipe, 1, 2) as aside:
         assert aside.result(Phase("ipopt", "start", 2, None)) is None
 

@@ -36,10 +36,10 @@ def _task(module: str) -> str:
         return json.dumps(
             {"machine": own.table(), "source": "x", "pair": ["ellipse", "ellipse"], "starts": 9, "seed": 0}
         )
-    from planter.planting import search
+    from planter.planting import problem
     from tests.planter.optimise import toys
 
-    recipe = search.recipe(toys.device(), 720)
+    recipe = problem.recipe(toys.device(), 720)
     return json.dumps({"function": recipe.function, "arguments": recipe.arguments, "seed": 0, "starts": 5000})
 
 

@@ -16,7 +16,7 @@ from planter.gearing.teeth.pair import of_stage
 from planter.optimise.certificate import kkt_residual
 from planter.optimise.descent import STATIONARY
 from planter.optimise.hybrid import METHODS
-from planter.planting import search
+from planter.planting import problem, search
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation
@@ -60,7 +60,7 @@ def kept(own: Device, wanted: Wanted, optimum: search.Optimum) -> bool:
 
 
 def task(wanted: Wanted = WANTED) -> search.Problem:
-    return search.problem(device(), int(SAMPLES), None, Lengths(device(), wanted))
+    return problem.problem(device(), int(SAMPLES), None, Lengths(device(), wanted))
 
 
 def called(*arguments: str, code: int = 0) -> dict:
@@ -239,8 +239,8 @@ def test_one_stage_alone_may_have_whole_teeth() -> None:
 def test_teeth_that_cannot_be_made_are_told_with_why() -> None:
     """Fifteen teeth are undercut; a few more are made after all, once that is let be."""
     own, wanted = device(), Wanted((4.1e-3, None), (15, None))
-    x = search.kept(search.problem(own, 60, None, Lengths(own, wanted)), None, 0)
-    design = search.problem(own, 60, None).design(x)
+    x = problem.kept(problem.problem(own, 60, None, Lengths(own, wanted)), None, 0)
+    design = problem.problem(own, 60, None).design(x)
     (told,) = made.stages(Lengths(own, wanted), design, own.design, [])
     assert "are undercut" in told.refused
     assert min(gear.margin for gear in told.gears) < 0
