@@ -53,6 +53,12 @@ def _turned(vector: Sequence[float] | Array, degrees: float) -> Array:
     return np.array([[c, -s], [s, c]]) @ np.asarray(vector, dtype=float)
 
 
+def _angles(device: Device) -> dict[str, float]:
+    """The angles of the design by their symbols [deg]."""
+    entries = zip(device.names, device.entries, strict=True)
+    return {entry["name"]: device.machine.design[name] for name, entry in entries if entry["unit"] == "rad"}
+
+
 def _train(device: Device, at: At) -> list[Mark]:
     """Sun, middle body and what they are turned by; the polar angles count from the inner gears' own first radii."""
     o, a1, b1, p = (
@@ -61,8 +67,8 @@ def _train(device: Device, at: At) -> list[Mark]:
         _at(at, "B1"),
         gearing(device, device.design, PHI, samples=4).contacts["P"],
     )
-    values, sun, phi = device.machine.design, device.machine.centroid, at["phi_deg"]
-    line1, line2 = 90 + phi, 90 + phi + values["gamma_deg"]
+    design, sun, phi = _angles(device), device.machine.centroid, at["phi_deg"]
+    line1, line2 = 90 + phi, 90 + phi + design["gamma"]
     reach = float(np.hypot(*a1))
     first, second = line1 - at["t1_deg"], line2 + at["t2_deg"]
     mounted = sun.middle_angle_deg + phi
@@ -73,11 +79,11 @@ def _train(device: Device, at: At) -> list[Mark]:
         Spot(("x_B1", "y_B1"), b1),
         Spot(("x_P", "y_P"), p),
         Angle(("phi_deg",), o, 90, phi, 0.95 * reach),
-        Angle(("alpha3",), o, first, values["alpha3_deg"], 0.62 * reach),
+        Angle(("alpha3",), o, first, design["alpha3"], 0.62 * reach),
         Angle(("t1",), o, first, at["t1_deg"], 0.75 * reach),
-        Angle(("gamma",), a1, line1, values["gamma_deg"], 0.35 * reach),
+        Angle(("gamma",), a1, line1, design["gamma"], 0.35 * reach),
         Angle(("t2",), a1, second, -at["t2_deg"], 0.72 * reach),
-        Angle(("beta6",), a1, second, -values["beta6_deg"], 0.82 * reach),
+        Angle(("beta6",), a1, second, -design["beta6"], 0.82 * reach),
         Angle(("phi52",), a1, mounted, at["phi52_deg"], 0.5 * reach),
         Length(("rho_CA",), a1, a1 + _turned([sun.middle_radius_mm, 0], mounted + at["phi52_deg"]), 1.0),
         Length(("rho_CO",), o, _turned([sun.sun_radius_mm, 0], sun.sun_angle_deg), 1.0),
@@ -88,18 +94,18 @@ def _train(device: Device, at: At) -> list[Mark]:
 
 def _planet(device: Device, at: At) -> list[Mark]:
     """Planet and nozzle; x' points along the nozzle."""
-    b1, design, nozzle = _at(at, "B1"), device.machine.design, device.machine.nozzle
+    b1, design, nozzle = _at(at, "B1"), _angles(device), device.machine.nozzle
     tip = np.array([at["tip_machine_x_mm"], at["tip_y_mm"]])
     planet = -at["alpha_deg"]
     along, up, _ = nozzle.hinge_A_mm
     roller = b1 + _turned([at["x_E_mm"], at["y_E_mm"]], planet)
-    mounted = design["theta_deg"] + at["phi_deg"] - 180
+    mounted = design["theta"] + at["phi_deg"] - 180
     return [
         Length(("L_tip",), b1, tip, 0.55),
         Spot(("x_tip", "y_tip"), tip),
         Spot(("x_tip_machine",), tip),
         Angle(("alpha",), b1, 0, planet, 45),
-        Angle(("theta",), b1, at["phi_deg"] - 180, design["theta_deg"], 75),
+        Angle(("theta",), b1, at["phi_deg"] - 180, design["theta"], 75),
         Angle(("phi72",), b1, mounted, at["phi72_deg"], 100),
         Spot(("c_CBx", "c_CBy"), b1 + _turned(device.machine.centroid.planet_xy_mm, planet)),
         Spot(("x_A", "y_A"), b1 + _turned([along, up], planet)),

@@ -115,6 +115,7 @@ def data(axes: Axes, label: str) -> np.ndarray:
 def outside(figure: Figure) -> list[str]:
     """Texts that reach beyond the sheet."""
     style.arrange(figure)
+    figure.draw_without_rendering()
     box = figure.bbox.padded(0.5)
     return [text for text, e in texts(figure) if not (box.contains(e.x0, e.y0) and box.contains(e.x1, e.y1))]
 
