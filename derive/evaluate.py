@@ -66,6 +66,11 @@ class Point:
         with mpmath.workdps(DIGITS + GUARD):
             return self._value(expr)
 
+    def holds(self, condition: Basic) -> bool:
+        """Whether a condition holds at the point."""
+        with mpmath.workdps(DIGITS + GUARD):
+            return self._holds(condition)
+
     def _value(self, expr: Basic) -> mpf:
         found = self._known.get(expr)
         if found is None:
@@ -95,17 +100,17 @@ class Point:
 
     def _case(self, expr: sp.Piecewise) -> mpf:
         for value, condition in expr.args:
-            if self.holds(condition):
+            if self._holds(condition):
                 return self._value(value)
         return mpf(0)
 
-    def holds(self, condition: Basic) -> bool:
+    def _holds(self, condition: Basic) -> bool:
         if condition in (sp.true, sp.false):
             return bool(condition)
         if isinstance(condition, sp.And):
-            return all(self.holds(a) for a in condition.args)
+            return all(self._holds(a) for a in condition.args)
         if isinstance(condition, sp.Or):
-            return any(self.holds(a) for a in condition.args)
+            return any(self._holds(a) for a in condition.args)
         relation: Callable[[mpf, mpf], bool] = _RELATIONS[condition.func]
         return bool(relation(self._value(condition.args[0]), self._value(condition.args[1])))
 
