@@ -151,7 +151,7 @@ def test_a_page_writes_what_is_ticked_and_links_it(address: str) -> None:
     with page_of(address, "wang2017") as page:
         page.get_by_text("Write files").click()
         page.get_by_label("cam:").check()
-        page.get_by_label("radius of the roller").fill("7")
+        page.get_by_label("radius of the roller").fill("6")
         page.get_by_role("button", name="Write").click()
         drawn = page.locator("#written a", has_text=".dxf").first
         expect(drawn).to_be_visible(timeout=60_000)
