@@ -57,13 +57,7 @@ def _intermittent(console: Console, one: Intermittent) -> None:
     rows = [(gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})",
              f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.area_mm2) for gear in one.gears]  # fmt: skip
     console.table(title, ("gear", "teeth", "margin (tooth)", "top land / mm (tooth)", "area / mm2"), rows)
-    console.table("", ("beside the dwell", "after it", "before it"), [
-        ("pitch radius of the driving gear / mm", *one.end_radii_mm),
-        ("horn in the arc / deg", *one.horns_deg),
-        ("without drive / deg", *one.undriven_deg),
-        ("best phase for this side alone / deg", *one.undriven_least_deg),
-        ("without teeth that hold back / deg", *one.unheld_deg),
-    ])  # fmt: skip
+    console.table("", ("beside the dwell", "after it", "before it"), beside_the_dwell(one))
     console.table("", ("mesh", "least", "largest"), [
         ("contact ratio", one.contact_ratio.min, one.contact_ratio.max),
         ("pressure angle / deg", one.pressure_angle_deg.min, one.pressure_angle_deg.max),
@@ -87,3 +81,14 @@ def parts_of(loose: LooseTurn) -> list[tuple[str, LooseMotion]]:
     """The parts of a turn in words, with what is loose there."""
     return [("after the dwell", loose.after_dwell), ("driven and held back", loose.driven),
             ("before the dwell", loose.before_dwell), ("in the dwell", loose.dwell)]  # fmt: skip
+
+
+def beside_the_dwell(one: Intermittent) -> list[tuple[str, float, float]]:
+    """What there is on both sides of the dwell: in words, after it, before it."""
+    return [
+        ("pitch radius of the driving gear / mm", *one.end_radii_mm),
+        ("horn in the arc / deg", *one.horns_deg),
+        ("without drive / deg", *one.undriven_deg),
+        ("best phase for this side alone / deg", *one.undriven_least_deg),
+        ("without teeth that hold back / deg", *one.unheld_deg),
+    ]

@@ -175,11 +175,11 @@ def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_styl
     )
 
 
-def allowed(script: str) -> str:
-    """What a content security policy says of a page's one script: its hash, or that there is none."""
-    if not script:
+def allowed(text: str) -> str:
+    """What a content security policy says of a page's one script, or one style: its hash, or that there is none."""
+    if not text:
         return "'none'"
-    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
 def _section(number: int, section: Section) -> str:

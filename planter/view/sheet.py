@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from planter.kernels import Array
-from planter.view.scene import Scene
+from planter.view.scene import Body, Scene
 
 CORNERS = 121
 """Points of an arc that is drawn."""
@@ -104,6 +104,11 @@ def heading(start: Array, end: Array) -> float:
     along, up = np.asarray(end) - start
     assert np.hypot(along, up) > _EXTENT
     return float(np.degrees(np.arctan2(up, along)))
+
+
+def still(title: str, bodies: Sequence[Body]) -> Scene:
+    """Bodies that do not move, as a scene."""
+    return Scene(title, "", "", np.zeros(1), 1.0, bodies, again=False)
 
 
 @dataclass(frozen=True)

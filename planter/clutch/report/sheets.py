@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from planter.clutch.model import given, model
 from planter.clutch.report.shape_figures import regular
 from planter.clutch.rotor import Rotor, outline
 from planter.kernels import Array
-from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading
+from planter.view.scene import Body, Outline
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading, still
 
 _MM = 1e3
 _TURN = np.linspace(0, 2 * np.pi, 181)
@@ -31,10 +31,6 @@ def sheets(clutch: Clutch) -> list[Sheet]:
 def _direction(angle: float | Array) -> Array:
     """The unit vector of an angle [rad], (2,) or (2, n)."""
     return np.array([np.cos(angle), np.sin(angle)])
-
-
-def _still(title: str, bodies: Sequence[Body]) -> Scene:
-    return Scene(title, "", "", np.zeros(1), 1.0, bodies, again=False)
 
 
 def _polygon(values: Mapping[str, float]) -> Sheet:
@@ -72,7 +68,7 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
         Angle(("beta",), b, _TURNED, -float(beta), 0.3 * size),
         Angle.between(("arc",), c, a, b, 0.6 * size),
     ]
-    return Sheet("polygon", "polygon in the hexagonal hole", _still("polygon", bodies), marks)
+    return Sheet("polygon", "polygon in the hexagonal hole", still("polygon", bodies), marks)
 
 
 def _teeth(values: Mapping[str, float]) -> Sheet:
@@ -93,7 +89,7 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
         Length(("b2",), centre, root * _direction(0.6), 0.7),
         Angle(("xi",), np.array([_MM * found["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats),
     ]
-    return Sheet("teeth", "teeth on the output shaft", _still("teeth", bodies), marks)
+    return Sheet("teeth", "teeth on the output shaft", still("teeth", bodies), marks)
 
 
 def _sleeve(values: Mapping[str, float]) -> Sheet:
@@ -111,7 +107,7 @@ def _sleeve(values: Mapping[str, float]) -> Sheet:
         Length(("c",), start, start + travel),
         Angle(("phi",), start, 180, -float(np.degrees(values["phi"])), 0.6 * length),
     ]
-    return Sheet("sleeve", "tapered body in the sleeve, engaged and by the travel away", _still("sleeve", bodies),
+    return Sheet("sleeve", "tapered body in the sleeve, engaged and by the travel away", still("sleeve", bodies),
                  marks)  # fmt: skip
 
 
@@ -140,4 +136,4 @@ def _linkage(values: Mapping[str, float]) -> Sheet:
         Angle(("theta_Amax",), axis, turned[0], turned[1] - turned[0], 1.15 * _MM * values["l_AB"]),
         Angle(("rod_angle",), sleeve, 180, -float(np.degrees(both["rod_angle"][0])), 0.7 * _MM * values["l_AB"]),
     ]
-    return Sheet("linkage", "crank and rod at both ends of the travel", _still("linkage", bodies), marks)
+    return Sheet("linkage", "crank and rod at both ends of the travel", still("linkage", bodies), marks)

@@ -91,23 +91,25 @@ class PitchCurve:
     def arc(self, polar: Array) -> Array:
         """Arc lengths (n,) at polar angles (n,) [rad] of any turn."""
         turns = np.floor(polar / TURN)
-        own = polar - TURN * turns
+        return np.asarray(self.arc_within(polar - TURN * turns) + turns * self.length)
+
+    def arc_within(self, polar: Array) -> Array:
+        """Arc lengths (n,) at polar angles (n,) [rad] between those of its start and of its end."""
         starts = self._starts
-        index = np.clip(np.searchsorted(starts, own, "right") - 1, 0, len(starts) - 2)
+        index = np.clip(np.searchsorted(starts, polar, "right") - 1, 0, len(starts) - 2)
         slope = self.rows.slope
 
         def rates(s: Array) -> tuple[Array, Array]:
-            return self.rows(s, index)[POLAR] - own, slope(s, index)[POLAR]
+            return self.rows(s, index)[POLAR] - polar, slope(s, index)[POLAR]
 
-        ends = np.minimum(starts[index] - own, -0.0), np.maximum(starts[index + 1] - own, 0.0)
-        found = roots.newton(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
-        return np.asarray(found + turns * self.length)
+        ends = np.minimum(starts[index] - polar, -0.0), np.maximum(starts[index + 1] - polar, 0.0)
+        return roots.newton(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
 
     @cached_property
     def _starts(self) -> Array:
         """Polar angles at the ends of the panels."""
         count = np.arange(len(self.rows.series))
-        return np.append(self.rows(self.rows.ends[:-1], count)[POLAR], TURN)
+        return np.append(self.rows(self.rows.ends[:-1], count)[POLAR], self.rows(self.rows.ends[-1:])[POLAR])
 
     def bends(self, s: Array, towards: Array | None = None) -> Array:
         """Curvature and its first two derivatives along the curve (3, n), on the side `towards` places."""

@@ -11,12 +11,11 @@ from planter.gearing.teeth.incomplete.proof import FREE, Turn
 from planter.gearing.teeth.incomplete.rows import SIDES
 from planter.gears.parts import Placed
 from planter.gears.report.figures import assembly
-from planter.gears.report.scene import MOMENTS, SECONDS, WITHIN
+from planter.gears.report.scene import MOMENTS, SECONDS, drawn
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.report import style
-from planter.view.outlines import thinned
-from planter.view.scene import Body, Curve, Event, Outline, Scene
+from planter.view.scene import Body, Curve, Event, Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -124,12 +123,9 @@ def scene(turn: Turn) -> Scene:
     angles = -np.degrees(at), np.degrees(np.unwrap(mate[0]))
     axes = (0.0, 0.0), (_MM * rolling.pair.distance, 0.0)
     bodies = [
-        Body(
-            gear.name, (Outline(_MM * thinned(gear.points, WITHIN * gear.rack.module), "gear", shade=shade),), axis,
-            angle,
-        )
+        Body(gear.name, (drawn(gear.points, gear.rack.module, shade),), axis, angle)
         for shade, (gear, axis, angle) in enumerate(zip(turn.gears.gears, axes, angles, strict=True))
-    ]  # fmt: skip
+    ]
     turned = np.degrees(at - first)
     return Scene(
         title=" and ".join(gear.name for gear in turn.gears.gears),

@@ -103,13 +103,7 @@ def _dwelling(one: Intermittent) -> Iterator[Section]:
             f"hold it: of {one.locking_radius_mm:.5g} mm in radius, {one.apart_mm:.3g} mm apart. They take away what "
             "teeth would drive with beside the dwell; the teeth stand in the phase that leaves the least undriven."
         ),
-        Table(("", "after the dwell", "before it"), [
-            ("pitch radius of the driving gear / mm", *one.end_radii_mm),
-            ("horn in the arc / deg", *one.horns_deg),
-            ("without drive / deg", *one.undriven_deg),
-            ("best phase for this side alone / deg", *one.undriven_least_deg),
-            ("without teeth that hold back / deg", *one.unheld_deg),
-        ]),
+        Table(("", "after the dwell", "before it"), tables.beside_the_dwell(one)),
         Table(("loose motion", "behind the law / deg", "ahead of it / deg"),
               [(part, turns.behind_deg, turns.ahead_deg) for part, turns in tables.parts_of(one.loose)],
               "How far the driven gear can turn, the driving gear held; a dash where nothing stops it"),

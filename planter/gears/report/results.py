@@ -59,13 +59,12 @@ def _write(
     folder = files.output_folder(out)
     made = bundle.drawn(drawn, progress)
     told = replace(found, files=[str(folder / name) for name in contents])
+    svgs = {name: figure.svg for name, figure in made.items()}
+    texts = {
+        "report.html": page.text(told, svgs, provenance, [Motion(one) for one in scenes]),
+        "summary.json": files.summary_text({**told.table(), "provenance": dict(provenance)}),
+    }
     for name, content in contents.items():
         files.write_bytes(folder / name, content)
-    place = files.output_folder(folder / "figures")
-    for name, figure in made.items():
-        files.write_text(place / f"{name}.svg", figure.svg)
-        files.write_bytes(place / f"{name}.png", figure.png)
-    svgs = {name: figure.svg for name, figure in made.items()}
-    files.write_text(folder / "report.html", page.text(told, svgs, provenance, [Motion(one) for one in scenes]))
-    files.write_summary(folder / "summary.json", {**told.table(), "provenance": dict(provenance)})
+    bundle.write(out, texts, made)
     return told

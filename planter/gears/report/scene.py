@@ -6,6 +6,7 @@ import numpy as np
 
 from planter.gearing.teeth.making import Toothed
 from planter.gearing.teeth.polygons import points
+from planter.kernels import Array
 from planter.view.outlines import thinned
 from planter.view.scene import Body, Curve, Outline, Scene
 
@@ -24,12 +25,7 @@ def scene(found: Toothed) -> Scene:
     angles = [np.degrees(np.unwrap(place[0])) for place in mesh.places(at)]
     axes = [(0.0, 0.0), (_MM * mesh.pair.distance, 0.0)]
     bodies = [
-        Body(
-            gear.name,
-            (Outline(_MM * thinned(points(gear), WITHIN * gear.rack.module), "gear", shade=shade),),
-            axis,
-            angle,
-        )
+        Body(gear.name, (drawn(points(gear), gear.rack.module, shade),), axis, angle)
         for shade, (gear, axis, angle) in enumerate(zip(mesh.gears, axes, angles, strict=True))
     ]
     turned = np.abs(angles[0] - angles[0][0])
@@ -42,3 +38,8 @@ def scene(found: Toothed) -> Scene:
         bodies=bodies,
         curves=(Curve(f"rotation of {mesh.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),),
     )
+
+
+def drawn(vertices: Array, module: float, shade: int) -> Outline:
+    """A gear's outline (n, 2) [m] with no more points than a drawing shows."""
+    return Outline(_MM * thinned(vertices, WITHIN * module), "gear", shade=shade)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from planter.kernels import Array
@@ -12,8 +10,8 @@ from planter.mapping.report.figures import MM
 from planter.mapping.report.train_figures import centres, outlines
 from planter.mapping.synthesis import Linkage, Synthesis
 from planter.mapping.training import Training
-from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot
+from planter.view.scene import Body, Outline
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, still
 from planter.view.sheet import heading as direction
 
 POSE = -2
@@ -26,10 +24,6 @@ def sheets(found: Synthesis, train: Training | None) -> list[Sheet]:
     """All drawings of what was found: those of which there is one."""
     linkages = [_linkage(one, found.poses[POSE], found.poses) for one in found.linkages[:1]]
     return [*linkages, *([] if train is None else [_train(train)])]
-
-
-def _still(title: str, bodies: Sequence[Body]) -> Scene:
-    return Scene(title, "", "", np.zeros(1), 1.0, bodies, again=False)
 
 
 def _linkage(found: Linkage, pose: Array, poses: Array) -> Sheet:
@@ -61,7 +55,7 @@ def _linkage(found: Linkage, pose: Array, poses: Array) -> Sheet:
         Angle.between(("transmission_deg",), follower, crank, fixed[1], 0.15 * size),
     ]
     return Sheet("linkage", f"linkage of dyads {found.numbers[0]} and {found.numbers[1]} in the last pose but one",
-                 _still("linkage", bodies), marks)  # fmt: skip
+                 still("linkage", bodies), marks)  # fmt: skip
 
 
 def _train(found: Training) -> Sheet:
@@ -83,5 +77,5 @@ def _train(found: Training) -> Sheet:
         radius = 0.3 * MM * found.train.distance
         marks.append(Length(("L1",), hinges[0], hinges[2], 0.3))
         marks.append(Angle.between(("bend",), hinges[1], hinges[0], hinges[2], radius))
-    return Sheet("train", "gear train on its carrier, bent as its length wants", _still("train",
+    return Sheet("train", "gear train on its carrier, bent as its length wants", still("train",
                  (Body("gears", curves), Body("carrier", (carrier,)))), marks)  # fmt: skip

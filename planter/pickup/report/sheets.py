@@ -14,8 +14,8 @@ from planter.pickup.law import NEEDLE
 from planter.pickup.model import Train
 from planter.pickup.report.scene import scene
 from planter.pickup.tray import Cell, Entry
-from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading
+from planter.view.scene import Body, Outline
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading, still
 
 MOMENT = 60
 """Carrier angle from the farthest tip at which the pick-up is drawn [deg]: teeth drive it there."""
@@ -93,8 +93,7 @@ def _cell(entry: Entry) -> Sheet:
     needle = entry.needle(t) * _MM
     bodies = (Body("tray", [Outline(part, "body", shade=4) for part in parts]),
               Body("needle", (Outline(needle, "body", shade=2),)))  # fmt: skip
-    picture = Scene("cell", "", "", np.zeros(1), 1.0, bodies, again=False)
-    return Sheet("cell", "needle and cell, across the tray", picture, [*_needle(entry, t), *_tray(cell)])
+    return Sheet("cell", "needle and cell, across the tray", still("cell", bodies), [*_needle(entry, t), *_tray(cell)])
 
 
 def _needle(entry: Entry, t: float) -> list[Mark]:

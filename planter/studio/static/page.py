@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import hashlib
 import json
 from collections.abc import Mapping
 from importlib import resources
@@ -16,7 +15,7 @@ from string import Template
 from typing import Any
 
 from planter.kernels.programs import webassembly
-from planter.report.html import escape
+from planter.report.html import allowed, escape
 from planter.studio.static import written
 from planter.studio.static.bundle import bundle
 from planter.studio.static.model import Model
@@ -54,7 +53,7 @@ def _html(machine: Movable, told: Mapping[str, Any], models: Mapping[str, Model]
     }
     script, style = bundle(modules), "\n".join([_text(view, "view.css"), _text(studio, "studio.css")])
     policy = (
-        f"default-src 'none'; script-src {_hash(script)} 'wasm-unsafe-eval'; style-src {_hash(style)}; "
+        f"default-src 'none'; script-src {allowed(script)} 'wasm-unsafe-eval'; style-src {allowed(style)}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     body = _text(studio, "studio.html").partition("<body>")[2].partition("</body>")[0]
@@ -70,7 +69,3 @@ def _html(machine: Movable, told: Mapping[str, Any], models: Mapping[str, Model]
 def _text(package: str | None, name: str) -> str:
     assert package is not None
     return resources.files(package).joinpath(name).read_text(encoding="utf-8")
-
-
-def _hash(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"

@@ -67,12 +67,12 @@ class Rolling:
             return np.array(list(RACK("mate", contact=found, a=distance).values())), found[3]
 
         curves = PitchCurve.traced(gear, breaks, 1), PitchCurve.traced(mate, breaks, -1)
-        lead, end = (_length_at(curves[0], angle) for angle in over)
+        lead, end = curves[0].arc_within(np.array(over)).tolist()
         return cls(Pair(*curves, distance), over, lead, curves[1].length - end, end - lead)
 
     def rolled(self, turned: Array) -> Array:
         """Rolling lengths (n,) from the first contact on at angles of the driving gear (n,), within `over`."""
-        return np.array([_length_at(self.pair.gear, angle) - self.lead for angle in turned.tolist()])
+        return self.pair.gear.arc_within(turned) - self.lead
 
     def places(self, at: Array) -> tuple[Array, Array]:
         """Angle and axis (3, n) of both gears at rolling lengths (n,) from the first contact on."""
@@ -128,11 +128,3 @@ def _beyond(curve: PitchCurve, at: float, distance: float) -> Array:
     """The other gear's axis in a gear's frame while it touches there: at a distance along the pitch point's radius."""
     place = curve.at(np.array([at]))[[X, Y], 0]
     return np.asarray(distance * place / np.hypot(*place))
-
-
-def _length_at(curve: PitchCurve, angle: float) -> float:
-    """Arc length of a curve at a polar angle."""
-    from scipy.optimize import brentq
-
-    return float(brentq(lambda s: float(curve.at(np.array([s]))[POLAR, 0]) - angle, 0, curve.length * (1 - 1e-9),
-                        xtol=1e-17, rtol=1e-15))  # fmt: skip
