@@ -32,6 +32,8 @@ from planter.tolerance.spread import Spread
 DESIGN = "design."
 SLICES = 4
 """Parts of the machines that are found beside one another."""
+ROUNDING = 1e-12
+"""Share of the mean below which machines differ by rounding alone: their deviation has no slope then."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,8 @@ class Robust:
         slopes = np.einsum("mk,mkj->mj", gradients, chain)
         variance = Variance(values)
         std = float(np.sqrt(variance.value))
-        std_slope = variance.gradient(slopes) / (2 * std) if std else np.zeros(len(x))
+        felt = std > ROUNDING * abs(variance.mean)
+        std_slope = variance.gradient(slopes) / (2 * std) if felt else np.zeros(len(x))
         return Value(variance.mean, std, slopes.mean(axis=0), std_slope)
 
     def _found(self, designs: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
+from planter.kernels import Array
 from planter.planting import simulation
 from planter.planting.file import Machine
 from planter.planting.model import Device
@@ -128,6 +129,24 @@ def test_each_machine_is_one_that_simulate_knows(robust: Robust, held: Held, spr
 
 def test_without_tolerances_it_is_the_objective(held: Held) -> None:
     none = Robust(held.machine, "exact", {}, Settings(machines=3))
+    value, slope = none.value(none.device.design, 3.0)
+    wanted, gradient = none.turns.gradient(none.device.design)
+    assert np.isclose(value, wanted, rtol=1e-12)
+    np.testing.assert_allclose(slope, gradient, rtol=1e-9)
+
+
+def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
+    held: Held, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    none = Robust(held.machine, "exact", {}, Settings(machines=3))
+    found = none._found
+
+    def rounded(designs: Array) -> tuple[Array, Array]:
+        values, gradients = found(designs)
+        values[-1] = np.nextafter(values[-1], np.inf)
+        return values, gradients
+
+    monkeypatch.setattr(none, "_found", rounded)
     value, slope = none.value(none.device.design, 3.0)
     wanted, gradient = none.turns.gradient(none.device.design)
     assert np.isclose(value, wanted, rtol=1e-12)
