@@ -16,8 +16,8 @@ from planter.numerics import quadrature, roots
 from planter.numerics.arrays import Integers
 from planter.numerics.extremes import Extreme
 
-Rates = Callable[[Array], tuple[Array, Array, Array]]
-"""Values, first and second derivatives (k, n) each of k functions at n angles [rad]."""
+Rates = Callable[[Array], tuple[Array, Array]]
+"""Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second derivatives."""
 TURN = 2 * np.pi
 NODES, PIECE = 12, np.pi / 8
 """Nodes in a piece, and the greatest length of a piece [rad]."""
@@ -28,8 +28,8 @@ ASIDE = 1e-9
 class Pieces:
     """Functions of period 2 pi, and the angles `breaks` (m,) in order, in [0, 2 pi), where they are not smooth."""
 
-    def __init__(self, rates: Rates, breaks: Array) -> None:
-        self.rates = rates
+    def __init__(self, functions: Rates, breaks: Array) -> None:
+        self.functions = functions
         apart = np.diff(breaks, append=breaks[:1] + TURN) > 10 * ASIDE
         self.breaks = np.asarray(breaks, dtype=float)[np.roll(apart, 1)]
         starts = self.breaks if len(self.breaks) else np.zeros(1)
@@ -41,7 +41,7 @@ class Pieces:
         own = np.repeat(np.arange(len(counts)), counts * NODES)
         sides = np.concatenate([starts, self._edges[1:]])
         aside = np.repeat([ASIDE, -ASIDE], len(starts))
-        self.values, self.slopes, _ = rates(np.concatenate([self.nodes, sides + aside]))
+        self.values, self.slopes = functions(np.concatenate([self.nodes, sides + aside]))
         self.values[:, len(self.nodes) :] -= aside * self.slopes[:, len(self.nodes) :]
         places, panel = np.append(self.nodes, sides), np.append(own, np.tile(np.arange(len(counts)), 2))
         self._order = np.lexsort([places, panel])
@@ -59,12 +59,12 @@ class Pieces:
         found: Array = np.sqrt(self.values[:, : len(self.nodes)] ** 2 @ self.weights)
         return found
 
-    def extremes(self, rows: Integers) -> list[tuple[Extreme, Extreme]]:
+    def extremes(self, rows: Integers, rates: Rates) -> list[tuple[Extreme, Extreme]]:
         """Least and largest value over the turn of some of the functions; one-sided where they jump.
 
-        Raises ComputationError as `roots.newton` does.
+        `rates` gives slopes and second derivatives of these rows alone. Raises ComputationError as `roots.newton` does.
         """
-        owners, places, values = self._stationary(rows)
+        owners, places, values = self._stationary(rows, rates)
         known = self.values[:, self._order]
         return [
             (_best(places[owners == k], values[owners == k], self._places, known[row], -1),
@@ -72,21 +72,15 @@ class Pieces:
             for k, row in enumerate(rows)
         ]  # fmt: skip
 
-    def _stationary(self, rows: Integers) -> tuple[Integers, Array, Array]:
+    def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Where slopes change sign between neighbours of a piece: whose, where, and the values there."""
         slopes = self.slopes[rows][:, self._order]
         owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & self._joined)
         if not len(owners):
             return owners, np.empty(0), np.empty(0)
-        each = np.arange(len(owners))
-
-        def rates(at: Array) -> tuple[Array, Array]:
-            _, first, second = self.rates(at)
-            return first[rows[owners], each], second[rows[owners], each]
-
         ends = slopes[owners, cells], slopes[owners, cells + 1]
-        places = roots.newton(rates, self._places[cells], self._places[cells + 1], ends)
-        return owners, places, self.rates(places)[0][rows[owners], each]
+        places = roots.newton(_Owned(rates, owners), self._places[cells], self._places[cells + 1], ends)
+        return owners, places, self.functions(places)[0][rows[owners], np.arange(len(owners))]
 
     @cached_property
     def sides(self) -> tuple[Array, Array]:
@@ -95,6 +89,24 @@ class Pieces:
             return np.empty((len(self.values), 0)), np.empty((len(self.values), 0))
         after, before = np.split(self.values[:, len(self.nodes) :], 2, axis=1)
         return np.roll(before, 1, axis=1), after
+
+
+class _Owned:
+    """Rates at points (m,), at each of its owner alone; what a point that stays has is kept."""
+
+    def __init__(self, rates: Rates, owners: Integers) -> None:
+        self._rates, self._owners = rates, owners
+        self._at = np.full(len(owners), np.nan)
+        self._found = np.empty((2, len(owners)))
+
+    def __call__(self, at: Array) -> tuple[Array, Array]:
+        moved = np.flatnonzero(at != self._at)
+        if len(moved):
+            each = self._owners[moved], np.arange(len(moved))
+            self._found[:, moved] = [rate[each] for rate in self._rates(at[moved])]
+        self._at = at.copy()
+        first, second = self._found
+        return first, second
 
 
 def _best(inside: Array, found: Array, places: Array, values: Array, sign: int) -> Extreme:

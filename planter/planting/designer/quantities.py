@@ -63,19 +63,34 @@ class Quantities:
         self._c = dict(zip((e["name"] for e in vectors["machine"]), ca.vertsplit(self.functions.c), strict=True))
         self.rows = {**self._forces(), **self._accelerations(), **self._meshing(), "cam": self._cam()}
         self.names = tuple(self.rows)
+        self.peaks = tuple(name for name, row in self.rows.items() if row.peaks)
 
-    def __call__(self, at: Prologue, phi: Array) -> tuple[Array, Array, Array]:
-        """Rows (k, n) with their first and second derivatives in phi at carrier angles (n,) [SI]."""
-        found = self._kernel(phi=np.asarray(phi), x=at.x, c=self.device.constants, h=at.h)
-        return found["f"], found["df"], found["ddf"]
+    def values(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
+        """Rows (k, n) with their first derivatives in phi at carrier angles (n,) [SI]."""
+        found = self._values_kernel(**self._inputs(at, phi))
+        return found["f"], found["df"]
+
+    def rates(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
+        """First and second derivatives in phi of the rows `peaks` at carrier angles (n,) [SI]."""
+        found = self._rates_kernel(**self._inputs(at, phi))
+        return found["df"], found["ddf"]
+
+    def _inputs(self, at: Prologue, phi: Array) -> dict[str, Array]:
+        return {"phi": np.asarray(phi), "x": at.x, "c": self.device.constants, "h": at.h}
 
     @cached_property
-    def _kernel(self) -> Kernel:
+    def _values_kernel(self) -> Kernel:
         rows = ca.vertcat(*(row.expression for row in self.rows.values()))
-        first = ca.jacobian(rows, self.functions.phi)
-        outputs = [ca.densify(value) for value in (rows, first, ca.jacobian(first, self.functions.phi))]
-        names = ["phi", "x", "c", "h"]
-        f = ca.Function("designer", self.functions.inputs, ca.cse(outputs), names, ["f", "df", "ddf"])
+        return self._kernel("designer", {"f": rows, "df": ca.jacobian(rows, self.functions.phi)})
+
+    @cached_property
+    def _rates_kernel(self) -> Kernel:
+        first = ca.jacobian(ca.vertcat(*(self.rows[name].expression for name in self.peaks)), self.functions.phi)
+        return self._kernel("designer_rates", {"df": first, "ddf": ca.jacobian(first, self.functions.phi)})
+
+    def _kernel(self, name: str, outputs: Mapping[str, ca.SX]) -> Kernel:
+        values = [ca.densify(value) for value in outputs.values()]
+        f = ca.Function(name, self.functions.inputs, values, ["phi", "x", "c", "h"], list(outputs))
         return Kernel(f, lanes=["phi"])
 
     def _row(self, name: str) -> Row:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,13 +23,13 @@ class DesignTurn:
         self.quantities = Quantities(device)
         self.events = response.joints(device, x)
         angles = np.array([event.angle for event in self.events])
-        self.pieces = Pieces(lambda phi: self.quantities(self.at, phi), angles)
+        self.pieces = Pieces(partial(self.quantities.values, self.at), angles)
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[Extreme, Extreme]]:
-        names = [name for name, row in self.quantities.rows.items() if row.peaks]
+        names = self.quantities.peaks
         rows = np.array([self.quantities.names.index(name) for name in names])
-        return dict(zip(names, self.pieces.extremes(rows), strict=True))
+        return dict(zip(names, self.pieces.extremes(rows, partial(self.quantities.rates, self.at)), strict=True))
 
     def extreme(self, name: str, sign: int) -> Extreme:
         """The largest (+1) or least (-1) value of a row."""
