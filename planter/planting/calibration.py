@@ -17,7 +17,7 @@ from planter.planting import cycle, flanks, plausible
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.results import (
+from planter.planting.results.calibrated import (
     CalibrationFound,
     Compromise,
     Distance,

@@ -12,7 +12,7 @@ from planter.kernels import Array
 from planter.planting import quantities
 from planter.planting.functions import Prologue
 from planter.planting.model import Device
-from planter.planting.results import Statistics, Warned
+from planter.planting.results.stated import Statistics, Warned
 
 Columns = dict[str, Array]
 

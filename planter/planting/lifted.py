@@ -17,7 +17,7 @@ from scipy.integrate import cumulative_simpson
 from planter.kernels import Array, Kernel, generated
 from planter.planting import cycle, flanks
 from planter.planting.model import Device
-from planter.planting.results import Lifted
+from planter.planting.results.simulated import Lifted
 
 NAME = "planting_lifted"
 SAMPLES = 1440

@@ -18,7 +18,7 @@ from planter.planting.designer import summary as designer
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
-from planter.planting.results import FrontPoint, OptimisationFound, OptimumFound, Scores
+from planter.planting.results.optimised import FrontPoint, OptimisationFound, OptimumFound, Scores
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 from planter.progress import Listener

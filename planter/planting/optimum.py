@@ -10,7 +10,7 @@ from planter.files import paths, units
 from planter.files.written import lines
 from planter.optimise.range_and_spread import Sampling
 from planter.planting.file import Machine
-from planter.planting.results import OptimisationFound
+from planter.planting.results.optimised import OptimisationFound
 from planter.version import __version__
 
 SET = "assumed; set on the command line"

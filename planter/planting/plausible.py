@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from planter.files import units
 from planter.planting.file import Machine
-from planter.planting.results import Warned
+from planter.planting.results.stated import Warned
 
 
 class Range(NamedTuple):

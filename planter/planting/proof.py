@@ -18,7 +18,7 @@ from planter.planting.enclosed import EnclosedForce
 from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.optimisation import Optimisation
-from planter.planting.results import GlobalBound
+from planter.planting.results.optimised import GlobalBound
 from planter.progress import Listener, Progress
 
 SECONDS = 480.0

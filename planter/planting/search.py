@@ -24,7 +24,8 @@ from planter.planting.model import Device
 from planter.planting.problem import beside_design, kept, problem, recipe
 from planter.planting.requirements.constraints import Required
 from planter.planting.response import Planting, sensitivity
-from planter.planting.results import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof, Requirement
+from planter.planting.results.optimised import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof
+from planter.planting.results.stated import Requirement
 from planter.planting.whole.lengths import Lengths
 from planter.progress import Listener, Progress
 

@@ -20,7 +20,14 @@ from planter.planting.model import Device
 from planter.planting.objective import weights
 from planter.planting.requirements import record as requirements
 from planter.planting.response import Planting
-from planter.planting.results import At, CentreDistances, SensitivityFound, SimulationFound, TrueExtremes, Work
+from planter.planting.results.simulated import (
+    At,
+    CentreDistances,
+    SensitivityFound,
+    SimulationFound,
+    TrueExtremes,
+    Work,
+)
 from planter.records import frames
 
 if TYPE_CHECKING:

@@ -14,19 +14,11 @@ from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from planter.planting.designer.results import DesignersSummary
-    from planter.planting.results import (
-        At,
-        CalibrationFound,
-        Lifted,
-        ModelFitted,
-        OptimisationFound,
-        Requirement,
-        SensitivityFound,
-        SimulationFound,
-        UnitWritten,
-        Validation,
-        Warned,
-    )
+    from planter.planting.results.calibrated import CalibrationFound, ModelFitted
+    from planter.planting.results.exported import UnitWritten
+    from planter.planting.results.optimised import OptimisationFound
+    from planter.planting.results.simulated import At, Lifted, SensitivityFound, SimulationFound, Validation
+    from planter.planting.results.stated import Requirement, Warned
 
 WIDTH = 80
 """Columns of a terminal that everything fits in."""

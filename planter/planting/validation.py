@@ -5,7 +5,7 @@ from __future__ import annotations
 from planter.planting import plausible
 from planter.planting.model import Device
 from planter.planting.requirements import record
-from planter.planting.results import Validation
+from planter.planting.results.simulated import Validation
 
 
 def validate(device: Device) -> Validation:

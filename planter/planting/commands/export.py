@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of
-from planter.planting.results import MotionWritten, Written
+from planter.planting.results.exported import MotionWritten, Written
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, SetOption, SpeedOption
 

@@ -20,7 +20,7 @@ from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
-from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
+from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
 from planter.progress import Listener, Phase
 from planter.report import files
 from planter.report.folder import keep

@@ -12,7 +12,7 @@ from planter.planting.drive import run
 from planter.planting.drive.model import Driven, Motor, State
 from planter.planting.drive.run import Course
 from planter.planting.model import Device
-from planter.planting.results import DriveFound, MotorGiven, Speed
+from planter.planting.results.driven import DriveFound, MotorGiven, Speed
 
 RPM = 30 / np.pi
 

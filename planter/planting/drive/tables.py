@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planter.planting.results import DriveFound
+from planter.planting.results.driven import DriveFound
 from planter.terminal.console import Console
 
 Row = tuple[str, float, str]

@@ -23,7 +23,7 @@ from planter.planting.export import c99
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.quantities import quantities
-from planter.planting.results import LeftOut, UnitWritten
+from planter.planting.results.exported import LeftOut, UnitWritten
 from planter.report.files import output_folder, write_bytes
 from planter.version import __version__
 

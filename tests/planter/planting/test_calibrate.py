@@ -11,7 +11,7 @@ from planter.planting.calibration import FLANK, fitted_machine
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.report.page import device_page
-from planter.planting.results import CalibrationFound
+from planter.planting.results.calibrated import CalibrationFound
 from planter.planting.undisclosed.fit import Fit, nearest, searched, settled
 from planter.planting.undisclosed.force import FIGURES, Force
 from planter.planting.undisclosed.inputs import Inputs

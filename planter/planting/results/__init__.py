@@ -1,0 +1,25 @@
+"""What the planting device's commands return, key by key."""
+
+from planter.planting.measured.results import MeasuredFound
+from planter.planting.results.calibrated import CalibrationFound
+from planter.planting.results.compared import ComparisonFound
+from planter.planting.results.driven import DriveFound
+from planter.planting.results.exported import MotionWritten, UnitWritten, Written
+from planter.planting.results.optimised import OptimisationFound
+from planter.planting.results.simulated import SensitivityFound, SimulationFound, Validation
+from planter.workshop.cams.results import Cam
+
+COMMANDS = {
+    "drive": DriveFound,
+    "simulate": SimulationFound,
+    "sensitivity": SensitivityFound,
+    "validate": Validation,
+    "calibrate": CalibrationFound | MeasuredFound,
+    "compare": ComparisonFound,
+    "export c": Written,
+    "export cuda": Written,
+    "export fmu": UnitWritten,
+    "export motion": MotionWritten,
+    "optimise": OptimisationFound,
+    "cam": Cam,
+}
