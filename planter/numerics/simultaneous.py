@@ -27,14 +27,17 @@ class NotFoundError(ComputationError):
         self.index = index
 
 
-def newton(system: System, start: Array, largest: Array) -> Array:
+def newton(system: System, start: Array, largest: Array, rounding: float = 0.0) -> Array:
     """Unknowns (k, n) that solve n systems of k equations; no step is longer than `largest` (k,).
+
+    What vanishes to `rounding` is solved, however badly it determines its unknowns.
 
     Raises NotFoundError, with its index, for the first system that is not solved to rounding.
     """
     at, last, done = start.copy(), np.full(start.shape[1], np.inf), np.zeros(start.shape[1], dtype=bool)
     for _ in range(MOST_STEPS):
         value, slopes = system(at)
+        done |= (np.abs(value) <= rounding).all(axis=0)
         step = -_solved(slopes.transpose(2, 0, 1), value.T)
         size = (np.abs(step) / largest[:, None]).max(axis=0)
         at = np.where(done, at, at + step / np.maximum(size, 1.0))

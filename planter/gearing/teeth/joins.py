@@ -25,6 +25,8 @@ _TRIED = 65
 _GRADED = np.append(np.linspace(1, 0.5, 81)[:-1], np.geomspace(0.5, 1e-9, 160))
 """Where lines are tried for where they cross, as shares of their lengths from where they turn back: the smaller a loop,
 the nearer to there it is crossed."""
+_ROUNDING = 8 * np.finfo(float).eps
+"""Share of a point to which it is met: where a line turns back it stands still, and its arc length says less."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,8 @@ def _crossed(flanks: Flanks, one: int, line: Line, others: Sequence[Line]) -> tu
         b = _cutting(flanks, others[number])(at[1], which[:1])
         return a.points - b.points, np.stack([a.rate * a.tangents, -b.rate * b.tangents], axis=1)
 
-    at = simultaneous.newton(gap, start[:, None], np.full(2, flanks.rack.module / 20))
+    rounding = _ROUNDING * np.abs(_cutting(flanks, line)(start[:1], which[:1]).points).max()
+    at = simultaneous.newton(gap, start[:, None], np.full(2, flanks.rack.module / 20), rounding)
     return number, float(at[0, 0]), float(at[1, 0])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -92,6 +93,13 @@ def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
         assert shapely.distance(shapes[one], shapes[two]) < 2e-7
     turned = [Placed(p.gear, p.angle + 1e-3, p.centre) for p in made.placed()]
     assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
+
+
+def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> None:
+    """There the flank stands still, and its arc length is known to half the digits."""
+    slender = Order(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
+    made = gears.train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
+    assert all(shape(placed).is_valid for placed in made.placed())
 
 
 def shape(placed: Placed) -> shapely.Polygon:
