@@ -64,7 +64,11 @@ def drawn(source: str, changes: Mapping[str, float]) -> Drawn:
     for room, labels in draughtsmen().items():
         if labels.takes(source):
             return Drawn(room, labels, labels.draw(source, changes))
-    raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")
+    known = ", ".join(sorted(draughtsmen()))
+    raise InputError(
+        f"{source}: there is no such machine with a labelled drawing: it must be a file of one ({known}), or the name of "
+        f"a built-in one"
+    )
 
 
 def geometric(room: str) -> list[Meaning]:

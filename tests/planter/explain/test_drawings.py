@@ -149,7 +149,7 @@ def test_a_machine_is_drawn_beside_its_table(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "length of the crank" in page
     assert page.count("<svg") == len(found["sheets"])
-    assert "no such machine" in refusal("explain", "F_B1x", "--out", str(tmp_path))
+    assert "no such machine with a labelled drawing" in refusal("explain", "F_B1x", "--out", str(tmp_path))
 
 
 def test_units_of_lengths_and_angles_are_known() -> None:
