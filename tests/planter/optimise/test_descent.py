@@ -1,5 +1,7 @@
 """Local minima from one start: known optima, ties, kinks, odd N, both objectives, exact bounds."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize_scalar
@@ -9,6 +11,7 @@ from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.samples import angles
 from planter.optimise.spread import Weights
 from tests.planter.optimise import toys
+from tests.support.sampled import sampled
 
 
 @pytest.mark.parametrize("sampling", [360, "refined"])
@@ -54,9 +57,13 @@ def test_refined_ties_are_sharper_than_samples():
     assert descend(fine, found.u).evaluation.objective <= found.evaluation.objective
 
 
-@pytest.mark.parametrize("kind", ["paper", "newton"])
-@pytest.mark.parametrize("sampling", [12, 13, "refined"])
-@pytest.mark.parametrize("weights", [(0.0, 1.0), (0.3, 1.0)])
+@pytest.mark.parametrize(
+    ("kind", "sampling", "weights"),
+    sampled(
+        [("paper", 12, (0.0, 1.0)), ("newton", 13, (0.3, 1.0)), ("paper", "refined", (0.3, 1.0))],
+        product(["paper", "newton"], [12, 13, "refined"], [(0.0, 1.0), (0.3, 1.0)]),
+    ),
+)
 def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
     """One parameter, kinks in x wherever the corner passes a sample: a fine scan finds nothing better."""
     problem = over_turn(toys.corner(), Weights(*weights, kind), sampling)
@@ -79,21 +86,27 @@ def test_an_optimum_on_a_kink_is_found_and_lies_on_it():
     assert gaps.min() < 1e-8
 
 
-@pytest.mark.parametrize("sampling", [16, 17, "refined"])
-def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sampling):
-    """The corner's place depends on both, not linearly; many kinks, peaks that tie: a grid of 41 by 41 is no better."""
+@pytest.mark.parametrize(
+    ("sampling", "side"), [(16, 21), (17, 41), ("refined", 15), pytest.param("refined", 41, marks=pytest.mark.long)]
+)
+def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sampling, side):
+    """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a grid is better."""
     problem = over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
     found = [descend(problem, start) for start in starts]
     assert all(minimum.stationary for minimum in found)
-    line = np.linspace(0, 1, 41)
+    line = np.linspace(0, 1, side)
     scan = min(problem.evaluate(np.array([a, b])).objective for a in line for b in line)
     assert min(minimum.objective for minimum in found) <= scan
 
 
-@pytest.mark.parametrize("sampling", [361, 90, "refined"])
-@pytest.mark.parametrize("kind", ["paper", "newton"])
-@pytest.mark.parametrize("model", ["exact", "printed"])
+@pytest.mark.parametrize(
+    ("sampling", "kind", "model"),
+    sampled(
+        [(361, "paper", "exact"), (90, "newton", "printed"), ("refined", "newton", "exact")],
+        product([361, 90, "refined"], ["paper", "newton"], ["exact", "printed"]),
+    ),
+)
 def test_the_machine_is_optimised_within_its_bounds(sampling, kind, model):
     problem = toys.problem(sampling, Weights(0.6, 0.4, kind), model)
     found = descend(problem, problem.start)

@@ -41,15 +41,22 @@ class Toy:
             "g_second": ca.densify(ca.hessian(ca.dot(weights, g), z)[0]),
         }  # fmt: skip
         self._functions = {name: ca.Function(name, [phi, x, weights], [e]) for name, e in outputs.items()}
+        self._mapped: dict[tuple[str, int], ca.Function] = {}
 
     def _call(self, name: str, x: Array, phi: Array, weights: Array | float = 0.0) -> Array:
         """One output at angles (n,): (rows, n * columns)."""
         f = self._functions[name]
         if not len(phi):
             return np.empty((f.size1_out(0), 0))
-        mapped = f.map(len(phi), "serial") if len(phi) > 1 else f
-        found = mapped(phi[None, :], np.tile(x[:, None], len(phi)), np.tile(np.reshape(weights, (-1, 1)), len(phi)))
+        found = self._over(name, len(phi))(phi[None, :], x[:, None], np.reshape(weights, (-1, 1)))
         return np.asarray(found, dtype=float)
+
+    def _over(self, name: str, count: int) -> ca.Function:
+        """One output over so many angles, x and weights alike at all of them."""
+        if (name, count) not in self._mapped:
+            f = self._functions[name]
+            self._mapped[name, count] = f.map(f"{name}_{count}", "serial", count, [1, 2], [])
+        return self._mapped[name, count]
 
     def _stacked(self, name: str, x: Array, phi: Array) -> Array:
         """One output at angles (n,): (n, rows, columns)."""
