@@ -104,12 +104,16 @@ class Entry:
 
     def needle(self, t: float) -> Array:
         """Corners (4, 2) of the needle in the frame of the cell [m]: two at the tip, two at the root."""
-        at = np.array([t])
-        (along, across), tilt = self.place(at)[0], float(self.tilt(at)[0])
+        found: Array = self.needles(np.array([t]))[0]
+        return found
+
+    def needles(self, t: Array) -> Array:
+        """The same at carrier angles (n,), (n, 4, 2)."""
+        along, across = self.place(t).T
         size = {"length": self.cell.needle_length, "width": self.cell.needle_width}
-        found = load(NEEDLE).at("needle", along=along, across=across, tilt=tilt, **size)
+        found = load(NEEDLE)("needle", along=along, across=across, tilt=self.tilt(t), **size)
         corners = ("tip_right", "tip_left", "root_left", "root_right")
-        return np.array([[found[f"{corner}_along"], found[f"{corner}_across"]] for corner in corners])
+        return np.stack([np.column_stack([found[f"{c}_along"], found[f"{c}_across"]]) for c in corners], axis=1)
 
     def depth(self) -> tuple[float, float]:
         """Largest depth of the tip below the tray's surface [m], and where [rad]."""
@@ -143,16 +147,17 @@ class Entry:
         """Least distance of needle and tray over a turn [m], negative where they cut, and where [rad]."""
         walls, free = self.cell.solid()
         t = np.arange(SAMPLES) * TURN / SAMPLES
-        found = extremes.least(extremes.each(lambda x: _gap(self.needle(x), walls, free)), t, closed=True)
+        found = extremes.least(lambda t: _gaps(self.needles(t), walls, free), t, closed=True)
         return found.value, found.place % TURN
 
 
-def _gap(corners: Array, walls: Any, free: Any) -> float:
-    """Distance of a needle from the walls [m]; where it cuts them, less the depth of the cut."""
-    from shapely import Point, Polygon, get_coordinates
+def _gaps(corners: Array, walls: Any, free: Any) -> Array:
+    """Distances (n,) of needles (n, 4, 2) from the walls [m]; where one cuts them, less the depth of the cut."""
+    import shapely
 
-    needle = Polygon(corners * 1000)
-    if not needle.intersects(walls):
-        return float(needle.distance(walls)) / 1000
-    cut = get_coordinates(needle.intersection(walls))
-    return -max(float(Point(corner).distance(free)) for corner in cut) / 1000
+    needles = shapely.polygons(corners * 1000)
+    found: Array = shapely.distance(needles, walls)
+    for i in np.flatnonzero(shapely.intersects(needles, walls)):
+        cut = shapely.points(shapely.get_coordinates(shapely.intersection(needles[i], walls)))
+        found[i] = -shapely.distance(cut, free).max()
+    return found / 1000
