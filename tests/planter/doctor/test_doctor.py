@@ -3,6 +3,7 @@
 import os
 import platform
 import shutil
+from functools import cache
 from pathlib import Path
 
 import casadi as ca
@@ -12,15 +13,23 @@ import planter
 from planter.doctor import examination
 from planter.kernels import backends, bundled, compiler, toolchain
 from planter.planting.file import load
+from planter.planting.functions import Model
 from planter.planting.model import Device
 from tests.support.cli import answer, run
 from tests.support.lanes import needs_compiler, path_of
+
+
+@cache
+def _device(model: Model) -> Device:
+    """Made once; what is foreseen of it is looked up anew at every examination."""
+    return Device(load(examination.MACHINE), model)
 
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
     monkeypatch.delenv("PLANTER_KERNELS", raising=False)
+    monkeypatch.setattr(examination, "Device", lambda machine, model: _device(model))
     return tmp_path / "cache"
 
 
@@ -59,7 +68,9 @@ def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
     assert ways_of(found)["slopes"] == ("lanes", False)
     (path,) = folder.iterdir()
     assert (found["cache"]["files"], found["cache"]["bytes"]) == (1, path.stat().st_size)
-    path.write_bytes(path.read_bytes()[:-1])
+    shorter = path.read_bytes()[:-1]
+    path.unlink()  # what this process has loaded stays whole
+    path.write_bytes(shorter)
     found = examined()
     assert found["cache"]["damaged"] == 1
     assert ways_of(found)["support"] == ("lanes", False)
@@ -107,6 +118,7 @@ def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Mon
 @needs_compiler
 def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the functions that take seconds left out."""
+    monkeypatch.setattr(examination, "Device", Device)
     quick = examination._used
     monkeypatch.setattr(examination, "_used", lambda device: quick(device)[3:4])
     monkeypatch.setattr(Device, "compile", lambda self: None)
