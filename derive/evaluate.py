@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 
 import mpmath
 import sympy as sp
@@ -116,6 +117,10 @@ class Point:
 
 
 def _number(value: object) -> mpf:
-    if isinstance(value, sp.Basic):
+    return _constant(value) if isinstance(value, sp.Basic) else mpf(value)
+
+
+@cache
+def _constant(value: Basic) -> mpf:
+    with mpmath.workdps(DIGITS + GUARD):
         return mpf(sp.N(value, DIGITS + GUARD))
-    return mpf(value)

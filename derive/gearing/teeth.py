@@ -5,6 +5,8 @@ In terms of curvatures, so that a straight or hollow place is no exception.
 
 from __future__ import annotations
 
+from functools import cache
+
 import sympy as sp
 from sympy import Expr, S, pi
 
@@ -49,14 +51,23 @@ LEAST = sp.Rational(1, 10**12)
 
 def path_of_action(radius: Expr, addendum: Expr, angle: Expr) -> Expr:
     """Length of the line of action from the pitch point to where it leaves the circle through the tips of the teeth."""
+    r, h, alpha = _GENERIC
+    return _generic_path().subs({r: radius, h: addendum, alpha: angle})
+
+
+_GENERIC = sp.symbols("r h alpha", positive=True)
+
+
+@cache
+def _generic_path() -> Expr:
+    """The path of action of a radius, an addendum and a pressure angle that are plain symbols."""
     s = sp.Symbol("s")
-    r, h, alpha = sp.symbols("r h alpha", positive=True)
+    r, h, alpha = _GENERIC
     centre = Vec(TRANSVERSE, (S.Zero, -r, S.Zero))
     line = unit(Frame("line of action", TRANSVERSE, Z, alpha), X).resolved(TRANSVERSE)
     arm = s * line - centre
     leaves = sp.solve(sp.expand(arm.dot(arm) - (r + h) ** 2), s)
-    found = next(root for root in leaves if root.subs({r: 1, h: 1, alpha: pi / 6}) > 0)
-    return found.subs({r: radius, h: addendum, alpha: angle})
+    return next(root for root in leaves if root.subs({r: 1, h: 1, alpha: pi / 6}) > 0)
 
 
 def base_pitch(pitch: Expr, angle: Expr) -> Expr:

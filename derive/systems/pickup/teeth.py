@@ -5,6 +5,8 @@ At a contact a non-circular gear meshes like the circular gear of its radius of 
 
 from __future__ import annotations
 
+from functools import cache
+
 import sympy as sp
 from sympy import Expr, S, cos, pi, sin
 
@@ -76,6 +78,7 @@ def falls_with_module() -> bool:
     return bool(path.subs(module, 0) == 0 and bend.is_negative)
 
 
+@cache
 def _path_of_positives() -> tuple[Expr, sp.Symbol, sp.Symbol]:
     """Path of action, module and addendum coefficient, all in positive symbols (slope: tangent of the angle)."""
     module, coefficient, radius, slope = sp.symbols("module coefficient radius slope", positive=True)

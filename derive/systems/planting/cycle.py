@@ -11,7 +11,8 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from ...evaluate import Point
+from ...evaluate import DIGITS, GUARD, Point
+from ...formulas import value
 from ...gearing import meshing
 from ...gearing.meshing import FAMILIES, PitchCurve
 from ...machine_file import MachineFile
@@ -30,7 +31,7 @@ class Gears:
     """A pitch curve in numbers: contact with its conjugate at a polar angle."""
 
     def __init__(self, curve: PitchCurve, values: dict[sp.Symbol, Any]) -> None:
-        self.curve, self.values = curve, values
+        self.curve, self.values, self.ratio = curve, values, curve.ratio()
         self.steps = (*meshing.parameter_steps(), *meshing.contact_steps(curve))
         self.distance = self._closed()
         self.contact = cache(self._contact)
@@ -45,7 +46,13 @@ class Gears:
         return mpmath.findroot(lambda a: self._turned(mpmath.pi, a) - mpmath.pi, bracket, solver="anderson")
 
     def _turned(self, u: Any, a: Any) -> Any:
-        return mpmath.quad(lambda v: Point({**self.values, meshing.u: v, meshing.a: a})(self.curve.ratio()), [0, u])
+        known = {**self.values, meshing.a: a}
+
+        def ratio(v: Any) -> mpf:
+            with mpmath.workdps(DIGITS + GUARD):
+                return value(self.ratio, known | {meshing.u: v})
+
+        return mpmath.quad(ratio, [0, u])
 
     def _contact(self, t: Any) -> tuple[Any, ...]:
         point = Point({**self.values, meshing.a: self.distance, meshing.t: t})

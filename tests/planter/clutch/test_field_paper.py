@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from planter.clutch.field import NEAREST_ZERO, evaluate
-
-RESULT = evaluate().result
+from planter.clutch.results.field import FieldTest
 
 RANGE = {
     "Y1": {"A": ("9.8", "6.3", "3.3", "6.5"), "B": ("5.3", "6.5", "7.6", "2.3"), "C": ("5.2", "6.3", "7.9", "2.7")},
@@ -35,13 +36,18 @@ ANOVA = {
 REDUCTION = {"Y1": "82.4", "Y2": "45.5"}
 
 
+@cache
+def result() -> FieldTest:
+    return evaluate().result
+
+
 def printed_as(value: float, text: str) -> bool:
     """Whether a number, rounded to as many places as are printed, is the printed one."""
     return f"{value:.{len(text.partition('.')[2])}f}" == text
 
 
 def compared(measure: str, speed: float) -> dict:
-    (found,) = [r for r in RESULT.comparison if (r.measure, r.speed_m_s) == (measure, speed)]
+    (found,) = [r for r in result().comparison if (r.measure, r.speed_m_s) == (measure, speed)]
     return found
 
 
@@ -49,7 +55,7 @@ def test_range_analysis_is_as_printed_but_for_one_number_that_was_cut_off() -> N
     differing = []
     for response, factors in RANGE.items():
         for factor, texts in factors.items():
-            found = RESULT.range[response][factor]
+            found = result().range[response][factor]
             for place, (value, text) in enumerate(zip([*found.k, found.R], texts, strict=True), 1):
                 if not printed_as(value, text):
                     differing.append((response, factor, place, round(value, 4)))
@@ -57,9 +63,9 @@ def test_range_analysis_is_as_printed_but_for_one_number_that_was_cut_off() -> N
 
 
 def test_order_and_best_levels_of_range_analysis_are_as_printed() -> None:
-    assert RESULT.order == {"Y1": ["A", "C", "B"], "Y2": ["B", "A", "C"]}
-    assert RESULT.range_best == {"Y1": [3, 1, 1], "Y2": [3, 1, 3]}
-    k = {name: RESULT.range[name]["C"].k for name in ("Y1", "Y2")}
+    assert result().order == {"Y1": ["A", "C", "B"], "Y2": ["B", "A", "C"]}
+    assert result().range_best == {"Y1": [3, 1, 1], "Y2": [3, 1, 3]}
+    k = {name: result().range[name]["C"].k for name in ("Y1", "Y2")}
     assert printed_as(k["Y1"][1] - k["Y1"][0], "1.1")
     assert printed_as(k["Y2"][2] - k["Y2"][1], "1.3")
 
@@ -67,7 +73,7 @@ def test_order_and_best_levels_of_range_analysis_are_as_printed() -> None:
 def test_analysis_of_variance_is_as_printed() -> None:
     for response, sources in ANOVA.items():
         for source, texts in sources.items():
-            row = RESULT.anova[response][source]
+            row = result().anova[response][source]
             values = [getattr(row, key) for key in ("ss", "ms", "F", "p") if hasattr(row, key)]
             assert row.df == (8 if source == "total" else 2)
             assert all(printed_as(v, t) for v, t in zip(values, texts, strict=True)), (response, source, values)
@@ -78,8 +84,8 @@ def test_ratios_of_rounded_mean_squares_are_not_what_is_printed() -> None:
 
 
 def test_the_joint_optimum_is_as_printed_and_that_of_one_response_is_not_its_range_optimum() -> None:
-    assert RESULT.best == {"Y1": [3, 1, 1], "Y2": [1, 1, 3], "both": [3, 1, 1]}
-    at = {tuple(row.levels): row.means for row in RESULT.prediction}
+    assert result().best == {"Y1": [3, 1, 1], "Y2": [1, 1, 3], "both": [3, 1, 1]}
+    at = {tuple(row.levels): row.means for row in result().prediction}
     assert len(at) == 27
     assert abs(at[1, 1, 3]["Y2"]) < 0.3 < 5 < abs(at[3, 1, 3]["Y2"])
 
@@ -94,7 +100,7 @@ def test_of_the_two_reductions_only_that_at_engagement_is_significant() -> None:
     assert compared("Y1", 2.0).p_holm < 0.05
     assert compared("Y2", 1.5).p_value > 0.5
     assert compared("Y2", 2.0).reduction_percent < 0
-    seeding = [r for r in RESULT.comparison + RESULT.other_comparisons if r.measure == "qualified_percent"]
+    seeding = [r for r in result().comparison + result().other_comparisons if r.measure == "qualified_percent"]
     assert len(seeding) == 6
     assert min(r.p_value for r in seeding) > 0.3
 

@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,10 @@ from planter.records import schema
 from tests.support import machines
 from tests.support.cli import answer, refusal, run
 
-NAMED = {name for one in dictionary.every() for name in (one.name, one.key) if name}
+
+@cache
+def named() -> set[str]:
+    return {name for one in dictionary.every() for name in (one.name, one.key) if name}
 
 
 def numeric_keys(node: Any) -> Iterator[str]:
@@ -35,8 +39,8 @@ def test_every_key_of_every_schema_that_carries_a_number_is_explained() -> None:
     files = list(schema.FOLDER.glob("*.json"))
     keys = {key for path in files for key in numeric_keys(json.loads(path.read_text(encoding="utf-8")))}
     assert len(keys) > 200
-    assert keys <= NAMED
-    assert "made_up_N" not in NAMED
+    assert keys <= named()
+    assert "made_up_N" not in named()
 
 
 def test_every_symbol_of_every_model_is_explained_with_its_own_words() -> None:
@@ -51,14 +55,14 @@ def test_every_symbol_of_every_model_is_explained_with_its_own_words() -> None:
 def test_every_number_of_a_machine_file_is_explained(name: str) -> None:
     for path in machines.machine(name).numbers():
         whole = path.partition("[")[0]
-        assert {whole, whole.rpartition(".")[2]} & NAMED, path
+        assert {whole, whole.rpartition(".")[2]} & named(), path
 
 
 def test_every_column_of_the_planting_device_is_explained() -> None:
     for model in ("exact", "printed"):
         device = machines.device("wang2017", model)
         columns = cycle.cycle(device, device.prologue(device.design), np.zeros(1)).columns()
-        assert columns.keys() <= NAMED
+        assert columns.keys() <= named()
 
 
 CALLS = (
@@ -78,7 +82,7 @@ def test_every_column_that_a_command_writes_is_explained(call: tuple[str, ...], 
     for path in written:
         head, *rows = (row for row in csv.reader(path.open(encoding="utf-8")) if not row[0].startswith("#"))
         numeric = [name for name, cell in zip(head, rows[0], strict=True) if _is_number(cell)]
-        assert set(numeric) <= NAMED, path.name
+        assert set(numeric) <= named(), path.name
 
 
 def _is_number(cell: str) -> bool:

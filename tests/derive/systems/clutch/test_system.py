@@ -26,19 +26,24 @@ from derive.systems.clutch import claims, geometry, rotor
 from derive.systems.clutch import model as clutch_model
 from derive.systems.clutch import quantities as q
 from derive.systems.clutch.vocabulary import ClutchClaim
+from planter.kernels import generated
 from planter.kernels.formulas import load
 from tests.support import xp_complex, xp_mpmath
+from tests.support.late import LateDict
 from tests.support.made_up import MadeUpClaim
 
-MODELS = {
-    model.name: model
-    for model in (
-        clutch_model.exact(),
-        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING),
-        rotor.exact(),
-    )
-}
-FORMS = [(name, form.name) for name, model in MODELS.items() for form in model.closed_forms]
+NAMES = ("clutch_exact", "clutch_printed", "clutch_rotor")
+MODELS = LateDict(
+    lambda: {
+        model.name: model
+        for model in (
+            clutch_model.exact(),
+            clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING),
+            rotor.exact(),
+        )
+    }
+)
+FORMS = [(name, form) for name in NAMES for form in generated.sidecar(name)["functions"]]
 XP = SimpleNamespace(**{**vars(xp_complex), "arccos": np.arccos, "arcsin": np.arcsin})
 START: dict[str, Any] = {
     "a": 0.017, "theta": 1.3, "flats": 0.02, "r": 0.0048, "b1": 0.0107, "b2": 0.011, "phi": 0.3, "mu": 0.15, "F1": 60.0,
@@ -60,6 +65,10 @@ def inputs(form: ClosedForm, values: dict[str, Any]) -> dict[str, Any]:
 
 def array(name: str, form: str, xp: Any, given: dict[str, Any]) -> tuple[Any, ...]:
     return getattr(importlib.import_module(f"generated.array.{name}"), form)(xp, **given)
+
+
+def test_every_function_is_tried() -> None:
+    assert [(name, form.name) for name, model in MODELS.items() for form in model.closed_forms] == FORMS
 
 
 @pytest.mark.parametrize(("name", "form"), FORMS)
@@ -121,7 +130,7 @@ def test_printed_forms_satisfy_the_printed_equations_and_no_others(form: str) ->
         assert abs(residual) < 1e-14, equation.number
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_symbol_is_described_and_every_step_has_its_dimension(name: str) -> None:
     for form in MODELS[name].closed_forms:
         for step in form.steps:

@@ -20,11 +20,12 @@ from derive.quantity import Quantity
 from derive.systems.mapping import claims, dyads, train
 from derive.systems.mapping import quantities as q
 from derive.systems.mapping.vocabulary import MappingClaim
+from tests.support.late import LateDict, LateList
 
-CLAIMS = {str(claim): equation for claim, equation in claims.formulas().equations.items()}
+CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.formulas().equations.items()})
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
 JUDGED = {n: e for n, e in PRINTED.items() if not isinstance(e.claims, Definition)}
-POINTS = [claims.admissible(random.Random(seed)) for seed in range(3)]
+POINTS = LateList(lambda: [claims.admissible(random.Random(seed)) for seed in range(3)])
 Point = Mapping[Quantity, mp.mpf]
 
 # The poses of the patent with the first angle as its mapping parameters have it: its text omits the minus sign.

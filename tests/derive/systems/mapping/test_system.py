@@ -1,6 +1,7 @@
 """The emitted formulas of the mapping: derived linkage, limits and curvature against geometry by complex numbers."""
 
 import random
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -16,9 +17,10 @@ from derive.systems.mapping import linkage
 from derive.systems.mapping import model as formulas
 from derive.systems.mapping import quantities as q
 from planter.kernels import generated
+from tests.support.late import LateDict
 
-EXACT = formulas.exact()
-FORMS = {form.name: form for form in EXACT.closed_forms}
+exact = cache(formulas.exact)
+FORMS = LateDict(lambda: {form.name: form for form in exact().closed_forms})
 
 
 def run(form: ClosedForm, known: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
@@ -32,7 +34,7 @@ def run(form: ClosedForm, known: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
 def point(seed: int) -> dict[sp.Symbol, mp.mpf]:
     """Random values of all inputs."""
     rng = random.Random(seed)
-    symbols = {s for form in EXACT.closed_forms for given in form.inputs for s in _entries(given)}
+    symbols = {s for form in exact().closed_forms for given in form.inputs for s in _entries(given)}
     return {s: mp.mpf(rng.uniform(0.3, 1.5)) for s in sorted(symbols, key=str)}
 
 
@@ -183,7 +185,7 @@ def test_either_reading_of_the_split_gives_the_same_gears() -> None:
 
 
 def test_every_step_has_one_dimension() -> None:
-    for form in EXACT.closed_forms:
+    for form in exact().closed_forms:
         for step in form.steps:
             assert dimension(step.expr) in (None, of_unit(step.symbol.unit))
     first = FORMS["image"].steps[0]
@@ -203,7 +205,7 @@ def written(system: System) -> dict[str, str]:
 
 
 def test_generated_module_is_that_of_the_derivation() -> None:
-    made = written(EXACT)
+    made = written(exact())
     with open(generated.module("mapping_exact").__file__, encoding="utf-8") as file:
         assert file.read() == made["py"]
     assert generated.sidecar("mapping_exact")["functions"].keys() == FORMS.keys()

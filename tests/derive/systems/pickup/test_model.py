@@ -16,12 +16,20 @@ from derive.systems.pickup import claims, model, points
 from derive.systems.pickup import quantities as q
 from derive.systems.pickup.vocabulary import PickupClaim
 from planter.kernels.formulas import load
+from tests.support.late import LateList
 
 MODEL = load("pickup_exact")
 TEETH = load("gear_teeth")
-CYCLE = claims.reference(24)
-POINTS = [claims.admissible(random.Random(seed)) for seed in range(12)]
+CYCLE = LateList(lambda: claims.reference(24))
+POINTS = LateList(lambda: [claims.admissible(random.Random(seed)) for seed in range(12)])
+IN_CYCLE, AT_RANDOM = ([(points, k) for k in range(count)] for points, count in ((CYCLE, 20), (POINTS, 12)))
 Point = Mapping[Quantity, mp.mpf]
+
+
+@pytest.fixture
+def point(request: pytest.FixtureRequest) -> Point:
+    points, k = request.param
+    return points[k]
 
 
 def numbers(point: Point, *symbols: Quantity) -> np.ndarray:
@@ -33,7 +41,7 @@ def agrees(found: Mapping[str, float], point: Point, *symbols: Quantity) -> None
         assert found[str(symbol)] == pytest.approx(float(point[symbol]), rel=1e-11, abs=1e-13), symbol
 
 
-@pytest.mark.parametrize("point", [*CYCLE[::5], *POINTS])
+@pytest.mark.parametrize("point", [*IN_CYCLE[::5], *AT_RANDOM], indirect=True)
 def test_places_and_velocities(point: Point) -> None:
     triangle = numbers(point, q.L1, q.L2, q.gamma, q.a1, q.a2, q.beta1)
     slope = float(1 / point[q.iZ])
@@ -42,7 +50,7 @@ def test_places_and_velocities(point: Point) -> None:
     agrees(found, point, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
 
 
-@pytest.mark.parametrize("point", CYCLE)
+@pytest.mark.parametrize("point", IN_CYCLE, indirect=True)
 def test_law_pitch_curves_and_contact(point: Point) -> None:
     t = float(point[q.phi5] - point[q.phi50])
     machine = MachineFile.read(points.MACHINE)
@@ -60,7 +68,7 @@ def test_law_pitch_curves_and_contact(point: Point) -> None:
     agrees(TEETH.at("contact_ratio", **bends, teeth=numbers(point, q.m, q.ha1, q.ha2, q.alpha0)), point, q.epsilon)
 
 
-@pytest.mark.parametrize("point", [CYCLE[0], *POINTS])
+@pytest.mark.parametrize("point", [IN_CYCLE[0], *AT_RANDOM], indirect=True)
 def test_contact_ratio_in_curvatures_is_the_one_in_radii(point: Point) -> None:
     bends = {f"kappa{i}": float(1 / point[rho]) for i, rho in ((1, q.rho1), (2, q.rho2))}
     if min(bends.values()) > 0:
@@ -72,7 +80,7 @@ def test_a_straight_pitch_curve_has_the_path_of_a_rack() -> None:
     assert [found["g1"], found["g2"]] == pytest.approx([0.0024 / np.sin(0.35), 0.002 / np.sin(0.35)])
 
 
-@pytest.mark.parametrize("point", [CYCLE[0], *POINTS])
+@pytest.mark.parametrize("point", [IN_CYCLE[0], *AT_RANDOM], indirect=True)
 def test_helical_pair_and_triangle(point: Point) -> None:
     given = numbers(point, q.L1, q.gamma, q.a2, q.m_n, q.z_1, q.z_2, q.B, q.alpha_n, q.ha_n)
     agrees(MODEL.at("carrier", carrier=given), point, q.beta, q.alpha_t, q.epsilon_h, q.beta1, q.U1, q.a1)
@@ -94,6 +102,10 @@ def test_the_inverse_of_the_triangle_keeps_its_digits(phi1: float) -> None:
     by_cosine = np.arccos((0.09**2 + 0.16**2 - abs(complex(tip)) ** 2) / (2 * 0.09 * 0.16))
     if 1e-10 < abs(phi1 - 2 * np.pi) < 1e-8:
         assert abs(by_cosine - abs(phi1 - 2 * np.pi)) > 1e-10
+
+
+def test_no_place_of_the_cycle_is_left_out() -> None:
+    assert (len(CYCLE), len(POINTS)) == (len(IN_CYCLE), len(AT_RANDOM))
 
 
 def test_bars_follow_from_the_extremes() -> None:
