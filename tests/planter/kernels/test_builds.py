@@ -183,8 +183,8 @@ def test_a_compilation_that_takes_too_long(folder: Path, tmp_path: Path, monkeyp
 def test_a_first_simulation_waits_for_no_compiler(folder: Path, tmp_path: Path) -> None:
     """With a compiler that never ends, and with none, it says the same; it leaves nothing in the cache."""
 
-    def simulated(cc: object) -> dict:  # type: ignore[type-arg]
-        command = [sys.executable, "-m", "planter", "simulate", "wang2017", "--out", str(tmp_path / "out"), "--json"]
+    def simulated(cc: object, *more: str) -> dict:  # type: ignore[type-arg]
+        command = [sys.executable, "-m", "planter", "simulate", "wang2017", *more, "--json"]
         environment = os.environ | {"CC": str(cc)}
         done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True, timeout=180)
         assert done.stderr == b""
@@ -192,6 +192,6 @@ def test_a_first_simulation_waits_for_no_compiler(folder: Path, tmp_path: Path) 
 
     slow = compiler_that("sleep 100", tmp_path)
     slow.write_text(f"#!/bin/sh\ntouch '{tmp_path / 'called'}'\nsleep 100\n")
-    assert simulated(slow) == simulated("no-such-compiler")
+    assert simulated(slow, "--out", str(tmp_path / "out")) == simulated("no-such-compiler")
     assert not (tmp_path / "called").exists()
     assert not folder.exists()
