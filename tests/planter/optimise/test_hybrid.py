@@ -19,7 +19,7 @@ from planter.planting.search import Interrupted
 from planter.progress import Phase
 from tests.planter.optimise import toys
 
-N, STARTS = 60, 3
+N, STARTS = 36, 2
 
 
 @pytest.fixture(scope="module")

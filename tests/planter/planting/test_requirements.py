@@ -2,8 +2,6 @@
 
 import json
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,6 +25,7 @@ from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
 from planter.planting.requirements.section import KINDS
 from planter.planting.requirements.verdict import infeasible
+from tests.support.cli import answer, run
 
 WIDE = "wang2017-wide"
 
@@ -307,27 +306,23 @@ def test_bad_requirements_are_refused_in_one_sentence(case: str, tmp_path: Path)
 # --- the commands -------------------------------------------------------------------------------------
 
 
-def planter(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "planter", *arguments], capture_output=True, text=True, check=False)
-
-
 def test_simulate_and_validate_report_them() -> None:
     keys = {"name", "value", "unit", "lower", "upper", "margin", "phi_deg"}
     for command in ("simulate", "validate"):
-        found = json.loads(planter(command, WIDE, "--json").stdout)["requirements"]
+        found = answer(command, WIDE)["requirements"]
         assert [entry["name"] for entry in found] == [kind.name for kind in KINDS if kind.needs != ("points_mm",)]
         assert all(keys <= set(entry) for entry in found)
-    assert "requirements" not in json.loads(planter("simulate", "wang2017", "--json").stdout)
+    assert "requirements" not in answer("simulate", "wang2017")
 
 
 @pytest.mark.long
 def test_optimise_answers_infeasible_requirements_with_exit_code_1() -> None:
     call = ("optimise", WIDE, "--method", "ipopt", "--starts", "1", "--samples", "36", "--json",
             "--set", "funnel_speed_margin_m_s=0.05")  # fmt: skip
-    done = planter(*call)
-    assert done.returncode == 1
-    answer = json.loads(done.stdout)
-    assert answer["error"]["name"] == "Infeasible"
-    assert "funnel_speed" in answer["error"]["message"]
-    assert {"name", "amount", "unit", "phi_deg"} <= set(answer["partial"]["violations"][0])
-    assert "Traceback" not in done.stderr
+    code, out, err = run(*call)
+    assert code == 1
+    told = json.loads(out)
+    assert told["error"]["name"] == "Infeasible"
+    assert "funnel_speed" in told["error"]["message"]
+    assert {"name", "amount", "unit", "phi_deg"} <= set(told["partial"]["violations"][0])
+    assert "Traceback" not in err
