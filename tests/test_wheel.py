@@ -94,15 +94,18 @@ def run(folder: Path, *command: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run([*map(str, command)], cwd=folder, env=CLEAN, capture_output=True, text=True, check=False)
 
 
-def test_the_wheel_optimises_in_an_empty_environment(environment: Path, tmp_path: Path) -> None:
-    result = json.loads(run(tmp_path, environment / "planter", "optimise", "wang2017", "--json").stdout)
+@pytest.mark.parametrize("options", [("--method", "ipopt", "--starts", "1"), pytest.param((), marks=pytest.mark.long)])
+def test_the_wheel_optimises_in_an_empty_environment(
+    options: tuple[str, ...], environment: Path, tmp_path: Path
+) -> None:
+    result = json.loads(run(tmp_path, environment / "planter", "optimise", "wang2017", *options, "--json").stdout)
     assert result["objective"] < result["start_objective"]
     assert result["certificate"]["kkt_residual"] < 1e-6
 
 
 @pytest.fixture(scope="module")
 def examples(wheel: Path, environment: Path, fetched: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what is derived of the examples, in the environment that SymPy was added to then."""
+    """A folder with the examples, in the environment that SymPy was added to then."""
     place = tmp_path_factory.mktemp("examples")
     for path in EXAMPLES.glob("*.*"):
         shutil.copy(path, place)
@@ -110,11 +113,14 @@ def examples(wheel: Path, environment: Path, fetched: bool, tmp_path_factory: py
     assert (without.returncode, without.stdout) == (2, ""), "SymPy must not be there yet"
     assert "pip install 'planter[derive]'" in without.stderr
     install(environment.parent, wheel, fetched, "derive")
-    (place / "mechanisms").mkdir()
-    for name in MECHANISMS:
-        shutil.copy(EXAMPLES / f"{name}.py", place / "mechanisms")
-    told(run(place, environment / "planter", "derive", "mechanisms", "--out", "generated", "--json"))
     return place
+
+
+@pytest.fixture
+def derived(name: str, environment: Path, examples: Path, tmp_path: Path) -> Path:
+    """A folder with what is derived of one example."""
+    told(run(tmp_path, environment / "planter", "derive", examples / f"{name}.py", "--out", "generated", "--json"))
+    return tmp_path
 
 
 def told(done: subprocess.CompletedProcess[str]) -> Any:
@@ -147,20 +153,20 @@ def test_a_file_of_ones_own_is_derived_and_evaluated_from_the_wheel(environment:
 
 
 @pytest.mark.parametrize("name", ["cam_follower", *(long(name) for name in TURNED if name != "cam_follower")])
-def test_an_example_turns_and_is_optimised_from_the_wheel(name: str, environment: Path, examples: Path) -> None:
-    turn = told(run(examples, environment / "planter", "turn", name, "--samples", "36", "--json"))
+def test_an_example_turns_and_is_optimised_from_the_wheel(name: str, environment: Path, derived: Path) -> None:
+    turn = told(run(derived, environment / "planter", "turn", name, "--samples", "36", "--json"))
     assert max(law["violation"] for law in turn["laws"]) < 1e-9
     options = ("--least", TURNED[name], "--starts", "1", "--out", f"best {name}", "--json")
-    best = told(run(examples, environment / "planter", "optimise", name, *options))
+    best = told(run(derived, environment / "planter", "optimise", name, *options))
     assert best["objective"] < best["start_objective"]
-    again = told(run(examples, environment / "planter", "turn", f"best {name}/optimum.toml", "--json"))
+    again = told(run(derived, environment / "planter", "turn", f"best {name}/optimum.toml", "--json"))
     assert again["machine"] == turn["machine"]
 
 
 @pytest.mark.parametrize("name", [long(name) for name in MOVED])
-def test_an_example_moves_by_itself_from_the_wheel(name: str, environment: Path, examples: Path) -> None:
+def test_an_example_moves_by_itself_from_the_wheel(name: str, environment: Path, derived: Path) -> None:
     options = ("--until", MOVED[name], "--points", "5", "--json")
-    found = told(run(examples, environment / "planter", "move", name, *options))
+    found = told(run(derived, environment / "planter", "move", name, *options))
     assert found["until_s"] == float(MOVED[name])
     assert found["redundant_constraints"] == 0
 

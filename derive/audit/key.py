@@ -22,8 +22,6 @@ from ..quantity import Quantity
 from .case import AS_READ, Case, Choice
 
 ROOT = Path(__file__).parents[2]
-DIGITS = 30
-"""Digits of a value at an admissible point."""
 CYCLE_DIGITS = 6
 """Digits of a value along the cycle, of the largest there: some systems interpolate in floating point."""
 
@@ -123,7 +121,7 @@ def _name(symbol: sp.Symbol) -> str:
 
 
 def _at(symbol: sp.Symbol, point: Point) -> str:
-    return mpmath.nstr(point(symbol), DIGITS) if symbol in point else "-"
+    return point.digits(symbol) if symbol in point else "-"
 
 
 def _along(symbol: sp.Symbol, cycle: list[Point]) -> str:

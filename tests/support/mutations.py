@@ -45,6 +45,7 @@ class Mutant:
         return self.what.count(", ") + 1 if self.kind == "several" else 1
 
 
+@cache
 def tried(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
     asked = questions(name, equation.number)
@@ -57,11 +58,18 @@ def questions(name: str, number: str) -> list[Question]:
     return [replace(q, numbers=(number,)) for q in CASES[name].paper.questions if number in q.numbers]
 
 
-def _like(name: str, paper: Paper) -> Case:
-    """The case of a paper with another text, at the same points."""
+def at_its_points(name: str, paper: Paper) -> Case:
+    """The case of another paper with what the subject of a known one says, at the same points."""
     own = CASES[name]
     case = replace(own, paper=paper)
-    vars(case).update({key: getattr(own, key) for key in ("claims", "points", "cycle", "words", "directions")})
+    vars(case).update({key: getattr(own, key) for key in ("claims", "points", "cycle")})
+    return case
+
+
+def _like(name: str, paper: Paper) -> Case:
+    """The case of a paper with another text, of which it speaks in the same words."""
+    case = at_its_points(name, paper)
+    vars(case).update({key: getattr(CASES[name], key) for key in ("words", "directions")})
     return case
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from derive.audit import trial as trials
 from derive.audit.laws import Law
+from derive.audit.record import Record
 from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, findings
 from derive.evaluate import Point
 from derive.model import Let
@@ -38,6 +39,12 @@ def repaired(printed: Trial) -> Trial:
     return with_repairs(printed, printed.suspects)
 
 
+@pytest.fixture(scope="module")
+def records(printed: Trial) -> list[Record]:
+    """What is found of the print."""
+    return findings("print", printed)
+
+
 def with_repairs(trial: Trial, numbers: list[str]) -> Trial:
     side, frame = trial.side, trial.frame
     for number in numbers:
@@ -61,8 +68,7 @@ def test_repairing_what_does_not_hold_restores_every_law(repaired: Trial) -> Non
     assert {record["violation"] for record in findings("repaired", repaired)} == {0.0}
 
 
-def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed: Trial) -> None:
-    records = findings("print", printed)
+def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed: Trial, records: list[Record]) -> None:
     broken = [r for r in records if r["violation"]]
     assert broken
     for record in broken:
@@ -178,8 +184,8 @@ def test_a_repair_breaks_no_law_that_the_print_keeps(printed: Trial, tag: str) -
     assert printed.causes(push) == Causes([(f"{tag}1", f"{tag}2", f"N{tag}")])
 
 
-def test_shares_add_up_to_the_violation_and_are_sorted(printed: Trial) -> None:
-    for record in findings("print", printed):
+def test_shares_add_up_to_the_violation_and_are_sorted(records: list[Record]) -> None:
+    for record in records:
         shares = record["shares"]
         assert [s["equation"] for s in shares] != [] or not record["violation"]
         assert sum(s["shapley"] for s in shares) == pytest.approx(record["violation"], rel=5e-3)
@@ -196,8 +202,8 @@ def test_shares_of_two_equations_by_hand(printed: Trial) -> None:
     assert first.shapley == pytest.approx(((sizes[0] - sizes[2]) + (sizes[1] - sizes[3])) / 2)
 
 
-def test_every_search_of_the_record_was_exhaustive(printed: Trial) -> None:
-    assert {record["search"] for record in findings("print", printed)} == {"exhaustive"}
+def test_every_search_of_the_record_was_exhaustive(records: list[Record]) -> None:
+    assert {record["search"] for record in records} == {"exhaustive"}
 
 
 def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:

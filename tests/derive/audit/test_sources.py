@@ -12,10 +12,13 @@ from derive.audit.hearing import heard
 from derive.audit.mathml import GREEK
 from derive.audit.paper import Paper
 from derive.dimensions import _BASE
-from tests.support.mutations import CASES, derivable, is_sound, outcome, untouched
+from tests.support.mutations import CASES, at_its_points, derivable, is_sound, outcome, untouched
 
 SOURCES = sorted(Path(derive.audit.__path__[0]).rglob("*.py"))
 TRANSCRIBED = sorted(p for folder in ("papers", "systems") for p in (SOURCES[0].parents[1] / folder).rglob("*.py"))
+
+SHARES = 4
+"""Of the equations of a paper, each judged again in a copy of it; the long tests judge all but the first."""
 
 
 def test_the_audit_names_no_paper_and_no_equation() -> None:
@@ -37,21 +40,18 @@ def test_no_verdict_stands_in_transcriptions_or_derivations() -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_copy_under_another_name_with_other_numbers_gets_the_same_verdicts(name: str) -> None:
+@pytest.mark.parametrize("share", [pytest.param(k, marks=[pytest.mark.long] * bool(k)) for k in range(SHARES)])
+def test_a_copy_under_another_name_with_other_numbers_gets_the_same_verdicts(name: str, share: int) -> None:
     own = CASES[name]
     renamed = {number: f"copy {i}" for i, number in enumerate(own.paper.equations)}
     copied = {new: replace(own.paper.equations[old], number=new, source="copy") for old, new in renamed.items()}
     readings = {renamed[old]: reading for old, reading in own.paper.readings.items()}
     questions = [replace(q, numbers=tuple(renamed[n] for n in q.numbers)) for q in own.paper.questions]
     paper = Paper("copy", "a copy", copied, reading=own.paper.reading, readings=readings, questions=questions)
-    copy = replace(own, paper=paper)
-    for number in _quick(name):
+    copy = at_its_points(name, paper)
+    for number in derivable(name)[share::SHARES]:
         found = heard(copy, renamed[number]).kindest.judgement
         assert outcome(found) == outcome(untouched(name, number)), number
-
-
-def _quick(name: str) -> list[str]:
-    return list(derivable(name))
 
 
 def test_findings_and_corrections_do_not_stand_in_the_sources() -> None:
