@@ -78,6 +78,7 @@ def test_the_same_run_leaves_the_same_bytes_and_the_way_keeps_the_limits(tmp_pat
     assert columns["rod_angle_deg"].max() <= limits.rod_angle_deg
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_design_that_does_not_fit_is_exit_1_and_leaves_what_was_reached(tmp_path):
     code, out, err = run("design", "shi2021", "--radius-mm", "12", "--json", "--out", str(tmp_path))
     assert code == 1
@@ -94,6 +95,7 @@ def test_design_takes_shaft_travel_and_space_from_the_command_line():
     assert found["sizes"]["travel_mm"] == 4
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_rotors_in_general(tmp_path):
     found = answer("rotor", "--vertices", "3", "--sides", "4")
     assert found["exact"] is True

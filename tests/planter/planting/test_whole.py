@@ -183,6 +183,7 @@ def test_requirements_are_kept_beside_the_lengths() -> None:
     assert reached.certificate.kkt_residual < STATIONARY
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_optimum_goes_into_gears_without_scaling(tmp_path: Path) -> None:
     options = ("--teeth", "40,40", "--module", "1.31")
     best = called("optimise", "compact", *options, *OPTIONS, "--out", str(tmp_path))
