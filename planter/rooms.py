@@ -61,6 +61,7 @@ def commands(room: str) -> list[str]:
     return [*own, *(group.name for group in app.registered_groups)]
 
 
+@cache
 def folders(name: str) -> dict[str, Traversable]:
     """The folders of a name in the rooms that have one, by room."""
     places = {room: resources.files(package).joinpath(name) for room, package in rooms().items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Mapping
+from functools import cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
@@ -110,9 +111,14 @@ def _alike(table: Mapping[str, Any]) -> dict[str, float]:
 def _likeness(table: Mapping[str, Any], room: str) -> float:
     """Largest share of top-level keys that a table has in common with a built-in file of a room."""
     own = set(table) - _EVERYWHERE
+    return max((len(own & other) / len(own | other) for other in _tables(room) if own | other), default=0)
+
+
+@cache
+def _tables(room: str) -> list[set[str]]:
+    """What the tables of each built-in file of a room are called."""
     builtin = (file.read_text(encoding="utf-8") for file in _files(room) if file.name.endswith(".toml"))
-    others = [set(tomllib.loads(content)) - _EVERYWHERE for content in builtin]
-    return max((len(own & other) / len(own | other) for other in others if own | other), default=0)
+    return [set(tomllib.loads(content)) - _EVERYWHERE for content in builtin]
 
 
 def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
@@ -123,6 +129,7 @@ def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
     return not (source.lower().endswith(SUFFIXES) or Path(source).name != source or os.path.exists(source))
 
 
+@cache
 def _files(kind: str | None) -> list[Traversable]:
     found = rooms.folders("examples")
     folders = [found[kind]] if kind else [found[room] for room in sorted(found)]
