@@ -3,6 +3,7 @@
 import random
 import re
 from dataclasses import replace
+from itertools import islice
 
 import pytest
 import sympy as sp
@@ -41,8 +42,8 @@ def test_a_planted_error_changes_what_the_audit_finds(paper: str, index: int) ->
 
 @pytest.mark.parametrize("index", range(PLANTED_IN_CONTRADICTED))
 def test_a_planted_error_in_a_contradicted_equation_changes_what_the_audit_finds(index: int) -> None:
-    planted = [(p, m) for p in PAPERS for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p))]
-    paper, mutant = planted[index]
+    planted = ((p, m) for p in PAPERS for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p)))
+    paper, mutant = next(islice(planted, index, None))
     before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
     assert before.verdict == "contradicted"
     assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.what}"
