@@ -66,8 +66,8 @@ def drawn(source: str, changes: Mapping[str, float]) -> Drawn:
             return Drawn(room, labels, labels.draw(source, changes))
     known = ", ".join(sorted(draughtsmen()))
     raise InputError(
-        f"{source}: there is no such machine with a labelled drawing: it must be a file of one ({known}), or the name of "
-        f"a built-in one"
+        f"{source}: there is no such machine with a labelled drawing: it must be a file of one ({known}), or the name "
+        f"of a built-in one"
     )
 
 
