@@ -17,6 +17,7 @@ from planter import cli
 from planter.cli import app
 from planter.cli.app import application
 from planter.terminal import signals
+from planter.terminal.console import Console
 
 
 @cache
@@ -44,10 +45,25 @@ def _text(stream: io.TextIOWrapper) -> str:
 
 
 def answer(*arguments: str) -> Any:
-    """The object that a call prints with `--json`, alone on standard output; it holds no NaN."""
-    code, out, err = run(*arguments, "--json")
+    """The object that a call prints with `--json`, alone on standard output; it holds no NaN.
+
+    Its tables for people are put together beside it, and say something.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Console, "result", _both_ways(Console.result))
+        code, out, err = run(*arguments, "--json")
     assert code == 0, err
     return json.loads(out, parse_constant=pytest.fail)
+
+
+def _both_ways(result: Callable[..., None]) -> Callable[..., None]:
+    def told(console: Console, content: Any, tables: Callable[[], None]) -> None:
+        with redirect_stdout(io.StringIO()) as shown:
+            tables()
+        assert shown.getvalue().strip(), "nothing is said to people"
+        result(console, content, tables)
+
+    return told
 
 
 def refusal(*arguments: str) -> str:
