@@ -203,12 +203,22 @@ def test_of_several_entries_the_last_counts(held: Held) -> None:
     assert np.allclose([found["mass.planet_kg"].low, found["mass.planet_kg"].high], [0.9, 1.5])
 
 
+@pytest.mark.usefixtures("blank_figures")
+def test_the_command_writes_its_report(tmp_path: Path) -> None:
+    few = ("--samples", "40", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
+    found = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == found
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert all(name in page for name in found["outputs"])
+    assert len(list((tmp_path / "figures").glob("*.svg"))) > len(found["sobol"])
+
+
 @pytest.mark.long
 def test_the_command_with_the_documented_example(held: Held, tmp_path: Path) -> None:
     common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
     found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
     jsonschema.validate(found, committed("tolerance"))
-    assert found["rows"], found["index_rows"] == (500, 16 * (len(found["inputs"]) + 2))
+    assert (found["rows"], found["index_rows"]) == (500, 16 * (len(found["inputs"]) + 2))
     assert {"support_N", "M_L_Nm"} <= {path.stem.removeprefix("turn-") for path in (tmp_path / "figures").glob("*.svg")}
     assert json.loads((tmp_path / "summary.json").read_text())["hash"] == found["hash"]
     again = answer(*common, "--tolerances", str(tmp_path / "tolerances.toml"), "--no-robust")
