@@ -205,7 +205,7 @@ def test_of_several_entries_the_last_counts(held: Held) -> None:
 
 @pytest.mark.usefixtures("blank_figures")
 def test_the_command_writes_its_report(tmp_path: Path) -> None:
-    few = ("--samples", "40", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
+    few = ("--samples", "100", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
     found = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
     assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == found
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
