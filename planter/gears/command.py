@@ -13,8 +13,9 @@ import numpy as np
 from planter.errors import InputError
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gears import parts, summary
+from planter.gears.asked import Teeth, counts
 from planter.gears.curves import load_pair, path_of
-from planter.gears.options import Keep, Teeth, counts
+from planter.gears.options import Keep
 from planter.gears.parts import Parts, Placed
 from planter.gears.results import GearsFound, Scaled
 from planter.gears.rubbing import Rubbing

@@ -25,7 +25,6 @@ from planter.gears.options import (
     ShiftOption,
     StepOption,
     StlOption,
-    Teeth,
     TeethOption,
     TipRadiusOption,
     ToleranceOption,
@@ -97,15 +96,15 @@ def gears(
 ) -> None:
     console = Console(as_json)
     with console.outcome():
-        from planter.gears import command, options, room, tables
+        from planter.gears import asked, command, room, tables
 
         if (machine is None) == (curve is None):
             raise InputError("one of MACHINE and --curve must be given")
         _check("needs --out DIR to write solids to", {"--step": step and not out, "--stl": stl and not out})
-        made = options.parts(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
+        made = asked.parts(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
         own = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
         given = {name: value for name, value in own.items() if value is not None}
-        rack = Teeth(
+        rack = asked.Teeth(
             clearance=clearance,
             tip_radius=tip_radius,
             backlash_mm=backlash_mm,
@@ -122,7 +121,7 @@ def gears(
         else:
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != 1})
-            modules, numbers = options.modules(module, module1, module2), options.counts(teeth)
+            modules, numbers = asked.modules(module, module1, module2), asked.counts(teeth)
             wanted = room.Wanted(rack, made, frozenset(given), modules, numbers, keep, changes(set_), speed_rpm)
             result = room.room_of(machine).make(machine, wanted, out, console.progress)
         console.result(result, lambda: tables.show(console, result))

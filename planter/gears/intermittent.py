@@ -14,7 +14,7 @@ from planter.gearing.teeth.incomplete.gear import IncompleteGear
 from planter.gearing.teeth.incomplete.locking import Intermittent
 from planter.gearing.teeth.incomplete.proof import FREE, POSITIONS, Loose, Turn
 from planter.gears import parts, results
-from planter.gears.options import Teeth
+from planter.gears.asked import Teeth
 from planter.gears.parts import Parts, Placed
 from planter.gears.results import Extent, GearsFound, IncompleteCut, LooseMotion, LooseTurn, Ratio
 from planter.kernels import Array

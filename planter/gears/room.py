@@ -10,7 +10,8 @@ from typing import Protocol, cast
 from planter import rooms
 from planter.errors import InputError
 from planter.files import examples, text
-from planter.gears.options import Keep, Teeth
+from planter.gears.asked import Teeth
+from planter.gears.options import Keep
 from planter.gears.parts import Parts
 from planter.gears.results import GearsFound
 from planter.progress import Listener

@@ -12,7 +12,8 @@ from planter.errors import InputError
 from planter.files import examples
 from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
 from planter.gears import intermittent as made_known
-from planter.gears.options import Keep, Teeth
+from planter.gears.asked import Teeth
+from planter.gears.options import Keep
 from planter.gears.results import GearsFound
 from planter.gears.room import Wanted
 from planter.pickup import gears

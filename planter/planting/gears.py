@@ -16,8 +16,9 @@ from planter.gearing import families
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.pair import of_stage
+from planter.gears.asked import Teeth
 from planter.gears.command import Gears
-from planter.gears.options import Keep, Teeth
+from planter.gears.options import Keep
 from planter.gears.parts import Placed
 from planter.gears.results import Scaled
 from planter.kernels import Array

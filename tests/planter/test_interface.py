@@ -62,6 +62,15 @@ def test_planter_is_light_to_import() -> None:
     assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
 
 
+def test_a_command_loads_what_it_needs() -> None:
+    """What all commands are put together of knows no numbers: help, completion and refusals come at once."""
+    script = "import sys; from planter.cli.app import application; application(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert "planter.planting.commands.device" in loaded
+    assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
+    assert not {name for name in loaded if name.startswith("planter.") and ".results." in name}
+
+
 def test_derive_is_light_to_import_and_offers_the_toolkit() -> None:
     script = "import sys, derive; print('sympy' in sys.modules, *derive.__all__)"
     light, *names = subprocess.run(

@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of
-from planter.planting.results.exported import MotionWritten, Written
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, SetOption, SpeedOption
 
@@ -101,6 +100,7 @@ def motion(
     with console.outcome():
         from planter.interchange.tables.formats import FORMATS
         from planter.planting.export.motion import over_time
+        from planter.planting.results.exported import MotionWritten
 
         told = over_time(device_of(machine, model, set_, speed_rpm), turns, samples)
         files = FORMATS[format_](told)
@@ -153,5 +153,7 @@ def _write(folder: Path, files: Mapping[str, bytes]) -> list[str]:
 
 
 def _written(console: Console, folder: Path, texts: Mapping[str, str]) -> None:
+    from planter.planting.results.exported import Written
+
     paths = _write(folder, {name: text.encode() for name, text in texts.items()})
     console.result(Written(paths), lambda: print("\n".join(paths)))
