@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import null_space
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
@@ -53,6 +52,8 @@ def sensitivity(response: Response, x: Array, samples: int, held: Array | None =
     space = right[rank:]
     zero: Flags = np.linalg.norm(columns, axis=0) <= limit
     if held is not None:
+        from scipy.linalg import null_space
+
         rows = held * (response.upper - response.lower)
         rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         space = space.T @ null_space(rows @ space.T, THRESHOLD)

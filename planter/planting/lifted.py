@@ -12,7 +12,6 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import cumulative_simpson
 
 from planter.kernels import Array, Kernel, generated
 from planter.planting import cycle, flanks
@@ -130,6 +129,8 @@ class LiftedModel:
 
     def _arcs(self, turn: Turn, phi: Array) -> Iterator[Array]:
         """Length of the inner pitch curves that has passed the contact since t = 0, at each angle [m], (n,)."""
+        from scipy.integrate import cumulative_simpson
+
         machine = self.device.machine
         polar = (phi + machine.si("design.alpha3_deg"), turn.one["phi52"] + machine.si("design.beta6_deg"))
         first = len(self.device.names) - sum(len(stage.names) for stage in self.device.stages)
