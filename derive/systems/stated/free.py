@@ -8,7 +8,6 @@ from functools import cached_property
 
 import mpmath
 import numpy as np
-import scipy.integrate
 import sympy as sp
 from mpmath import mpf
 from sympy import Expr
@@ -174,6 +173,8 @@ class Free(Own):
 
     def _integrated(self, start: Sequence[float], data: Values, times: Array) -> Array:
         """States (n, 2k) in floating point. Raises MechanismError where the motion ends before."""
+        from scipy.integrate import solve_ivp
+
         size, count = len(self.coordinates), len(self._unknowns)
         rows, right = self._system
         told: dict[Quantity, Expr] = {}
@@ -189,9 +190,7 @@ class Free(Own):
             moved = np.linalg.lstsq(matrix, pushed, rcond=None)[0]
             return np.concatenate([state[size:], moved[:size]])
 
-        done = scipy.integrate.solve_ivp(
-            rates, (times[0], times[-1]), start, "LSODA", times, rtol=TOLERANCE, atol=TOLERANCE
-        )
+        done = solve_ivp(rates, (times[0], times[-1]), start, "LSODA", times, rtol=TOLERANCE, atol=TOLERANCE)
         if not done.success:
             raise MechanismError(f"{self.mechanism.name}: its motion ends at {done.t[-1]:.6g} s: {done.message}")
         states: Array = done.y.T
