@@ -21,6 +21,7 @@ from planter.kernels import generated
 from planter.mapping.printed import gearing
 from planter.pickup.printed import gearing as helical
 from tests.support.cli import below
+from tests.support.sampled import sampled
 
 PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
 EQUATION = {"paper", "equation", "legibility", "verdict", "finding", "correction", "reading", "terms"}
@@ -81,7 +82,7 @@ def test_equations_are_those_that_were_committed(whole: dict[str, Any]) -> None:
         assert summary["equations"] == {verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))}
 
 
-@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("paper", sampled(["shi2021", "yu2023"], PAPERS))
 def test_one_paper_is_a_part_of_the_whole(paper: str, whole: dict[str, Any]) -> None:
     one = answer(paper)
     assert list(one["summary"]) == [paper]
@@ -171,8 +172,10 @@ def test_every_verdict_follows_the_rule(whole: dict[str, Any]) -> None:
         ("sun2019", "Z1 of pose 4", "reproduced", "72.5089", "not reproduced"),
     ],
 )
-def test_another_print_changes_the_verdict(paper: str, quantity: str, before: str, printed: str, after: str) -> None:
-    assert found(numbers.judged(paper), paper, quantity)["verdict"] == before
+def test_another_print_changes_the_verdict(
+    paper: str, quantity: str, before: str, printed: str, after: str, whole: dict[str, Any]
+) -> None:
+    assert found(whole["numbers"], paper, quantity)["verdict"] == before
     changed = numbers.judged(paper, tampered(paper, quantity, printed))
     assert found(changed, paper, quantity)["verdict"] == after
 

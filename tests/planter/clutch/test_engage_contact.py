@@ -276,7 +276,15 @@ def test_both_clutches_read_the_same_inputs() -> None:
     assert used["dog"] - used["reuleaux"] == {"radius", "backlash", "edge", "depth", "fit"}
 
 
-def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Switching]) -> None:
+    """Beside the motions that the other tests look at."""
+    motions = iter(runs.values())
+
+    def switched(_: Clutch, given: Inputs, phase: float) -> Switching:
+        assert (given, phase) == (GIVEN, 0.0)
+        return next(motions)
+
+    monkeypatch.setattr(contact, "switch", switched)
     monkeypatch.setattr(contact, "VARIED", {"speed": contact.VARIED["speed"]})
     monkeypatch.setattr(contact, "FACTORS", (10**0.5,))
     monkeypatch.setattr(contact, "PHASES_DEG", ())

@@ -23,6 +23,7 @@ from tests.planter.studio.serving import answer, line, page_of, studio, until
 from tests.support.cli import answer as command
 
 MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
+VALUES = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
 
 
 @pytest.fixture(scope="module")
@@ -51,25 +52,28 @@ def exported(talk: ClientConnection, **message: Any) -> list[dict[str, Any]]:
     return until(talk, "files", "error")
 
 
-def test_what_is_written_is_what_the_command_writes(address: str, folder: Path, tmp_path: Path) -> None:
-    values = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
+@pytest.fixture(scope="module")
+def motion(address: str) -> list[dict[str, Any]]:
+    """The files of a machine's motion, other numbers set."""
     with line(address) as talk:
         answer(talk, "opened", ask="open", name="wang2017")
-        files = exported(talk, names=["motion-csv"], values=values, model="printed")
-    changes = [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+        return exported(talk, names=["motion-csv"], values=VALUES, model="printed")
+
+
+def test_what_is_written_is_what_the_command_writes(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
+    changes = [word for name, value in VALUES.items() for word in ("--set", f"{name}={value}")]
     command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
     own, known = folder / "exports" / "wang2017" / "motion-csv", {path.name: path for path in tmp_path.iterdir()}
-    assert {Path(one["path"]).name for one in files} == known.keys()
+    assert {Path(one["path"]).name for one in motion} == known.keys()
     table = next(name for name in known if name.endswith(".csv"))
     assert (own / table).read_text().splitlines()[-361:] == known[table].read_text().splitlines()[-361:]
 
 
-def test_what_was_written_can_be_fetched_and_nothing_else(address: str, folder: Path) -> None:
+def test_what_was_written_can_be_fetched_and_nothing_else(
+    address: str, folder: Path, motion: list[dict[str, Any]]
+) -> None:
     (folder / "secret.toml").write_text("name = 'own'", encoding="utf-8")
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="shi2021")
-        files = exported(talk, names=["report"])
-    for one in files:
+    for one in motion:
         status, content, policy = fetched(f"{address}exports/{one['path']}")
         assert (status, len(content)) == (200, one["bytes"])
         assert policy.startswith("sandbox")
@@ -77,7 +81,7 @@ def test_what_was_written_can_be_fetched_and_nothing_else(address: str, folder: 
         "../secret.toml",
         "..%2fsecret.toml",
         "%2e%2e/secret.toml",
-        "shi2021/../../secret.toml",
+        "wang2017/../../secret.toml",
         "/etc/passwd",
         "",
     )
