@@ -73,11 +73,15 @@ class Stage:
         """(u, parameters) -> polar angles of the gear [rad] at u on both segments."""
         return Kernel(families.module(self.family).polar(), lanes=["u"])
 
+    @cached_property
+    def conditions(self) -> Kernel:
+        """(parameters) -> what must be positive, as the sidecar's conditions say."""
+        return Kernel(families.module(self.family).conditions())
+
     def check_parameters(self, candidate: Candidate) -> None:
         """Raise GeometryError, naming file, key, value and bound, where a condition of the family fails."""
-        conditions = Kernel(families.module(self.family).conditions())
         order = [entry["name"] for entry in self.sidecar["parameters"]]
-        values = conditions(parameters=candidate.parameters).values()
+        values = self.conditions(parameters=candidate.parameters).values()
         for condition, value in zip(self.sidecar["conditions"], values, strict=True):
             if value[0, 0] <= 0:
                 index = order.index(condition["name"])

@@ -35,17 +35,20 @@ class Functions:
 
     def __init__(self, model: Model, stages: tuple[Stage, Stage], flank: ca.Function) -> None:
         self.sidecar = generated.sidecar(f"planting_{model}")
-        module = generated.module(f"planting_{model}")
+        self._module = generated.module(f"planting_{model}")
         contacts = [stage.contact.function for stage in stages]
-        self._stages = stages
+        self._stages, self._laws = stages, (*contacts, flank)
         self._split = np.cumsum([0, self._size("mounting"), *(len(s.names) for s in stages)]).tolist()
-        self._dynamics = module.prologue(*contacts)
-        self._lane, self._events = module.lane(*contacts, flank), module.events(*contacts, flank)
-        self._frame = module.frame()
+        self._dynamics = self._module.prologue(*contacts)
+        self._lane = self._module.lane(*self._laws)
         self.x = ca.SX.sym("x", self._split[-1])
         self.c = ca.SX.sym("c", self._size("machine"))
         self.phi = ca.SX.sym("phi")
         self.h = ca.SX.sym("h", self.prologue_function.size1_out(0))
+
+    @cached_property
+    def _frame(self) -> ca.Function:
+        return self._module.frame()
 
     def _size(self, vector: str) -> int:
         return len(self.sidecar["vectors"][vector])
@@ -116,7 +119,7 @@ class Functions:
 
     @cached_property
     def events(self) -> ca.SX:
-        return self._events(*self.lane_inputs(self.phi))
+        return self._module.events(*self._laws)(*self.lane_inputs(self.phi))
 
     @cached_property
     def inputs(self) -> list[ca.SX]:
