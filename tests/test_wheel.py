@@ -73,11 +73,14 @@ def fetched(request: pytest.FixtureRequest) -> bool:
 
 
 def install(place: Path, wheel: Path, fetched: bool, extra: str = "") -> None:
+    """Install a wheel into an environment, or let one that has it have what an extra asks for too."""
     pip = [sys.executable, "-m", "pip", "--python", str(place), "install", "--quiet", "--force-reinstall"]
     if fetched:
         more = ["--constraint", str(ROOT / "constraints.txt"), f"{wheel}[{extra}]"]
     else:
         packages.link(packages.of_wheel(wheel), extra, next(place.glob("lib/python*/site-packages")))
+        if extra:
+            return
         more = ["--no-deps", str(wheel)]
     subprocess.run([*pip, *more], cwd=place, env=CLEAN, check=True)
 

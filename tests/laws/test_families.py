@@ -6,6 +6,8 @@ Each law is a function that returns by how much it is broken; beside it stands a
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any, TypeVar
 
 import mpmath
 import numpy as np
@@ -27,9 +29,18 @@ from tests.support.joints import of_side, of_teeth
 from tests.support.sizing import Size
 
 Array = NDArray[np.float64]
+Chosen = TypeVar("Chosen", bound=tuple[object, ...])
+
+
+def sampled(cases: Sequence[Chosen], sample: Sequence[Chosen]) -> list[Any]:
+    """All cases, those of the suite bare and the others for the long tests."""
+    return [case if case in sample else pytest.param(*case, marks=pytest.mark.long) for case in cases]
+
+
 TURN = 2 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)
-every_curve = pytest.mark.parametrize(("family", "seed"), pairs.EVERY_CURVE)
+SOME_CURVES = [case for case in pairs.EVERY_CURVE if case[1] < 3]
+every_curve = pytest.mark.parametrize(("family", "seed"), sampled(pairs.EVERY_CURVE, SOME_CURVES))
 every_family = pytest.mark.parametrize("family", sorted({family for family, _ in pairs.EVERY_CURVE}))
 OFF = 1 + 1e-6
 
@@ -269,7 +280,7 @@ CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(famili
 ALWAYS_CONVEX = {("ellipse", 1.0), ("ellipse", 1.3), ("eccentric_circle", 1.0)}
 
 
-@pytest.mark.parametrize("m", [0.72, 1.0, 1.3, 2.2])
+@pytest.mark.parametrize("m", [0.72, *(pytest.param(m, marks=pytest.mark.long) for m in (1.0, 2.2)), 1.3])
 @pytest.mark.parametrize("family", CLOSED)
 def test_convexity_limits_are_where_the_least_curvature_vanishes(family: str, m: float) -> None:
     def at(swing: float) -> Array:
@@ -359,7 +370,9 @@ def test_a_radius_below_zero_between_the_joints_is_named() -> None:
 
 # --- devices -------------------------------------------------------------------------------------------
 
-every_pair = pytest.mark.parametrize(("one", "two"), pairs.PAIRS)
+SOME_PAIRS = [pair for i, pair in enumerate(pairs.PAIRS) if i % 6 == 1 or i == 20]
+"""Every family once in each stage, beside another."""
+every_pair = pytest.mark.parametrize(("one", "two"), sampled(pairs.PAIRS, SOME_PAIRS))
 
 
 def device_gap(device: Device, moving: kinematics.Machine) -> float:
@@ -399,7 +412,7 @@ def test_the_mean_support_force_is_the_weight(one: str, two: str) -> None:
     assert abs(force.mean() - weight(machine)) > 1e-5
 
 
-@pytest.mark.parametrize(("one", "two"), [pair for i, pair in enumerate(pairs.PAIRS) if i % 6 == 1 or i == 20])
+@pytest.mark.parametrize(("one", "two"), SOME_PAIRS)
 def test_gradients_agree_with_complex_steps_in_every_family(one: str, two: str) -> None:
     device, rng = Device(pairs.machine(one, two)), np.random.default_rng(6)
     for _ in range(2):
@@ -407,8 +420,9 @@ def test_gradients_agree_with_complex_steps_in_every_family(one: str, two: str) 
         assert np.abs(error).max() <= TOLERANCE * np.abs(gradient).max()
 
 
-def test_the_25_devices_are_different() -> None:
+@pytest.mark.parametrize("some", [SOME_PAIRS, pytest.param(pairs.PAIRS, marks=pytest.mark.long)], ids=len)
+def test_devices_of_different_families_are_different(some: list[tuple[str, str]]) -> None:
     phi = np.linspace(0, TURN, 50)
-    forces = np.array([model.cycle(Device(pairs.machine(*pair)), phi).totals["F_support"] for pair in pairs.PAIRS])
+    forces = np.array([model.cycle(Device(pairs.machine(*pair)), phi).totals["F_support"] for pair in some])
     gaps = np.abs(forces[:, None] - forces).max(axis=2)[np.triu_indices(len(forces), 1)]
     assert gaps.min() > 1e-3

@@ -1,8 +1,10 @@
 """Machines to test on: the built-in ones, and random valid ones drawn around them."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
+import pytest
 
 from planter.errors import PlanterError
 from planter.files import examples
@@ -26,6 +28,12 @@ BUILT_IN = tuple(examples.names("planting"))
 RANDOM = tuple(f"random {seed}" for seed in range(1, 5))
 FLANKS = ("modified sine", "3-4-5 polynomial", "modified trapezoid", "cycloidal")
 """Laws of the random machines' cams, in their order."""
+
+
+def sampled(*seeds: int) -> list[Any]:
+    """Every machine as a case of a test: of the random ones those of some seeds, the others for the long tests."""
+    chosen = {f"random {seed}" for seed in seeds}
+    return [*BUILT_IN, *(pytest.param(n, marks=() if n in chosen else pytest.mark.long) for n in RANDOM)]
 
 
 @cache

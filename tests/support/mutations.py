@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from derive.audit.hearing import heard
 from derive.audit.judgement import Judgement
 from derive.audit.paper import Paper, Question
 from derive.audit.verdicts import cases
+from derive.build.folder import GENERATED
 from derive.dimensions import DimensionError, dimension
 from derive.discovery import modules
 from derive.equations import Equation
@@ -62,7 +64,7 @@ def at_its_points(name: str, paper: Paper) -> Case:
     """The case of another paper with what the subject of a known one says, at the same points."""
     own = CASES[name]
     case = replace(own, paper=paper)
-    vars(case).update({key: getattr(own, key) for key in ("claims", "points", "cycle")})
+    vars(case).update({key: getattr(own, key) for key in ("claims", "points")})
     return case
 
 
@@ -135,8 +137,14 @@ def is_consistent(equation: Equation) -> bool:
 
 @cache
 def contradicted(name: str) -> tuple[str, ...]:
-    """Numbers of derivable equations in which something printed has no explanation."""
-    return tuple(n for n in derivable(name) if untouched(name, n).verdict == "contradicted")
+    """Numbers of derivable equations in which something printed has no explanation, as the audit recorded it."""
+    return tuple(n for n in derivable(name) if (name, n) in _contradicted())
+
+
+@cache
+def _contradicted() -> frozenset[tuple[str, str]]:
+    recorded = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))["equations"]
+    return frozenset((e["paper"], e["equation"]) for e in recorded if e["verdict"] == "contradicted")
 
 
 @cache

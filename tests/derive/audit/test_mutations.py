@@ -19,7 +19,7 @@ from tests.support.rewrites import PLACES_KEPT, REWRITES
 from tests.support.tally import is_told, tally
 
 PLANTED = 16
-"""Errors that are planted in each paper; the suite judges one in four, the long tests the others and many more."""
+"""Errors that are planted in each paper; the suite judges one in eight, the long tests the others and many more."""
 MANY = 120
 DERIVATIONS = 4
 PLANTED_IN_CONTRADICTED = 6
@@ -32,7 +32,7 @@ SOUND = ("confirmed", "confirmed as rebuilt", "untested")
 
 
 @pytest.mark.parametrize("paper", PAPERS)
-@pytest.mark.parametrize("index", [pytest.param(i, marks=[pytest.mark.long] * bool(i % 4)) for i in range(PLANTED)])
+@pytest.mark.parametrize("index", [pytest.param(i, marks=[pytest.mark.long] * bool(i % 8)) for i in range(PLANTED)])
 def test_a_planted_error_changes_what_the_audit_finds(paper: str, index: int) -> None:
     mutant = mutations.mutants(paper, PLANTED)[index]
     before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
@@ -40,7 +40,9 @@ def test_a_planted_error_changes_what_the_audit_finds(paper: str, index: int) ->
     assert before.verdict not in SOUND or after.verdict not in SOUND
 
 
-@pytest.mark.parametrize("index", range(PLANTED_IN_CONTRADICTED))
+@pytest.mark.parametrize(
+    "index", [0, 1, *(pytest.param(i, marks=pytest.mark.long) for i in range(2, PLANTED_IN_CONTRADICTED))]
+)
 def test_a_planted_error_in_a_contradicted_equation_changes_what_the_audit_finds(index: int) -> None:
     planted = ((p, m) for p in PAPERS for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p)))
     paper, mutant = next(islice(planted, index, None))

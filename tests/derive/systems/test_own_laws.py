@@ -76,11 +76,13 @@ def test_a_right_print_keeps_every_law() -> None:
     ("number", "wrong", "broken", "kept"),
     [
         ("n7", "F_Bx - 2 * q.M * s_ddot", "power", "square of the speed"),
-        ("n8", "F_By + N_G - 2 * q.M * q.g", "next to no speed", "square of the speed"),
+        pytest.param("n8", "F_By + N_G - 2 * q.M * q.g", "next to no speed", "square of the speed",
+                     marks=pytest.mark.long),
         ("n7", "F_Bx - q.M * s_ddot - q.M * q.nu * s_dot", "square of the speed", "next to no speed"),
         ("n3", "M_in + q.r * (cos(q.phi) * F_Ay - sin(q.phi) * F_Ax)", "virtual work where phi", "forces on slider"),
-        ("n6", "q.l / 2 * (sin(beta) * (F_Ax - F_Bx) - cos(beta) * (F_Ay + F_By)) - q.J * beta_ddot",
-         "moments on rod", "forces on slider"),
+        pytest.param(
+            "n6", "q.l / 2 * (sin(beta) * (F_Ax - F_Bx) - cos(beta) * (F_Ay + F_By)) - q.J * beta_ddot",
+            "moments on rod", "forces on slider", marks=pytest.mark.long),
     ],
 )  # fmt: skip
 def test_an_error_breaks_laws_and_is_blamed(number: str, wrong: str, broken: str, kept: str) -> None:
