@@ -104,13 +104,13 @@ class Document(Section):
     def origin(self, name: str) -> str:
         """Where a value comes from: its own entry in [origin], else its section's, else the default."""
         values = self._values()
-        path = self._path(name, values)
-        if any(item == path or item.startswith(f"{path}[") for item in self.changed):
-            return SET
-        names = paths.Names(values)
-        entries = {(names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()}
-        holders = (path, path.partition("[")[0], path.partition(".")[0], "default")
-        return next(entries[holder] for holder in holders if holder in entries)
+        return self._origin(self._path(name, values), self._entries(values))
+
+    def number_origins(self) -> dict[str, str]:
+        """Where every number of the file comes from, by its full path."""
+        values = self._values()
+        entries = self._entries(values)
+        return {path: self._origin(path, entries) for path, value in values.items() if isinstance(value, int | float)}
 
     def numbers(self) -> dict[str, float]:
         """Every number of the file by its full path, as shown in the file."""
@@ -132,6 +132,17 @@ class Document(Section):
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
         """A copy with some numbers set on the command line, as in `read`."""
         return self.read(self.table(), self.source, changes, self.changed)
+
+    def _origin(self, path: str, entries: Mapping[str, str]) -> str:
+        if any(item == path or item.startswith(f"{path}[") for item in self.changed):
+            return SET
+        holders = (path, path.partition("[")[0], path.partition(".")[0], "default")
+        return next(entries[holder] for holder in holders if holder in entries)
+
+    def _entries(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """The entries of [origin] by the full path of what they name."""
+        names = paths.Names(values)
+        return {(names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()}
 
     def _values(self) -> dict[str, Any]:
         return _values_of(self.table())

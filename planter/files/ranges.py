@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import Any
 
 from pydantic import BaseModel
@@ -15,7 +16,7 @@ def of(model: type[BaseModel], path: str) -> tuple[float | None, float | None]:
 
     None where only the size of all numbers is limited. Raises KeyError for a path that the class does not know.
     """
-    whole = model.model_json_schema()
+    whole = _schema(model)
     found = whole
     for part in re.findall(r"[^.\[\]]+", path):
         found = _followed(found, whole)
@@ -23,6 +24,12 @@ def of(model: type[BaseModel], path: str) -> tuple[float | None, float | None]:
     low = max(found.get(key, -LARGEST) for key in ("minimum", "exclusiveMinimum"))
     high = min(found.get(key, LARGEST) for key in ("maximum", "exclusiveMaximum"))
     return None if low == -LARGEST else float(low), None if high == LARGEST else float(high)
+
+
+@cache
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    """What the class says of its numbers, put together once."""
+    return model.model_json_schema()
 
 
 def _followed(schema: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 def inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()) -> Iterator[Block]:
     """Every number of a file, less the sections `besides`, with its unit, its meaning and where it comes from."""
     by_section: dict[str, list[tuple[Cell, ...]]] = {}
+    origins = machine.number_origins()
     for path, value in machine.numbers().items():
         section, _, key = path.partition(".")
         if section not in besides:
-            row = (key, value, units.unit(path), meanings.get(path, ""), machine.origin(path))
+            row = (key, value, units.unit(path), meanings.get(path, ""), origins[path])
             by_section.setdefault(section, []).append(row)
     yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
     for section, rows in by_section.items():

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from planter.audit.registry import MM, Inputs, Value, formula
 from planter.files.units import factor
 from planter.kernels import Array
 from planter.mapping import model
-from planter.mapping.dyads import Dyad, null_space, solve
+from planter.mapping.dyads import Dyad, Solution, null_space, solve
 
 LENGTHS = np.array([2, 1, 1, 1, 1, 0, 0, 0])
 """How many lengths are multiplied in each column of the linear system: its entries p in mm follow from those in m."""
@@ -20,9 +22,19 @@ def poses(inputs: Inputs) -> Array:
     return np.array([inputs[name] for name in inputs[inputs["poses"]]]) * _POSE
 
 
+def solved(inputs: Inputs) -> Solution:
+    """All dyads of the poses; many numbers of a paper are those of the same ones."""
+    return _solved(tuple(map(tuple, poses(inputs).tolist())))
+
+
+@lru_cache
+def _solved(own: tuple[tuple[float, ...], ...]) -> Solution:
+    return solve(np.array(own))
+
+
 def chosen(inputs: Inputs) -> Dyad | None:
     """The dyad of a number, counted by radius, if there are so many."""
-    found = solve(poses(inputs)).dyads
+    found = solved(inputs).dyads
     number = inputs["dyad"]
     return found[number - 1] if number <= len(found) else None
 
@@ -68,7 +80,7 @@ def vanishing_eigenvalues(inputs: Inputs) -> float:
 @formula("real dyads")
 def real_dyads(inputs: Inputs) -> float:
     """How many dyads of the five poses are real."""
-    return float(len(solve(poses(inputs)).dyads))
+    return float(len(solved(inputs).dyads))
 
 
 @formula("dyad")

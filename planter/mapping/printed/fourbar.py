@@ -9,9 +9,8 @@ import numpy as np
 from planter.audit.registry import MM, Inputs, Value, formula
 from planter.kernels import Array
 from planter.mapping.defects import reversals, standings
-from planter.mapping.dyads import solve
 from planter.mapping.linkage import FourBar
-from planter.mapping.printed.dyads import chosen, poses
+from planter.mapping.printed.dyads import chosen, poses, solved
 
 
 @formula("poses in the assembly of one of them")
@@ -67,5 +66,5 @@ def _distance(corners: Array, point: Array) -> float:
 
 
 def _linkage(inputs: Inputs) -> FourBar | None:
-    found = solve(poses(inputs)).dyads
+    found = solved(inputs).dyads
     return FourBar(found[0], found[1]) if len(found) > 1 else None

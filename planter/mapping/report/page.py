@@ -46,7 +46,8 @@ def synthesis_page(found: Synthesis, figures: Mapping[str, str], provenance: Sum
     if moving:
         sections.append(Section("Motion", moving))
     sections.append(Section("Figures", list(_figures(figures))))
-    origins = [(path, value, found.file.origin(path)) for path, value in found.file.numbers().items()]
+    numbers = found.file.numbers()
+    origins = [(path, numbers[path], origin) for path, origin in found.file.number_origins().items()]
     sections.append(Section("Inputs", [Table(("key", "value", "origin"), origins)]))
     return page(f"Synthesis of {found.file.name}", [*sections, *_last(provenance)], found.file.description)
 

@@ -143,9 +143,10 @@ def _at(found: Sequence[At]) -> Block:
 
 def _inputs(machine: Pickup) -> Iterator[Block]:
     by_section: dict[str, list[tuple[Cell, ...]]] = {}
+    origins = machine.number_origins()
     for path, value in machine.numbers().items():
         section, _, key = path.partition(".")
-        by_section.setdefault(section, []).append((key, value, units.unit(path), machine.origin(path)))
+        by_section.setdefault(section, []).append((key, value, units.unit(path), origins[path]))
     yield Text("What is not marked as the paper's was chosen by whoever wrote the file.", "note")
     for section, rows in by_section.items():
         yield Folded(section.replace("_", " "), [Table(("key", "value", "unit", "origin"), rows)])

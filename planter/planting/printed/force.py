@@ -70,10 +70,11 @@ class Both:
     @property
     def assumptions(self) -> list[str]:
         """Numbers of the machine that its paper does not give, and that bear on the force."""
+        numbers = self.machine.numbers()
         return [
-            f"{path} = {value:g}"
-            for path, value in self.machine.numbers().items()
-            if not path.startswith(_IDLE) and not self.machine.origin(path).startswith("paper")
+            f"{path} = {numbers[path]:g}"
+            for path, origin in self.machine.number_origins().items()
+            if not path.startswith(_IDLE) and not origin.startswith("paper")
         ]
 
 

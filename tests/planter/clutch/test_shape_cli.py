@@ -150,6 +150,7 @@ def test_bad_calls_are_refused():
 def test_every_number_has_an_origin_and_the_paper_s_are_marked():
     clutch = file.load("shi2021", {"tip_mm": 10.6})
     origins = {path: clutch.origin(path) for path in clutch.numbers()}
+    assert clutch.number_origins() == origins
     assert all(re.match("paper|assumed|set on the command line", origin) for origin in origins.values())
     assert origins["tooth.tip_mm"] == "set on the command line"
     assert origins["levels.rods_mm[1]"].startswith("paper")
