@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from planter.mapping.file import load_poses
 from planter.report.files import read_cycle_csv
 from tests.planter.mapping.data import CORRECTED
 from tests.support.cli import answer, refusal, run
+from tests.support.sampled import sampled
 
 SYNTHESIS = {"dyads", "complex_pairs", "singular_values", "linkages", "monotone"}
 LINKAGE = {
@@ -44,8 +46,14 @@ def singular_values(poses: list[dict]) -> np.ndarray:
     return np.linalg.svd(np.column_stack([*columns, z3 * z4, z3**2 - z4**2, z3**2 + z4**2]), compute_uv=False)
 
 
+@cache
+def corrected() -> dict:
+    """The answer to the corrected poses."""
+    return answer("synthesise", "sun2019-corrected")
+
+
 def test_synthesis_has_the_keys_of_the_contract() -> None:
-    found = answer("synthesise", "sun2019-corrected")
+    found = corrected()
     assert found.keys() >= SYNTHESIS
     assert found["singular_values"] == pytest.approx(
         singular_values(tomllib.loads(examples.example("sun2019-corrected"))["pose"])
@@ -84,7 +92,7 @@ def test_the_print_has_four_dyads_and_six_linkages() -> None:
 
 def test_a_set_value_is_that_of_another_file() -> None:
     changed = answer("synthesise", "sun2019", "--set", "pose[0].phi_deg=-10")
-    assert changed["dyads"] == answer("synthesise", "sun2019-corrected")["dyads"]
+    assert changed["dyads"] == corrected()["dyads"]
 
 
 def test_carrier_may_be_another_dyad() -> None:
@@ -117,13 +125,10 @@ def test_six_poses_are_fitted(tmp_path: Path) -> None:
     assert any("closest" in warning for warning in found["warnings"])
 
 
-@pytest.mark.parametrize("scale", [1e-60, 1e-6, 1e60])
+@pytest.mark.parametrize("scale", sampled([1e60], [1e-60, 1e-6, 1e60]))
 def test_any_unit_will_do(tmp_path: Path, scale: float) -> None:
     rows = [(x * scale, y * scale, phi) for x, y, phi in CORRECTED]
-    found, known = (
-        answer("synthesise", poses_file(tmp_path / "p.toml", rows)),
-        answer("synthesise", "sun2019-corrected"),
-    )
+    found, known = answer("synthesise", poses_file(tmp_path / "p.toml", rows)), corrected()
     for one, other in zip(found["dyads"], known["dyads"], strict=True):
         assert one["radius_mm"] == pytest.approx(scale * other["radius_mm"], rel=1e-10)
     assert found["linkages"][0]["type"] == "crank-rocker"
@@ -165,6 +170,7 @@ def test_train_against_poses() -> None:
     assert min(errors[3:]) > 50
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_closest_curve_is_one_for_the_train(tmp_path: Path) -> None:
     code, _, err = run("synthesise", "sun2019-corrected", "--out", str(tmp_path))
     assert code == 0, err
@@ -185,6 +191,7 @@ def test_the_closest_curve_is_one_for_the_train(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_train_files(tmp_path: Path) -> None:
     code, _, err = run("train", "sun2019-curve", "--poses", "sun2019-corrected", "--out", str(tmp_path))
     assert code == 0, err

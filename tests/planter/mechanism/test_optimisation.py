@@ -89,17 +89,17 @@ def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
 
 def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
     machine = load(file)
-    found = optimise(machine, "max abs M_in", ["s at 180 >= 100"], starts=3)
+    found = optimise(machine, "max abs M_in", ["s at 180 >= 100"], starts=2)
     best = np.inf
     phi = np.radians(np.arange(0.0, 360.0, 2.0))
     for r in (30.0, 31.0):
-        for length in np.linspace(120, 200, 9):
+        for length in np.linspace(120, 200, 5):
             for e in (-15.0, 0.0, 15.0):
                 turned = Model(machine.moved_to({"r_mm": r, "l_mm": float(length), "e_mm": e}))
                 if turned(np.array([np.pi]))["s"][0] >= 0.1:
                     best = min(best, np.abs(turned(phi)["M_in"]).max())
     assert found.result.objective <= best * (1 + 2e-3), "the grid of angles misses a peak by as much"
-    assert found.result.certificate.agreeing_starts == 3
+    assert found.result.certificate.agreeing_starts == 2
     peak = np.abs(Model(found.machine)(np.radians(np.arange(0.0, 360.0, 0.05)))["M_in"]).max()
     assert peak == pytest.approx(found.result.objective, rel=1e-5)
 

@@ -16,6 +16,7 @@ from planter.planting.commands import device as commands
 from planter.planting.report import results as report
 from planter.planting.search import Interrupted
 from tests.support.cli import refusal, run
+from tests.support.sampled import sampled
 
 SHORT = ("--method", "ipopt", "--starts", "1", "--samples", "60")
 
@@ -45,18 +46,16 @@ def commented(tmp_path: Path) -> str:
 CASES = {
     "built in": ("wang2017", ()),
     "a file with comments": ("", ()),
-    "numbers set": ("wang2017", ("--set", "sun_kg=0.5", "--set", "hinge_A_mm[0]=31", "--speed-rpm", "47")),
+    "a file with comments, numbers set": (
+        "",
+        ("--set", "sun_kg=0.5", "--set", "hinge_A_mm[0]=31", "--speed-rpm", "47"),
+    ),
     "a design value set": ("wang2017", ("--set", "R3_mm=30.9")),
     "printed": ("wang2017", ("--model", "printed")),
 }
 
 
-SAMPLED = {"a file with comments", "numbers set"}
-
-
-@pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=[] if case in SAMPLED else pytest.mark.long) for case in CASES]
-)
+@pytest.mark.parametrize("case", sampled(["a file with comments, numbers set"], CASES))
 def test_what_is_written_goes_back_into_every_command(case: str, commented: str, tmp_path: Path) -> None:
     source, options = CASES[case]
     found = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))

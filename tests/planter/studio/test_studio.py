@@ -7,6 +7,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,12 @@ IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as found:
         yield found
+
+
+@cache
+def simulated(source: str, *arguments: str) -> dict:
+    """What the command tells of a machine."""
+    return command("simulate", source, *arguments)
 
 
 def status(address: str, **headers: str) -> int:
@@ -98,7 +105,7 @@ def test_requirements_follow_when_the_hand_rests(address: str) -> None:
         answer(talk, "opened", ask="open", name="wang2017-wide")
         talk.send(json.dumps({"id": 1, "values": {}}))
         checks = until(talk, "checks")
-    known = command("simulate", "wang2017-wide")["requirements"]
+    known = simulated("wang2017-wide")["requirements"]
     assert [one["value"] for one in checks] == pytest.approx([one["value"] for one in known], rel=1e-9)
 
 
@@ -109,7 +116,7 @@ def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
         answer(talk, "opened", ask="open", name="wang2017")
         talk.send(json.dumps({"id": 1, "values": values}))
         found = message_with(talk, "details")
-    known = {model: command("simulate", "wang2017", "--set", "design.R3_mm=30.8", "--model", model)
+    known = {model: simulated("wang2017", "--set", "design.R3_mm=30.8", "--model", model)
              for model in ("exact", "printed")}  # fmt: skip
     told = {table["title"]: table["rows"] for table in found["details"]}
     motor = known["exact"]["designer"]["motor"]
@@ -223,11 +230,10 @@ def test_a_page_follows_a_hand(address: str) -> None:
         expect(page.locator("#drawings .teeth")).to_have_count(7)  # drawn when the hand rests
         page.get_by_label("teeth", exact=True).uncheck()
         expect(page.locator("#drawings .teeth").first).to_be_hidden()
-    changes = ((), ("--set", "design.R3_mm=30.8"), ("--model", "printed"))
-    known = [command("simulate", "wang2017-wide", *more) for more in changes]
+    changes = ((), ("--set", "design.R3_mm=30.8"), ("--model", "printed", "--at", "0"))
+    known = [simulated("wang2017-wide", *more) for more in changes]
     assert [float(first), float(moved), float(printed)] == pytest.approx([one["objective"] for one in known], rel=1e-5)
-    at = command("simulate", "wang2017-wide", "--model", "printed", "--at", "0")["at"][0]
-    assert force.endswith(f", printed {at['support_N']:.5g} N")
+    assert force.endswith(f", printed {known[2]['at'][0]['support_N']:.5g} N")
     assert hosts <= {address.split("/")[2]}
 
 
