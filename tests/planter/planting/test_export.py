@@ -60,7 +60,8 @@ NATIVE = ("-O3", "-march=native", "-ffast-math")
     ("name", "model", "compiler", "flags"),
     [
         ("wang2017", "exact", "gcc", ("-O1",)),
-        ("compact", "printed", "gcc", NATIVE),
+        ("compact", "printed", "gcc", ("-O1",)),
+        pytest.param("compact", "printed", "gcc", NATIVE, marks=pytest.mark.long),
         ("compact", "exact", "clang", ("-O1",)),
     ],
 )
