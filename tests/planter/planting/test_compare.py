@@ -28,7 +28,7 @@ from planter.planting.designer import summary
 from planter.planting.model import Device
 from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
-from tests.support.cli import refusal
+from tests.support.cli import answer, refusal
 from tests.support.schemas import committed
 
 PAIR = "eccentric_circle+ellipse"
@@ -86,6 +86,17 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
     assert all(tables.name(ComparedPair.read(entry)) in page for entry in result["devices"])
     assert (out / "figures" / "comparison.svg").exists()
     assert len((out / "devices.csv").read_text().splitlines()) == 3
+
+
+@pytest.mark.long
+def test_two_pairs_are_ranked_by_what_they_reach() -> None:
+    found = answer("compare", "wang2017", "--starts", "1", "--pair", "ellipse+ellipse", "--pair", PAIR)
+    assert len(found["devices"]) == 2
+    feasible = [entry["feasible"] for entry in found["devices"]]
+    assert feasible == sorted(feasible, reverse=True)
+    objectives = [entry["objective"] for entry in found["devices"] if entry["feasible"]]
+    assert objectives == sorted(objectives)
+    assert objectives[0] < found["narrow"]["objective"]
 
 
 def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
