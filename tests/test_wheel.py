@@ -76,7 +76,7 @@ def install(place: Path, wheel: Path, fetched: bool, extra: str = "") -> None:
     """Install a wheel into an environment, or let one that has it have what an extra asks for too."""
     pip = [sys.executable, "-m", "pip", "--python", str(place), "install", "--quiet", "--force-reinstall"]
     if fetched:
-        more = ["--constraint", str(ROOT / "constraints.txt"), f"{wheel}[{extra}]"]
+        more = ["--constraint", str(ROOT / "constraints.txt"), f"{wheel}[{extra}]" if extra else str(wheel)]
     else:
         packages.link(packages.of_wheel(wheel), extra, next(place.glob("lib/python*/site-packages")))
         if extra:

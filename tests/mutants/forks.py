@@ -105,7 +105,7 @@ def _answered(job: Job) -> Answer:
 
 def _run(job: Job, answer: int) -> None:
     """The child: it ends here, whatever happens."""
-    resource.setrlimit(resource.RLIMIT_CPU, (job.seconds, job.seconds))
+    resource.setrlimit(resource.RLIMIT_CPU, (job.seconds, job.seconds + 1))
     resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
