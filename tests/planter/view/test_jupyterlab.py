@@ -70,6 +70,7 @@ def test_a_notebook_shows_the_machine_as_it_moves(lab: str) -> None:
         page = chromium.new_page()
         page.goto(lab)
         page.wait_for_selector(".jp-CodeCell", timeout=120_000)
+        expect(page.get_by_text("| Idle")).to_be_visible(timeout=120_000)
         page.get_by_text("Run", exact=True).first.click()
         page.get_by_text("Run All Cells", exact=True).click()
         drawings = page.locator(".planter-view")
