@@ -28,8 +28,39 @@ CYCLE_DIGITS = 6
 
 @cache
 def engine(*modules: str) -> str:
-    """Hash of the sources of modules and of all that they import from this package, and of SymPy's version."""
-    return _hashed([sp.__version__, *(path.read_text(encoding="utf-8") for path in sorted(sources(modules)))])
+    """Hash of the code of modules and of all that they import from this package, and of SymPy's version."""
+    return _hashed([sp.__version__, *(_content(path) for path in sorted(sources(modules)))])
+
+
+def _content(path: Path) -> str:
+    """What a file says: the code of a Python file, the text of any other."""
+    text = path.read_text(encoding="utf-8")
+    return code(text) if path.suffix == ".py" else text
+
+
+def code(source: str) -> str:
+    """Return the syntax tree of a source as text, without comments, layout and docstrings.
+
+    Every string that is a statement counts as a docstring. Raises SyntaxError for what is not Python.
+    """
+    return _dumped(ast.parse(source))
+
+
+def _dumped(node: object) -> str:
+    """A node with its fields; empty ones are left out, since Python versions differ in which of them exist.
+
+    `ast.dump` differs between versions for the same code.
+    """
+    if isinstance(node, list):
+        return f"[{', '.join(_dumped(part) for part in node if not _is_docstring(part))}]"
+    if not isinstance(node, ast.AST):
+        return repr(node)
+    fields = (f"{name}={_dumped(part)}" for name, part in ast.iter_fields(node) if part is not None and part != [])
+    return f"{type(node).__name__}({', '.join(fields)})"
+
+
+def _is_docstring(node: object) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
 def sources(modules: Iterable[str]) -> set[Path]:
@@ -95,7 +126,7 @@ def of_equation(case: Case, number: str) -> str:
 def of_laws(case: Case) -> str:
     """Key of the findings on chains as a whole: the code of trial and subject, the subject's files, the equations."""
     parts = [engine(f"{__package__}.trial", type(case.subject).__module__)]
-    parts += [path.read_text(encoding="utf-8") for path in case.subject.files()]
+    parts += map(_content, case.subject.files())
     for chain in case.chains or ():
         parts += [equation(e) for e in chain.equations.values()]
         parts += map(str, chain.order)

@@ -21,7 +21,7 @@ from derive.__main__ import GENERATED
 from derive.audit import key, page, record, verdicts
 from derive.audit.hearing import reasons
 from derive.audit.judgement import Judgement
-from derive.discovery import modules
+from derive.discovery import loaded, modules
 from derive.papers import shi2021, wang2017, yu2023
 from derive.quantity import Quantity
 from derive.systems.planting import laws
@@ -173,6 +173,46 @@ def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
     assert not [n for n in names if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/page.py"]
     of_laws = {p.name for p in key.sources(["derive.audit.trial", laws.__name__])}
     assert {"laws.py", "chain.py", "derivation.py", "bodies.py", "meshing.py"} <= of_laws
+
+
+SOURCE = '''
+"""A module."""
+LIMIT = 3
+"""What a limit is."""
+
+def double(value):
+    """Return twice a value."""
+    return 2 * value  # why
+'''
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_same"),
+    [
+        ("A module.", "Another sentence.", True),
+        ("What a limit is.", "Another sentence.", True),
+        ("Return twice a value.", "Another sentence.", True),
+        ('    """Return twice a value."""\n', "", True),
+        ("  # why", "", True),
+        ("2 * value", "(2  *  value)", True),
+        ("2 * value", "3 * value", False),
+        ("2 * value", "2 + value", False),
+        ("LIMIT = 3", "LIMIT = None", False),
+        ("return 2", 'return "2"', False),
+    ],
+)
+def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after: str, is_same: bool) -> None:
+    assert before in SOURCE
+    keys = []
+    for name, text in (("one", SOURCE), ("two", SOURCE.replace(before, after, 1))):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "stated_module.py").write_text(text, encoding="utf-8")
+        with loaded(folder / "stated_module.py") as (module,):
+            key.engine.cache_clear()
+            keys.append(key.engine(module.__name__))
+    key.engine.cache_clear()
+    assert (keys[0] == keys[1]) is is_same
 
 
 @pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
