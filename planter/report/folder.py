@@ -10,7 +10,7 @@ import json
 import os
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from functools import wraps
 from pathlib import Path, PurePosixPath
@@ -18,6 +18,7 @@ from typing import ParamSpec, TypeVar
 
 from planter.errors import InputError
 from planter.files import text
+from planter.report.folder_lock import lock_folder
 
 NAME = ".planter.json"
 
@@ -137,18 +138,29 @@ def renewing(out: str | Path | None) -> Iterator[None]:
     """Within, what is written into a folder takes the place of what earlier commands wrote there.
 
     It is removed when all is written; an error leaves it, and the next command removes it. Nothing without a folder,
-    and nothing more within another of these.
+    and nothing more within another of these. Raises InputError if another process is writing into the folder.
     """
     if out is None or _OPEN.get() is not None:
         yield
         return
-    manifest = Manifest(output_folder(out))
-    token = _OPEN.set(manifest)
-    try:
-        yield
-        manifest.clear()
-    finally:
-        _OPEN.reset(token)
+    with _owning(output_folder(out)) as folder:
+        manifest = Manifest(folder)
+        token = _OPEN.set(manifest)
+        try:
+            yield
+            manifest.clear()
+        finally:
+            _OPEN.reset(token)
+
+
+@contextmanager
+def _owning(folder: Path) -> Iterator[Path]:
+    with ExitStack() as owned:
+        try:
+            owned.enter_context(lock_folder(folder))
+        except OSError as error:
+            raise _cannot_write(folder, error) from None
+        yield folder
 
 
 def renews(write: Callable[P, T]) -> Callable[P, T]:

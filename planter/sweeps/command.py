@@ -29,8 +29,8 @@ def sweep(plan: Plan, out: Path | None = None, means: Means = HERE, progress: Li
     recipe, drawn = asked.recipe, plan.drawn
     with folder.renewing(out):
         place = None if out is None else folder.output_folder(out) / KEPT
-        with Store(place, recipe.question) as store:
-            done = run(recipe, drawn.rows, store, means, progress)
+        with Store(place, recipe.question, drawn.rows, len(asked.outputs)) as store:
+            done = run(recipe, store, means, progress)
             rows = Rows(asked.inputs, drawn, asked.outputs, store)
             found = SweepFound(
                 name=plan.name, machine=plan.machine, scheme=plan.scheme, seed=plan.seed, rows=drawn.rows,

@@ -30,7 +30,7 @@ class Rows:
     def blocks(self) -> Iterator[tuple[Array, Array]]:
         """Points (m, n) and outputs (m, k) of each chunk, NaN in rows without a result."""
         start = 0
-        for found in self._store.blocks(len(self.outputs)):
+        for found in self._store.blocks():
             yield self.points.block(start, start + len(found)), found
             start += len(found)
 

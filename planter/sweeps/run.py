@@ -36,12 +36,12 @@ class Run:
     workers: int
 
 
-def run(recipe: Recipe, rows: int, store: Store, means: Means = HERE, progress: Listener | None = None) -> Run:
-    """Every chunk of a job of so many rows is in the store afterwards.
+def run(recipe: Recipe, store: Store, means: Means = HERE, progress: Listener | None = None) -> Run:
+    """Compute every chunk that the store does not have: all of its rows are there afterwards.
 
     Raises ComputationError where a chunk cannot be found; Interrupted, saying how many rows are there, on Ctrl-C.
     """
-    done = store.done()
+    rows, done = store.rows, store.done()
     todo = [number for number in range(job.count(rows)) if number not in done]
     kept = _rows(done, rows)
     phase = Phase("sweep", "row", rows, progress, kept)

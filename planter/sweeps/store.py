@@ -10,31 +10,42 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.errors import ComputationError
+from planter.errors import ComputationError, InputError
 from planter.kernels import Array
+from planter.sweeps import job
 
 PATIENCE_S = 60.0
 """How long another process may hold the file."""
+APPLICATION_ID = 0x706C6E74
+"""Marks a database as one of planter's: "plnt" (SQLite's PRAGMA application_id)."""
 _TABLES = (
-    "CREATE TABLE IF NOT EXISTS asked (question TEXT NOT NULL)",
-    "CREATE TABLE IF NOT EXISTS chunks (number INTEGER PRIMARY KEY, sha256 TEXT NOT NULL, content BLOB NOT NULL)",
+    f"PRAGMA application_id = {APPLICATION_ID}",
+    "CREATE TABLE asked (question TEXT NOT NULL)",
+    "CREATE TABLE chunks (question TEXT NOT NULL, number INTEGER NOT NULL, sha256 TEXT NOT NULL, "
+    "content BLOB NOT NULL, PRIMARY KEY (question, number)) WITHOUT ROWID",
 )
 
 
 class Store:
-    """Chunks of the answer to a question, by their numbers; in memory where there is no path.
+    """Chunks of the answer to a question, `rows` of `width` numbers in all; in memory if there is no path.
 
-    What the file holds of another question is dropped, and so is a chunk whose bytes do not fit its hash.
-    Raises ComputationError where the file cannot be used. Use as a context.
+    A chunk counts only if its hash fits its content, its number and its question. Raises InputError if the file holds
+    the answer to another question or if planter did not write it, and ComputationError if it cannot be used. Use as a
+    context.
     """
 
-    def __init__(self, path: Path | None, question: str) -> None:
-        self._name = str(path or ":memory:")
-        with self._told():
+    def __init__(self, path: Path | None, question: str, rows: int, width: int) -> None:
+        self._name, self._question = str(path or ":memory:"), question
+        self.rows, self.width = rows, width
+        with self._reporting_errors():
             self._file = sqlite3.connect(self._name, timeout=PATIENCE_S, isolation_level=None, check_same_thread=False)
+            try:
+                self._ask()
+            except BaseException:
+                self._file.close()
+                raise
             self._file.execute("PRAGMA journal_mode=WAL")
             self._file.execute("PRAGMA synchronous=NORMAL")
-            self._ask(question)
 
     def __enter__(self) -> Store:
         return self
@@ -42,40 +53,82 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def _ask(self, question: str) -> None:
+    def _ask(self) -> None:
         with self._transaction():
-            for table in _TABLES:
-                self._file.execute(table)
-            if self._file.execute("SELECT question FROM asked").fetchall() != [(question,)]:
-                self._file.execute("DELETE FROM chunks")
-                self._file.execute("DELETE FROM asked")
-                self._file.execute("INSERT INTO asked VALUES (?)", (question,))
+            if not self._file.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                for statement in _TABLES:
+                    self._file.execute(statement)
+                self._file.execute("INSERT INTO asked VALUES (?)", (self._question,))
+            (mark,) = self._file.execute("PRAGMA application_id").fetchone()
+            if mark != APPLICATION_ID:
+                raise self._refusal("this version of planter did not write this file")
+            self._check_question()
+
+    def _check_question(self) -> None:
+        if self._file.execute("SELECT question FROM asked").fetchall() != [(self._question,)]:
+            raise self._refusal("this holds the rows of another plan, machine or version of planter")
+
+    def _refusal(self, reason: str) -> InputError:
+        return InputError(f"{self._name}: {reason}; choose another --out, or remove the file to begin anew")
 
     def done(self) -> set[int]:
-        """Numbers of the chunks that are there, whole."""
-        with self._told():
-            rows = self._file.execute("SELECT number, sha256, content FROM chunks")
-            kept = {number: _hash(content) == told for number, told, content in rows}
-            for number in (number for number, sound in kept.items() if not sound):
-                self._file.execute("DELETE FROM chunks WHERE number = ?", (number,))
-        return {number for number, sound in kept.items() if sound}
+        """Numbers of the chunks that are there, whole; all others are deleted."""
+        with self._reporting_errors():
+            stored = self._file.execute("SELECT question, number FROM chunks").fetchall()
+            sound = {number for question, number in stored if question == self._question and self._is_sound(number)}
+            for question, number in stored:
+                if question != self._question or number not in sound:
+                    self._file.execute("DELETE FROM chunks WHERE question = ? AND number = ?", (question, number))
+        return sound
 
     def save(self, number: int, content: bytes) -> None:
-        """Keep a chunk: whole, whatever happens to this process afterwards."""
-        with self._told(), self._transaction():
-            self._file.execute("INSERT OR REPLACE INTO chunks VALUES (?, ?, ?)", (number, _hash(content), content))
+        """Store a chunk: whole, whatever happens to this process afterwards. Raises as the class."""
+        if not self._fits(number, content):
+            raise ComputationError(f"{self._name}: chunk {number} has {len(content)} bytes, which are not its rows")
+        row = (self._question, number, self._hash(number, content), content)
+        with self._reporting_errors(), self._transaction():
+            self._check_question()
+            self._file.execute("INSERT OR REPLACE INTO chunks VALUES (?, ?, ?, ?)", row)
 
-    def blocks(self, width: int) -> Iterator[Array]:
-        """The chunks in their order, (rows, width) each."""
-        with self._told():
-            for (content,) in self._file.execute("SELECT content FROM chunks ORDER BY number"):
-                yield np.frombuffer(content, dtype="<f8").reshape(-1, width)
+    def blocks(self) -> Iterator[Array]:
+        """The chunks in their order, (rows, width) each. Raises ComputationError if one is missing or damaged."""
+        for content in self._contents():
+            yield np.frombuffer(content, dtype="<f8").reshape(-1, self.width)
 
     def digest(self) -> str:
-        """A hash of all chunks in their order: that of the whole answer."""
-        with self._told():
-            hashes = self._file.execute("SELECT sha256 FROM chunks ORDER BY number")
-            return _hash("".join(told for (told,) in hashes).encode())
+        """A hash of all numbers, read once more in their order. Raises ComputationError as `blocks`."""
+        return _sha256("".join(_sha256(content) for content in self._contents()).encode())
+
+    def _contents(self) -> Iterator[bytes]:
+        numbers = range(job.count(self.rows))
+        with self._reporting_errors():
+            stored = [row[0] for row in self._file.execute("SELECT number FROM chunks ORDER BY question, number")]
+            if stored != list(numbers):
+                raise ComputationError(f"{self._name}: the stored chunks are not those of the {self.rows} rows; "
+                                       "something else has changed this file, run the command again")  # fmt: skip
+            for number in numbers:
+                if not self._is_sound(number):
+                    raise ComputationError(f"{self._name}: chunk {number} is damaged; run the command again")
+                yield self._row(number)[1]
+
+    def _is_sound(self, number: int) -> bool:
+        sha256, content = self._row(number)
+        return self._fits(number, content) and self._hash(number, content) == sha256
+
+    def _row(self, number: int) -> tuple[str, bytes]:
+        found = self._file.execute(
+            "SELECT sha256, content FROM chunks WHERE question = ? AND number = ?", (self._question, number)
+        ).fetchone()
+        return found or ("", b"")
+
+    def _fits(self, number: int, content: bytes) -> bool:
+        if number not in range(job.count(self.rows)) or not isinstance(content, bytes):
+            return False
+        start, stop = job.ends(number, self.rows)
+        return len(content) == 8 * self.width * (stop - start)
+
+    def _hash(self, number: int, content: bytes) -> str:
+        return _sha256(f"{self._question} {number} ".encode() + content)
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
@@ -88,14 +141,16 @@ class Store:
         self._file.execute("COMMIT")
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _reporting_errors(self) -> Iterator[None]:
         try:
             yield
         except sqlite3.Error as error:
             with suppress(AttributeError, sqlite3.Error):
                 self._file.close()
+            if error.sqlite_errorname == "SQLITE_NOTADB":
+                raise self._refusal("planter did not write this file") from None
             raise ComputationError(f"{self._name}: this cannot be used to keep chunks ({error})") from error
 
 
-def _hash(content: bytes) -> str:
+def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()

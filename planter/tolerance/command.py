@@ -123,9 +123,9 @@ class _Turns:
         of = self.of
         recipe = job.recipe(of.held, of.choices, of.spreads, of.outputs, **drawn)
         place = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
-        with Store(place, recipe.question) as store:
-            run(recipe, count, store, self.means, self.progress)
-            return np.vstack(list(store.blocks(len(of.outputs)))), store.digest()
+        with Store(place, recipe.question, count, len(of.outputs)) as store:
+            run(recipe, store, self.means, self.progress)
+            return np.vstack(list(store.blocks())), store.digest()
 
 
 def _bands(of: Spreading, rows: Array) -> dict[str, Band]:

@@ -89,16 +89,19 @@ def compare(
 
 
 class Store:
-    """Finished devices in a folder, each with a hash of what it was asked for; nothing without a folder."""
+    """Finished devices in a folder, each with a hash of its question and of its pair; nothing without a folder."""
 
     def __init__(self, folder: Path | None, own: Machine, starts: int, seed: int) -> None:
         self.folder = folder
-        asked = json.dumps([LAYOUT, own.table(), box.required(own).table(), starts, seed, __version__], sort_keys=True)
-        self.asked = hashlib.sha256(asked.encode("utf-8")).hexdigest()
+        question = [LAYOUT, own.table(), box.required(own).table(), starts, seed, __version__]
+        self._question = json.dumps(question, sort_keys=True)
+
+    def _hash(self, task: Task) -> str:
+        return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
     def save(self, task: Task, found: dict[str, Any]) -> None:
         if self.folder is not None:
-            files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self.asked, "found": found})
+            files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": found})
 
     def load(self, task: Task) -> dict[str, Any] | None:
         """What was found of a task by the same question; None where there is none, or not whole."""
@@ -109,7 +112,7 @@ class Store:
         except (OSError, ValueError):
             return None
         found: dict[str, Any] | None = kept.get("found") if isinstance(kept, dict) else None
-        if found is None or kept.get("asked") != self.asked:
+        if found is None or kept.get("asked") != self._hash(task):
             return None
         keep(self.folder / f"{_name(task)}.json")
         return found

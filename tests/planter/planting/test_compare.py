@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -107,6 +108,16 @@ def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, d
     assert Store(out / "devices", own, 1, 0).load(pair) is not None
     assert Store(out / "devices", own, 1, 1).load(pair) is None
     assert Store(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair) is None
+
+
+def test_devices_that_change_places_are_not_read(
+    resumed: tuple[dict, dict[str, int], Path, str], tmp_path: Path
+) -> None:
+    from planter.planting.compare.run import Store
+
+    pair = ("eccentric_circle", "ellipse")
+    shutil.copy(resumed[2] / "devices" / f"{'+'.join(pair)}.json", tmp_path / "narrow.json")
+    assert Store(tmp_path, file.load("wang2017"), 1, 0).load(None) is None
 
 
 def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:

@@ -1,6 +1,9 @@
 """`planter sweep` as it is called: its files, its words, and what kills at any moment leave of it."""
 
 import json
+import os
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import jsonschema
@@ -9,6 +12,10 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
+from planter.errors import InputError
+from planter.progress import Progress
+from planter.sweeps.command import sweep
+from planter.sweeps.plan import Plan
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import committed
 
@@ -73,6 +80,40 @@ def test_the_same_command_does_nothing_twice_and_writes_the_same_bytes(tmp_path:
     again = answer(*command)
     assert (again["hash"], found["resumed"], again["resumed"]) == (found["hash"], 0, 1)
     assert before == {path: path.read_bytes() for path in before}
+
+
+def test_a_sweep_is_the_only_one_in_its_folder(tmp_path: Path) -> None:
+    """Another plan that starts while the first one runs is refused at once and changes no byte of what is there."""
+    plans = [Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": one}}, "plan.toml") for one in ([35, 40], [60])]
+    refusals = []
+
+    def files() -> dict[str, tuple[int, int]]:
+        return {path.name: (path.stat().st_size, path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+
+    def start_another(step: Progress) -> None:
+        if not refusals and (tmp_path / "sweep.sqlite").exists():
+            before = files()
+            with ThreadPoolExecutor(1) as thread, pytest.raises(InputError) as refused:
+                thread.submit(sweep, plans[1], tmp_path).result()
+            refusals.append(refused.value.message)
+            assert files() == before
+
+    found = sweep(plans[0], tmp_path, progress=start_another)
+    assert str(tmp_path) in refusals[0]
+    assert str(os.getpid()) in refusals[0]
+    rows = pyarrow.parquet.read_table(tmp_path / "rows.parquet")
+    assert rows["operation.speed_rpm"].to_pylist() == [35, 40]
+    assert sweep(plans[0]).hash == found.hash
+
+
+def test_a_folder_with_another_plan_exits_2(tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(SMALL)
+    out = tmp_path / "run"
+    answer("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    (tmp_path / "plan.toml").write_text(SMALL.replace("45", "46"))
+    assert "sweep.sqlite" in refusal("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
+    assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
 
 def test_tables_fit_eighty_columns() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from planter.files.text import read_text
-from planter.report import files
+from planter.report import files, folder_lock
 from planter.report.folder import NAME, keep, renewing, renews
 
 
@@ -26,7 +26,7 @@ def stopped(out: Path) -> None:
 
 def held(folder: Path) -> set[str]:
     found = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    return found - {NAME}
+    return found - {NAME, folder_lock.NAME}
 
 
 def test_what_an_earlier_command_wrote_goes_and_empty_folders_with_it(tmp_path: Path) -> None:

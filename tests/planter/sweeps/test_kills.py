@@ -25,8 +25,8 @@ import sys
 from pathlib import Path
 from planter.sweeps import job, run, store
 recipe = job.read(sys.stdin.read())
-with store.Store(Path(sys.argv[1]), recipe.question) as kept:
-    done = run.run(recipe, int(sys.argv[2]), kept, run.Means(2))
+with store.Store(Path(sys.argv[1]), recipe.question, int(sys.argv[2]), int(sys.argv[3])) as kept:
+    done = run.run(recipe, kept, run.Means(2))
     print(kept.digest(), done.resumed)
 """
 """A job in a process of its own, kept in the file that it is told."""
@@ -35,12 +35,12 @@ with store.Store(Path(sys.argv[1]), recipe.question) as kept:
 class Killed:
     """Runs of one job, each kept in a file of its own, disturbed or not."""
 
-    def __init__(self, folder: Path, recipe: Recipe) -> None:
-        self.folder, self.recipe = folder, recipe
+    def __init__(self, folder: Path, recipe: Recipe, width: int) -> None:
+        self.folder, self.recipe, self.width = folder, recipe, width
         self.whole, _ = self.ended(self.started("whole"))
 
     def started(self, name: str) -> psutil.Popen:
-        command = [sys.executable, "-c", FOUND, name, str(ROWS)]
+        command = [sys.executable, "-c", FOUND, name, str(ROWS), str(self.width)]
         process = psutil.Popen(command, cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                                env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
         process.stdin.write(self.recipe.text)
@@ -93,7 +93,7 @@ class Killed:
 def counted(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     """Of a job that takes no time but what it waits."""
     recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, "wait": 0.02})
-    return Killed(tmp_path_factory.mktemp("counted"), recipe)
+    return Killed(tmp_path_factory.mktemp("counted"), recipe, width=2)
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,7 @@ def turned(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> Kill
     }, "plan.toml")  # fmt: skip
     asked = Sweep(plan)
     asked.machines[0].machine = file.load("wang2017", {"objective.samples": 72})
-    return Killed(tmp_path_factory.mktemp("turned"), asked.recipe)
+    return Killed(tmp_path_factory.mktemp("turned"), asked.recipe, width=1)
 
 
 @pytest.mark.parametrize("victim", ["driver", "worker"])

@@ -23,9 +23,9 @@ def squares(**more: object) -> Recipe:
 
 def answered(recipe: Recipe, path: Path | None = None, means: Means = run.HERE) -> tuple[str, run.Run]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
-    with Store(path, recipe.question) as store:
-        done = run.run(recipe, ROWS, store, means)
-        rows = np.vstack(list(store.blocks(2)))
+    with Store(path, recipe.question, ROWS, 2) as store:
+        done = run.run(recipe, store, means)
+        rows = np.vstack(list(store.blocks()))
         assert np.array_equal(rows, np.column_stack([np.arange(ROWS), np.arange(ROWS, dtype=float) ** 2]))
         return store.digest(), done
 
@@ -47,8 +47,8 @@ def test_any_number_of_workers_gives_the_same_bytes(monkeypatch: pytest.MonkeyPa
 def test_a_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pool, "answers", pytest.fail)
     recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": run.FEWEST - 1})
-    with Store(None, recipe.question) as store:
-        assert run.run(recipe, run.FEWEST - 1, store, Means(8)).workers == 0
+    with Store(None, recipe.question, run.FEWEST - 1, 2) as store:
+        assert run.run(recipe, store, Means(8)).workers == 0
 
 
 def test_a_worker_that_is_killed_is_replaced(tmp_path: Path) -> None:
@@ -81,9 +81,52 @@ def test_what_is_there_is_not_done_again(tmp_path: Path, monkeypatch: pytest.Mon
     assert (again, done.resumed, done.workers) == (first, 4, 0)
 
 
-def test_another_question_is_not_answered_by_what_is_there(tmp_path: Path) -> None:
-    answered(squares(), tmp_path / "kept.sqlite", Means(1))
-    assert answered(squares(wrong=-2), tmp_path / "kept.sqlite", Means(1))[1].resumed == 0
+def test_another_question_is_refused_and_deletes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "kept.sqlite"
+    first, _ = answered(squares(), path, Means(1))
+    with pytest.raises(InputError, match=path.name):
+        Store(path, squares(wrong=-2).question, ROWS, 2)
+    assert answered(squares(), path)[0] == first
+
+
+def test_a_question_replaced_during_a_run_is_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "kept.sqlite"
+    with Store(path, "q", ROWS, 2) as store:
+        with sqlite3.connect(path) as file:
+            file.execute("UPDATE asked SET question = 'other'")
+        with pytest.raises(InputError, match=path.name):
+            store.save(3, bytes(7 * 16))
+
+
+TAMPERED = {
+    "extra": "INSERT INTO chunks SELECT question, 4, sha256, content FROM chunks WHERE number = 3",
+    "negative": "INSERT INTO chunks SELECT question, -1, sha256, content FROM chunks WHERE number = 0",
+    "another question's": "INSERT INTO chunks SELECT 'other', number, sha256, content FROM chunks WHERE number = 1",
+    "moved": "UPDATE chunks SET number = -1 WHERE number = 1",
+    "short": "UPDATE chunks SET content = substr(content, 1, 16) WHERE number = 0",
+    "no bytes": "UPDATE chunks SET content = 'text' WHERE number = 0",
+    "no number": "UPDATE chunks SET number = 'two' WHERE number = 2",
+    "missing": "DELETE FROM chunks WHERE number = 1",
+}
+SWAPPED = (
+    "UPDATE chunks SET number = -1 WHERE number = 0",
+    "UPDATE chunks SET number = 0 WHERE number = 1",
+    "UPDATE chunks SET number = 1 WHERE number = -1",
+)
+
+
+@pytest.mark.parametrize("statements", [*((one,) for one in TAMPERED.values()), SWAPPED], ids=[*TAMPERED, "swapped"])
+def test_a_tampered_file_is_never_read_as_the_answer(tmp_path: Path, statements: tuple[str, ...]) -> None:
+    path, recipe = tmp_path / "kept.sqlite", squares()
+    first, _ = answered(recipe, path, Means(1))
+    with sqlite3.connect(path) as file:
+        for statement in statements:
+            file.execute(statement)
+    with Store(path, recipe.question, ROWS, 2) as store:
+        for read in (store.digest, lambda: list(store.blocks())):
+            with pytest.raises(ComputationError, match=path.name):
+                read()
+    assert answered(recipe, path, Means(1))[0] == first
 
 
 def test_a_damaged_chunk_is_found_again(tmp_path: Path) -> None:
@@ -98,8 +141,19 @@ def test_a_damaged_chunk_is_found_again(tmp_path: Path) -> None:
 def test_a_file_that_is_no_store_is_told(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     path.write_text("no database " * 100)
-    with pytest.raises(ComputationError, match="cannot be used to keep chunks"):
-        Store(path, "q")
+    with pytest.raises(InputError, match=path.name):
+        Store(path, "q", ROWS, 2)
+    assert path.read_text() == "no database " * 100
+
+
+def test_a_database_of_another_program_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "kept.sqlite"
+    with sqlite3.connect(path) as file:
+        file.execute("CREATE TABLE notes (text)")
+    content = path.read_bytes()
+    with pytest.raises(InputError, match=path.name):
+        Store(path, "q", ROWS, 2)
+    assert path.read_bytes() == content
 
 
 def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
@@ -109,8 +163,8 @@ def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
         if step.done >= CHUNK:
             raise KeyboardInterrupt
 
-    with Store(path, recipe.question) as store, pytest.raises(Interrupted) as stopped:
-        run.run(recipe, ROWS, store, Means(1), stop)
+    with Store(path, recipe.question, ROWS, 2) as store, pytest.raises(Interrupted) as stopped:
+        run.run(recipe, store, Means(1), stop)
     assert stopped.value.partial == {"rows": ROWS, "rows_done": CHUNK}
     assert answered(recipe, path, Means(1))[1].resumed == 1
 

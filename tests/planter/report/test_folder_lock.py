@@ -1,0 +1,103 @@
+"""A folder has one owner at a time, and the lock ends with the owner, whatever ends it."""
+
+import errno
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from planter.errors import InputError
+from planter.report import folder_lock
+from planter.report.folder import renewing
+
+OWNER = """\
+import sys
+from planter.report.folder import renewing
+with renewing(sys.argv[1]):
+    print("owned", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def owner(tmp_path: Path) -> subprocess.Popen[str]:
+    """A process that owns a folder."""
+    with subprocess.Popen(
+        [sys.executable, "-c", OWNER, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "owned\n"
+        yield process
+        process.kill()
+
+
+def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path, owner: subprocess.Popen[str]) -> None:
+    with pytest.raises(InputError) as refused, renewing(tmp_path):
+        pytest.fail("two owners")
+    assert str(tmp_path) in refused.value.message
+    assert str(owner.pid) in refused.value.message
+    assert [path.name for path in tmp_path.iterdir()] == [folder_lock.NAME]
+    owner.kill()
+    owner.wait()
+    with renewing(tmp_path):
+        pass
+    assert not (tmp_path / folder_lock.NAME).exists()
+
+
+def test_a_second_thread_is_refused_too(tmp_path: Path) -> None:
+    errors: list[InputError] = []
+
+    def own_too() -> None:
+        try:
+            with renewing(tmp_path):
+                pass
+        except InputError as error:
+            errors.append(error)
+
+    with renewing(tmp_path):
+        thread = threading.Thread(target=own_too)
+        thread.start()
+        thread.join()
+    assert len(errors) == 1
+
+
+def test_owners_follow_one_another(tmp_path: Path) -> None:
+    """Many at once, each of which tries until it is the owner: never two."""
+    owners, most = [], []
+
+    def own() -> None:
+        while True:
+            try:
+                with folder_lock.lock_folder(tmp_path):
+                    owners.append(1)
+                    most.append(len(owners))
+                    owners.pop()
+                    return
+            except InputError:
+                continue
+
+    threads = [threading.Thread(target=own) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1] * 8
+
+
+def test_a_file_of_the_user_is_neither_locked_nor_removed(tmp_path: Path) -> None:
+    path = tmp_path / folder_lock.NAME
+    path.write_text("my notes")
+    with pytest.raises(InputError, match=folder_lock.NAME), renewing(tmp_path):
+        pytest.fail("no owner")
+    assert path.read_text() == "my notes"
+
+
+def test_a_file_system_without_locks_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_file: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(folder_lock, "_lock", refuse)
+    with pytest.warns(RuntimeWarning, match="no locks"), renewing(tmp_path):
+        pass
