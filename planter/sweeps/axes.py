@@ -20,7 +20,8 @@ def _choice(value: Any) -> Any:
     if not isinstance(value, list | tuple):
         return value
     texts = [isinstance(item, str) for item in value]
-    if any(texts) != all(texts):
+    numbers = [isinstance(item, int | float) and not isinstance(item, bool) for item in value]
+    if value and not all(texts) and not all(numbers):
         raise refused("", value, "it must be a list of numbers, or a list of texts")
     if len(set(value)) < len(value):
         raise refused("", value, "it must hold no value twice")

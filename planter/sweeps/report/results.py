@@ -13,7 +13,7 @@ from planter.report.html import Block, FigureSvg, Folded, Keys, Section, Table, 
 from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import flat, label
 from planter.sweeps import tidy
-from planter.sweeps.report.figures import Drawn, envelope, mapped, pairs
+from planter.sweeps.report.figures import MOST_KINDS, Drawn, envelope, mapped, pairs
 from planter.sweeps.results import SweepFound
 from planter.sweeps.rows import Rows
 from planter.sweeps.sweep import Sweep
@@ -53,7 +53,7 @@ def _provenance(sweep: Sweep) -> dict[str, Any]:
 
 def _figures(sweep: Sweep, rows: Rows) -> Iterator[tuple[str, Figure]]:
     points, outputs = rows.whole()
-    drawn, of = Drawn(rows.inputs, points), dict(zip(rows.outputs, outputs.T, strict=True))
+    drawn, of = Drawn(rows.inputs, points, sweep.plan.scheme != "grid"), dict(zip(rows.outputs, outputs.T, strict=True))
     for name in rows.outputs[:MOST_FIGURES]:
         if drawn.numbers:
             yield f"envelope-{name}", envelope(drawn, name, of[name])
@@ -87,8 +87,18 @@ def _sections(sweep: Sweep, found: SweepFound, drawn: Mapping[str, Rendered]) ->
 
 
 _DRAWN = (
-    ("Along each input", "envelope-", "Line: mean over all other inputs. Band: least to largest."),
-    ("Over two inputs", "map-", "Mean over all other inputs; empty where no row has a result."),
+    (
+        "Along each input",
+        "envelope-",
+        "A value without a result is a gap. "
+        f"Values at random are averaged in slices of their range. Of several texts the first {MOST_KINDS} are drawn.",
+    ),
+    (
+        "Over two inputs",
+        "map-",
+        "Mean over all other inputs; empty where no row has a result. "
+        "Values at random are averaged in slices of their ranges.",
+    ),
 )
 
 

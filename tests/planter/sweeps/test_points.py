@@ -80,3 +80,11 @@ def test_several_machines_are_the_first_input() -> None:
     plan = Plan.read(BASE | {"machine": ["wang2017", "compact"]}, "plan.toml")
     assert list(plan.axes) == ["machine", "speed_rpm"]
     assert plan.drawn.rows == 4
+
+
+@pytest.mark.parametrize(
+    "given", [[[1], [2]], [{"a": 1}], [1, "exact"], [True, False], [[]], [1, [2]], {"from": [1], "to": 2}, 3, None, "x"]
+)
+def test_values_of_the_wrong_kind_are_refused_by_name(given: object) -> None:
+    with pytest.raises(InputError, match=r"plan\.toml: .*speed_rpm"):
+        Plan.read({"machine": "wang2017", "inputs": {"speed_rpm": given}}, "plan.toml")

@@ -1,0 +1,97 @@
+"""Figures of sweeps show the computed rows: their ends, their values, and a band only over other inputs."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import FillBetweenPolyCollection, QuadMesh
+from matplotlib.patches import StepPatch
+
+from planter.kernels import Array
+from planter.sweeps.axes import Axis, axis
+from planter.sweeps.points import Grid, Latin
+from planter.sweeps.report.figures import SLICES, Drawn, envelope, mapped
+
+SPEED = {"from": 35, "to": 45, "steps": 61}
+MASS = [1.0, 1.1, 1.4]
+
+
+def drawn(at_random: bool = False, **inputs: Any) -> Drawn:
+    """The points of a grid, or 300 at random, over inputs as a plan has them."""
+    named = {name: Axis.model_validate(axis(given)) for name, given in inputs.items()}
+    axes = list(named.values())
+    points = Latin(axes, 300, 5) if at_random else Grid(axes)
+    return Drawn(named, points.block(0, points.rows), at_random)
+
+
+def panels(rows: Drawn, values: Array) -> list[Axes]:
+    return [axes for axes in envelope(rows, "out", values).axes if axes.get_visible()]
+
+
+def bands(axes: Axes) -> list[FillBetweenPolyCollection]:
+    return [one for one in axes.collections if isinstance(one, FillBetweenPolyCollection)]
+
+
+def test_one_input_is_a_line_through_all_rows() -> None:
+    rows = drawn(speed=SPEED)
+    values = rows.points[:, 0] ** 3
+    (axes,) = panels(rows, values)
+    (line,) = axes.lines
+    assert np.array_equal(line.get_xydata(), np.column_stack([rows.points[:, 0], values]))
+    assert bands(axes) == []
+
+
+def test_several_inputs_have_mean_and_extremes_at_every_value() -> None:
+    rows = drawn(speed=SPEED, mass=MASS)
+    speed, mass = rows.points.T
+    first, second = panels(rows, speed * mass)
+    at = np.linspace(35, 45, 61)
+    assert np.allclose(first.lines[0].get_xydata(), np.column_stack([at, at * np.mean(MASS)]), rtol=1e-14)
+    assert np.allclose(second.lines[0].get_xydata(), np.column_stack([MASS, 40 * np.array(MASS)]), rtol=1e-14)
+    extremes = bands(first)[0].get_datalim(first.transData)
+    assert (extremes.x0, extremes.x1) == (35, 45)
+    assert np.allclose([extremes.y0, extremes.y1], [35, 45 * 1.4])
+
+
+def test_texts_are_no_other_input() -> None:
+    rows = drawn(model=["exact", "printed"], speed=SPEED)
+    for axes in panels(rows, rows.points @ [1, 1]):
+        assert len(axes.lines[0].get_xdata()) == 61
+        assert bands(axes) == []
+
+
+def test_a_value_without_result_is_a_gap() -> None:
+    rows = drawn(speed=SPEED)
+    values = np.where(rows.points[:, 0] == 40, np.nan, 1.0)
+    (line,) = panels(rows, values)[0].lines
+    assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [30]
+
+
+def test_random_points_are_averaged_in_named_slices_up_to_the_ends() -> None:
+    rows = drawn(at_random=True, speed={"from": 35, "to": 45}, mass=MASS)
+    speed, _ = rows.points.T
+    first, second = panels(rows, speed)
+    (steps,) = (one for one in first.patches if isinstance(one, StepPatch))
+    means, edges, _ = steps.get_data()
+    assert str(SLICES) in first.get_xlabel()
+    assert np.array_equal(edges, np.linspace(35, 45, SLICES + 1))
+    inside = (speed >= edges[3]) & (speed < edges[4])
+    assert means[3] == pytest.approx(speed[inside].mean())
+    assert second.lines[0].get_xdata().tolist() == MASS
+    assert str(SLICES) not in second.get_xlabel()
+
+
+def test_one_random_input_is_a_line_through_all_rows() -> None:
+    rows = drawn(at_random=True, speed={"from": 35, "to": 45})
+    (line,) = panels(rows, 2 * rows.points[:, 0])[0].lines
+    order = np.sort(rows.points[:, 0])
+    assert np.array_equal(line.get_xydata(), np.column_stack([order, 2 * order]))
+
+
+def test_a_map_has_a_cell_for_every_computed_value() -> None:
+    rows = drawn(speed=SPEED, mass=MASS)
+    figure = mapped(rows, "speed", "mass", "out", rows.points[:, 0] * rows.points[:, 1])
+    assert figure is not None
+    (mesh,) = (one for one in figure.axes[0].collections if isinstance(one, QuadMesh))
+    assert np.allclose(mesh.get_array(), np.outer(MASS, np.linspace(35, 45, 61)))
