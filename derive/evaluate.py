@@ -19,7 +19,8 @@ TOLERANCE = mpf(10) ** -(DIGITS - 8)
 
 _FUNCTIONS = {
     **{getattr(sp, name): getattr(mpmath, name) for name in ("cos", "sin", "tan", "acos", "asin", "atan", "atan2")},
-    **{getattr(sp, name): getattr(mpmath, name) for name in ("exp", "log", "sign", "floor", "cosh", "sinh")},
+    **{getattr(sp, name): getattr(mpmath, name) for name in ("exp", "log", "sign", "floor", "cosh", "sinh", "tanh")},
+    **{getattr(sp, name): getattr(mpmath, name) for name in ("cot", "sec", "csc")},
     sp.Abs: abs,
     sp.Min: min,
     sp.Max: max,
@@ -27,11 +28,16 @@ _FUNCTIONS = {
 }
 _RELATIONS = {
     sp.Ge: lambda a, b: a >= b, sp.Gt: lambda a, b: a > b, sp.Le: lambda a, b: a <= b, sp.Lt: lambda a, b: a < b,
+    sp.Eq: lambda a, b: a == b, sp.Ne: lambda a, b: a != b,
 }  # fmt: skip
 
 
 class NotEvaluated(ValueError):
-    """A symbol has no value at a point, or a node cannot be evaluated."""
+    """A symbol has no value at a point, or an expression no real one."""
+
+
+class UnknownNodeError(ValueError):
+    """An expression contains a function or a relation that cannot be evaluated at any point."""
 
 
 class Point:
@@ -97,7 +103,7 @@ class Point:
             return values[0] ** values[1]
         if expr.func in _FUNCTIONS:
             return _FUNCTIONS[expr.func](*values)
-        raise NotEvaluated(f"{expr.func.__name__} cannot be evaluated")
+        raise UnknownNodeError(f"{expr.func.__name__} cannot be evaluated")
 
     def _case(self, expr: sp.Piecewise) -> mpf:
         for value, condition in expr.args:
@@ -112,6 +118,8 @@ class Point:
             return all(self._holds(a) for a in condition.args)
         if isinstance(condition, sp.Or):
             return any(self._holds(a) for a in condition.args)
+        if condition.func not in _RELATIONS:
+            raise UnknownNodeError(f"{condition} cannot be evaluated")
         relation: Callable[[mpf, mpf], bool] = _RELATIONS[condition.func]
         return bool(relation(self._value(condition.args[0]), self._value(condition.args[1])))
 

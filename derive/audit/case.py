@@ -95,7 +95,7 @@ class Case:
         All say the same; they differ in how many of the quantities that the print does not name are eliminated.
         """
         printed = self.paper.equations[number]
-        read = replace(printed, residual=self._read(number, choice))
+        read = replace(printed, residual=self._read(number, choice), defines=self._defined(number, choice))
         if printed.stands_alone:
             return [(read, None)]
         own = self.derived(number)
@@ -130,6 +130,15 @@ class Case:
         if not residual.free_symbols & zero.keys() or self.lifted(number) is None:
             return residual
         return residual.xreplace(dict.fromkeys(zero, sp.S.Zero))
+
+    def _defined(self, number: str, choice: Choice) -> Quantity | None:
+        """The quantity that a definition defines as its symbols are read; None if that is no multiple of a quantity."""
+        symbol = self.paper.equations[number].defines
+        if symbol is None:
+            return None
+        meant = {**self.reading_of(number), **choice.printed}.get(symbol, symbol)
+        quantity = sp.sympify(meant).as_coeff_Mul()[1]
+        return quantity if isinstance(quantity, Quantity) else None
 
     def lifted(self, number: str) -> Equation | None:
         """The derivation of an equation while assumptions are lifted; None where none bears on it."""

@@ -124,7 +124,7 @@ def aligned(printed: Equation, derived: Equation, points: Points, is_direction: 
     """Both sides on one footing: what they define a symbol as, else residuals with the factor that leaves less."""
     symbol = printed.defines
     if symbol is not None and derived.defines == symbol:
-        said, meant = (_solved(side, symbol) for side in (printed, derived))
+        said, meant = (solved(side, symbol) for side in (printed, derived))
         return Comparison(said, meant, points, turns=is_direction)
     wholes = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
     starts = [Comparison(whole, derived.residual, points, scales=symbol is None) for whole in wholes]
@@ -136,7 +136,7 @@ def aligned(printed: Equation, derived: Equation, points: Points, is_direction: 
     return min(best, best.scaled(abs(factor)), key=lambda c: c.distance)
 
 
-def _solved(side: Equation, symbol: Quantity) -> Expr:
+def solved(side: Equation, symbol: Quantity) -> Expr:
     """What an equation says that a symbol is, both sides with the same number on them or not."""
     slope = side.residual.diff(symbol)
     plain = not slope.is_number or slope == 1

@@ -12,11 +12,11 @@ from ..equations import Equation
 from ..evaluate import TOLERANCE
 from ..quantity import Quantity
 from .case import AS_READ, Case, Choice
-from .comparison import facing
+from .comparison import facing, solved
 from .edits import Edit
 from .fold import folded
 from .judge import judge
-from .judgement import FAULTS, Judgement
+from .judgement import FAULTS, UNJUDGED, Judgement, unjudged
 from .wording import Said, joined
 
 ACTIONS = ("N", "N m")
@@ -47,11 +47,21 @@ class Outcome:
 
 
 def heard(case: Case, number: str) -> Outcome:
-    """An equation's outcome; of equally kind readings the one that stands first."""
-    every = tuple(_heard(case, number, choice) for choice in case.choices(number))
+    """An equation's outcome; of equally kind readings the one that stands first.
+
+    A reading under which judging raises an error is `not judged`, and the least kind.
+    """
+    every = tuple(_attempted(case, number, choice) for choice in case.choices(number))
     if not every:
-        return Outcome(_heard(case, number, AS_READ))
+        return Outcome(_attempted(case, number, AS_READ))
     return Outcome(min(every, key=lambda hearing: hearing.judgement.severity), every)
+
+
+def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
+    try:
+        return _heard(case, number, choice)
+    except Exception as error:  # whatever a print contains, it must not end the audit of the others
+        return Hearing(unjudged(error), case.paper.equations[number], None, choice)
 
 
 def _heard(case: Case, number: str, choice: Choice) -> Hearing:
@@ -77,7 +87,7 @@ def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
     symbol, found = hearing.printed.defines, hearing.judgement
     if symbol is None or hearing.printed.legibility == "lost":
         return {}
-    said = found.edits[-1].result if found.verdict == "misprint" else symbol - hearing.printed.residual
+    said = found.edits[-1].result if found.verdict == "misprint" else solved(hearing.printed, symbol)
     held = case.subject.held(hearing.printed.claims, said)
     return {name: left for name, left in held.items() if any(abs(point(left)) > TOLERANCE for point in case.points)}
 
@@ -101,8 +111,8 @@ def _length(hearing: Hearing) -> int:
 
 
 def faced(case: Case, hearing: Hearing) -> Equation | None:
-    """The derived side of a hearing with the sign of the printed one."""
-    if hearing.derived is None:
+    """The derived side of a hearing with the sign of the printed one; None where there is nothing to compare."""
+    if hearing.derived is None or hearing.judgement.verdict == UNJUDGED:
         return None
     return facing(hearing.printed, hearing.derived, tuple(case.points))
 
@@ -135,8 +145,8 @@ def reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol,
     edits += [f"{name} does not vanish" for name in judgement.loose]
     unlike = [f"{', '.join(map(str, judgement.unexplained))} is not derived"] if judgement.unexplained else []
     lacking = [] if judgement.unexplained else _left_out(judgement.missing, printed.residual, actions)
-    told = [*edits, *unlike, *lacking] or [str(text) for text in judgement.corrections[0]]
-    return tuple(dict.fromkeys(told))
+    corrected = [str(text) for text in next(iter(judgement.corrections), ())]
+    return tuple(dict.fromkeys([*edits, *unlike, *lacking] or corrected or [f"({printed.number}) does not hold"]))
 
 
 def _same_wherever(edit: Edit) -> str:

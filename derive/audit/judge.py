@@ -16,7 +16,7 @@ from .definition import defined
 from .difference import lacking
 from .edits import Edit
 from .independent import explained
-from .judgement import Judgement
+from .judgement import UNJUDGED, Judgement
 from .terms import Points, value
 from .unclaimed import held
 from .wording import Said, joined
@@ -38,6 +38,8 @@ def judge(
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent, at = is_consistent(printed.residual), tuple(points)
+    if unknown := sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)):
+        return Judgement(UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for")
     faced = turned(printed, derived, at)
     comparison = aligned(faced, derived, at, printed.defines in directions)
     meant = derived.relation if faced is printed else FLIPPED[derived.relation]

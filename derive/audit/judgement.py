@@ -7,14 +7,17 @@ from typing import Literal
 
 from sympy import Expr
 
+from ..evaluate import NotEvaluated, UnknownNodeError
 from .edits import Edit
 
 Word = Literal[
     "confirmed", "confirmed as rebuilt", "untested", "misprint", "incomplete", "contradicted", "reconstructed",
-    "definition",
+    "definition", "not judged",
 ]  # fmt: skip
 FAULTS: tuple[Word, ...] = ("misprint", "incomplete", "contradicted")
 """Verdicts that find fault with a print, the slightest first."""
+UNJUDGED: Word = "not judged"
+"""The verdict on an equation that stops the judge; its finding says why."""
 
 
 @dataclass(frozen=True)
@@ -38,5 +41,12 @@ class Judgement:
         """What a judgement is the milder for being less: of the verdict, the terms left over, the edits needed."""
         left = len(self.missing) + len(self.unexplained)
         needed = min((len(c) for c in self.corrections), default=0)
-        grade = 1 + FAULTS.index(self.verdict) if self.verdict in FAULTS else 0
+        grade = (*FAULTS, UNJUDGED).index(self.verdict) + 1 if self.verdict in (*FAULTS, UNJUDGED) else 0
         return grade, left, needed
+
+
+def unjudged(error: Exception) -> Judgement:
+    """Return the judgement on an equation of which judging raised an error, with the reason in words."""
+    text = " ".join(str(error).split())
+    plain = isinstance(error, NotEvaluated | UnknownNodeError)
+    return Judgement(UNJUDGED, text if plain else f"{type(error).__name__}: {text}")

@@ -113,7 +113,7 @@ def of_equation(case: Case, number: str) -> str:
             case.read_as(number),
             *(_choice(choice) for choice in case.choices(number)),
             *(f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items()),
-            str(printed.defines in case.directions),
+            str(pairs[-1][0].defines in case.directions),
             str(case.subject.held(printed.claims, printed.defines)) if printed.defines else "",
             *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
             *(f"{s} {called}" for s, called in sorted(case.subject.actions().items(), key=str) if s in symbols),

@@ -137,8 +137,8 @@ def _vanishing(terms: Sequence[Record]) -> Iterator[str]:
         yield ""
 
 
-def _number(value: float | None, digits: int) -> str:
-    return "no real value" if value is None else f"{value:.{digits}g}"
+def _number(value: float | None, digits: int, absent: str = "no real value") -> str:
+    return absent if value is None else f"{value:.{digits}g}"
 
 
 def _laws(records: Sequence[Record]) -> list[str]:
@@ -152,7 +152,9 @@ def _laws(records: Sequence[Record]) -> list[str]:
     for record in records:
         sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
         laid = " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
-        size = f"{record['violation']:.{LAW_DIGITS}g}"
+        if record["violation"] is None:
+            laid = record["owed"]
+        size = _number(record["violation"], LAW_DIGITS, "unknown")
         lines += [f"| {record['paper']} | {record['law']} | {size} | {record['unit']} | {laid} | {record['search']} |"]
     lines += ["", "What each of these equations does: what its repair alone takes away, what it alone leaves when all"]
     lines += ["others are repaired, and its Shapley value, the mean over all orders of repair; these add up.", ""]

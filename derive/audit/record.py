@@ -18,7 +18,7 @@ from . import mathml
 from .case import Case
 from .causes import causes
 from .hearing import Outcome, faced, heard, is_fragile, reasons
-from .judgement import Judgement
+from .judgement import Judgement, unjudged
 from .terms import expanded, value
 from .vanishing import Vanished, vanished
 from .wording import Piece, Said, joined
@@ -43,8 +43,45 @@ def reusable(known: Record | None, key: str) -> bool:
 
 
 def equation(case: Case, number: str, key: str) -> Record:
-    """The finding on an equation of a paper."""
-    outcome = heard(case, number)
+    """The finding on an equation of a paper; `not judged` with the reason where any step of it raises an error."""
+    try:
+        return _recorded(case, number, key, heard(case, number))
+    except Exception as error:  # one equation must not end the audit of the others
+        return not_judged(case, number, key, error)
+
+
+def not_judged(case: Case, number: str, key: str, error: Exception) -> Record:
+    """The record of an equation that cannot be judged, with the reason in `finding`."""
+    printed, found = case.paper.equations[number], unjudged(error)
+    text = _text(printed)
+    try:
+        shown = mathml.equation(printed)
+    except Exception:  # what cannot be judged may be what cannot be set
+        shown = mathml.sentence(text)
+    empty: Record = {part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")}
+    return {
+        "paper": case.paper.name,
+        "equation": number,
+        "legibility": printed.legibility,
+        "rebuilt": list(printed.rebuilt),
+        "claims": str(printed.claims),
+        "verdict": found.verdict,
+        "finding": found.finding,
+        "fragile": False,
+        "reading": "",
+        "robust": True,
+        "reasons": [],
+        "printed": text,
+        "derived": "",
+        "defines": str(printed.defines or ""),
+        "key": key,
+        MATHML: {"printed": shown, "derived": "", "finding": mathml.sentence(found.finding), "reading": "", **empty},
+        **empty,
+    }
+
+
+def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
+    """The record of an outcome."""
     found, printed, meant = outcome.kindest.judgement, outcome.kindest.printed, faced(case, outcome.kindest)
     derived = outcome.kindest.derived
     flipped = derived and meant and meant.residual == -derived.residual

@@ -21,6 +21,7 @@ import sympy as sp
 from ..chain import Chain, Solve, Together
 from ..equations import Equation, among
 from .formula import Formula, Programme
+from .judgement import UNJUDGED, unjudged
 from .laws import Array, Cycle, Dynamics, Law, Values
 
 Repairs = frozenset[str]
@@ -274,7 +275,23 @@ def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
 
 def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
     """A record for every law: by how much the chain breaks it, and the smallest repair of what is printed."""
-    return [_finding(paper, trial, law) for law in trial.dynamics.laws]
+    return [_attempted(paper, trial, law) for law in trial.dynamics.laws]
+
+
+def untried(paper: str, law: str, unit: str, error: Exception) -> dict[str, Any]:
+    """The record of a law that cannot be tried, with the reason in `owed`; its violation is unknown, null."""
+    empty: dict[str, Any] = {"caused_by": [], "or_by": [], "shares": []}
+    record = {"paper": paper, "law": law, "violation": None, "unit": unit, "search": UNJUDGED}
+    return {**record, **empty, "owed": unjudged(error).finding}
+
+
+def _attempted(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
+    try:
+        return _finding(paper, trial, law)
+    except LawError:
+        raise
+    except Exception as error:  # a law that cannot be tried says nothing of the others
+        return untried(paper, law.name, law.unit, error)
 
 
 def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from ..dimensions import is_consistent
 from ..equations import Equation
 from ..evaluate import TOLERANCE, Point
 from ..quantity import Quantity
+from .comparison import solved
 from .edits import Edit, edits
 from .judgement import Judgement
 from .terms import Points, largest_term, value
@@ -38,7 +39,7 @@ def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Ite
     """Every edit with the residual that it leaves, but for those that leave nothing to say."""
     known = [word for word in words if all(word in point for point in points)]
     symbol = printed.defines
-    said = printed.residual if symbol is None else symbol - printed.residual
+    said = printed.residual if symbol is None else solved(printed, symbol)
     for edit in edits(said, known, whole=symbol is not None):
         residual = edit.result if symbol is None else symbol - edit.result
         if len(sp.Add.make_args(residual)) > 1:

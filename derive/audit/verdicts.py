@@ -11,16 +11,20 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from ..equations import ClaimError
 from . import key, page, record
 from .case import Case
 from .causes import told
+from .judgement import UNJUDGED
 from .references import references
-from .trial import Trial, findings
+from .trial import Trial, findings, untried
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
 """What is written: the findings, their formulas typeset, and the findings to read."""
 Place = tuple[str, str]
 """Name and file of a module, to load it again in another process."""
+Numbered = tuple[str, str]
+"""Name of a module and number of an equation of its paper."""
 
 
 def cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
@@ -73,8 +77,18 @@ def judged(
 ) -> tuple[list[record.Record], list[record.Record]]:
     """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel."""
     found = cases(modules)
-    keys = {(m, n): key.of_equation(case, n) for m, case in found.items() for n in case.paper.equations}
-    records = {(m, n): known.get((found[m].paper.name, n)) for m, n in keys}
+    for case in found.values():
+        _ = case.points, case.cycle  # what has no values at all is an error of the subject, not of an equation
+    keys: dict[Numbered, str] = {}
+    records: dict[Numbered, record.Record | None] = {}
+    for m, n in [(m, n) for m, case in found.items() for n in case.paper.equations]:
+        try:
+            keys[m, n] = key.of_equation(found[m], n)
+            records[m, n] = known.get((found[m].paper.name, n))
+        except ClaimError:
+            raise
+        except Exception as error:  # without a key there is no comparison to judge: one line, not the end
+            keys[m, n], records[m, n] = "", record.not_judged(found[m], n, "", error)
     law_keys = {m: key.of_laws(case) for m, case in found.items() if case.chains}
     laws = {m: [r for r in known_laws if r["paper"] == found[m].paper.name] for m in law_keys}
     open_equations = [one for one, old in records.items() if not record.reusable(old, keys[one])]
@@ -91,7 +105,9 @@ def judged(
 
 
 def _with_sentence(law: record.Record, equations: Iterable[record.Record]) -> record.Record:
-    """The record of a law with the sentence that says what it is owed to most."""
+    """The record of a law with the sentence that says what it is owed to most; one not judged has its reason there."""
+    if law["search"] == UNJUDGED:
+        return law
     return law | {"owed": told(law, {r["equation"]: r for r in equations if r["paper"] == law["paper"]})}
 
 
@@ -104,18 +120,25 @@ def load(places: Iterable[Place]) -> None:
             spec.loader.exec_module(sys.modules[name])
 
 
-def _equation(one: tuple[str, str], its_key: str) -> record.Record:
+def _equation(one: Numbered, its_key: str) -> record.Record:
     module, number = one
     return record.equation(_case(module), number, its_key)
 
 
 def _laws(module: str, its_key: str) -> list[record.Record]:
-    """The findings on the chains of a case as a whole; none if its subject states no laws."""
+    """The findings on the chains of a case as a whole; none if its subject states no laws.
+
+    Where the chains cannot be executed at all there is one record, `not judged`, with the reason.
+    """
     case = _case(module)
-    dynamics = case.subject.dynamics()
-    if case.chains is None or dynamics is None:
-        return []
-    return [found | {"key": its_key} for found in findings(case.paper.name, Trial(*case.chains, dynamics))]
+    try:
+        dynamics = case.subject.dynamics()
+        if case.chains is None or dynamics is None:
+            return []
+        found = findings(case.paper.name, Trial(*case.chains, dynamics))
+    except Exception as error:  # equations are judged one by one, whatever becomes of their chain
+        found = [untried(case.paper.name, "laws of the chain as a whole", "", error)]
+    return [law | {"key": its_key} for law in found]
 
 
 def _case(module: str) -> Case:

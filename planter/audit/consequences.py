@@ -11,6 +11,7 @@ from typing import Any
 from planter.audit.registry import CONSEQUENCES, FORMULAS, Inputs, Value
 
 FAULTY = ("misprint", "incomplete", "contradicted")
+UNJUDGED = "not judged"
 HEADLINE = "headline number"
 Entry = dict[str, Any]
 

@@ -26,6 +26,7 @@ from typing import Any
 from planter import rooms
 from planter.audit import slips
 from planter.audit.registry import FORMULAS, Inputs, Value
+from planter.errors import ComputationError
 from planter.files.text import parse_toml
 
 SUFFIX = ".toml"
@@ -55,11 +56,15 @@ class Number:
 
 @dataclass(frozen=True)
 class Recomputed:
-    """A printed number beside the one that was computed, with the assumed inputs that this took."""
+    """A printed number beside the one that was computed, with the assumed inputs that this took.
+
+    `reason` says why there is no value where the computation did not succeed.
+    """
 
     number: Number
     value: Value
     assumed: Sequence[str]
+    reason: str = ""
 
     @property
     def equal(self) -> bool:
@@ -140,10 +145,16 @@ def numbers(table: Mapping[str, Any]) -> Iterator[Number]:
 
 
 def recompute(number: Number, table: Mapping[str, Any]) -> Recomputed:
-    """Computes a number from its paper's inputs; what was assumed is seen from what the formula reads."""
+    """Compute a number from its paper's inputs; what was assumed is seen from what the formula reads.
+
+    A computation that does not succeed is that of this number alone: there is no value then, but a reason.
+    """
     inputs = Inputs(number.arguments, table["disclosed"][number.paper], table["assumed"][number.paper])
-    value = FORMULAS[number.by](inputs)
-    return Recomputed(number, value, tuple(inputs.assumed))
+    try:
+        value, reason = FORMULAS[number.by](inputs), ""
+    except ComputationError as error:
+        value, reason = None, str(error)
+    return Recomputed(number, value, tuple(inputs.assumed), reason)
 
 
 def equal(printed: str, value: float) -> bool:
@@ -163,9 +174,9 @@ def verdict(one: Recomputed, of_paper: Sequence[Recomputed]) -> str:
 
     From disclosed inputs alone a number is reproduced or not. One that rests on assumed inputs is consistent if it is
     hit and if the same inputs, or part of them, hit more printed values than they are many; else, or where an
-    undisclosed input is needed, it is not recomputable.
+    undisclosed input is needed or the computation does not succeed, it is not recomputable.
     """
-    if one.number.needs:
+    if one.number.needs or one.reason:
         return "not recomputable"
     if not one.assumed:
         return "reproduced" if one.equal else "not reproduced"
@@ -208,6 +219,7 @@ def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
         "needs": list(number.needs),
         "printed_text": number.printed,
         "reading": number.reading,
+        "reason": one.reason,
         "formula": number.by,
         "cured_by": "",
         "cured_to": None,

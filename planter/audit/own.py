@@ -31,8 +31,7 @@ class Tried:
 def tried(source: Path, printed: Path | None = None) -> Tried:
     """The papers of a Python file or folder, judged; the numbers of one of them from a file.
 
-    Verdicts and functions are written to ``generated`` beside it. Raises InputError for what is wrong in either file,
-    ComputationError where a number cannot be computed.
+    Verdicts and functions are written to ``generated`` beside it. Raises InputError for what is wrong in either file.
     """
     listed = None if printed is None else question.read(printed)
     folder = (source if source.is_dir() else source.parent) / GENERATED

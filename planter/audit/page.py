@@ -124,9 +124,10 @@ def equations(found: Sequence[Entry], typeset: Entry) -> str:
 
 def laws(found: Sequence[Entry]) -> str:
     """Laws that a printed chain as a whole obeys or breaks, and which equations break them."""
-    rows = [(e["law"], float(e["violation"]), e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
+    rows = [(e["law"], e["violation"], e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
     head = ("law", "broken by", "unit", "restored by repairing", "search for the smallest set")
     parts = [markup.table(head, rows, "tight"), *(_shares(law) for law in found if law.get("shares"))]
+    parts += [markup.paragraph(f"{_begun(e['law'])}: {e['owed']}.") for e in found if e["violation"] is None]
     return "\n".join(parts)
 
 
@@ -229,6 +230,7 @@ MEANINGS = {
     "contradicted": "a printed term is neither derived nor explained by an edit",
     "reconstructed": "the print is lost; the derivation stands alone",
     "definition": "names a quantity, and agrees with what else the paper prints of it",
+    "not judged": "the equation could not be judged, for the reason that stands with it",
     "hangs on": "a reading that the paper leaves open, a single character that may be misread, pieces completed",
     "repaired alone, left alone, Shapley": "what an equation's repair takes away, what it leaves when all others are "
     "repaired, and the mean over all orders of repair",

@@ -38,7 +38,10 @@ class Depends(Record):
 
 @dataclass(frozen=True)
 class Equation(Record):
-    """A printed equation: verdict, smallest corrections, missing and unexplained terms, what the verdict hangs on."""
+    """A printed equation: verdict, smallest corrections, missing and unexplained terms, what the verdict hangs on.
+
+    The verdict is `not judged` where judging it raises an error; `finding` is the reason.
+    """
 
     paper: str
     equation: str
@@ -74,11 +77,14 @@ class Share(Record):
 
 @dataclass(frozen=True)
 class Law(Record):
-    """A law that the printed equations break as a whole, or keep, and the repairs that restore it."""
+    """A law that the printed equations break as a whole, or keep, and the repairs that restore it.
+
+    `violation` is null and `search` is `not judged` where the law cannot be tried; `owed` says why.
+    """
 
     paper: str
     law: str
-    violation: float
+    violation: float | None
     unit: str
     caused_by: list[str]
     or_by: list[list[str]]
@@ -90,7 +96,10 @@ class Law(Record):
 
 @dataclass(frozen=True)
 class Number(Record):
-    """A printed number, what it comes to, and by how much that differs; `place` is where it is printed, if told."""
+    """A printed number, what it comes to, and by how much that differs; `place` is where it is printed, if told.
+
+    `reason` says why nothing was computed, where the computation did not succeed.
+    """
 
     paper: str
     place: str
@@ -104,6 +113,7 @@ class Number(Record):
     needs: list[str]
     printed_text: str
     reading: str
+    reason: str
     formula: str
     cured_by: str
     cured_to: float | None

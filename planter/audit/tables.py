@@ -133,7 +133,10 @@ def _say(text: str) -> None:
 
 
 def remark(equation: Entry) -> str:
-    """What is wrong with an equation, in a few words: its correction, and the largest of its missing terms."""
+    """What is wrong with an equation, in a few words: its correction, and the largest of its missing terms.
+
+    Of one that is not judged, the reason.
+    """
     parts = [_cut(equation["finding"])] if equation["verdict"] == "contradicted" else []
     parts += [f"correct {text}" for text in equation["correction"]]
     if equation["terms"]:
@@ -142,7 +145,7 @@ def remark(equation: Entry) -> str:
         share = largest["share_of_largest"]
         size = "" if share is None else f", {100 * share:.3g} % of the largest term"
         parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_cut(largest['term'])}{size}")
-    if not parts and equation["verdict"] in FAULTY:
+    if not parts and equation["verdict"] in (*FAULTY, consequences.UNJUDGED):
         parts.append(equation["finding"])
     return "; ".join(parts)
 
@@ -168,6 +171,8 @@ def _cut(text: str) -> str:
 
 def blamed(law: Entry) -> str:
     """The smallest sets of equations whose repair restores a law."""
+    if law["violation"] is None:
+        return consequences.UNJUDGED
     sets = [law["caused_by"], *law.get("or_by", ())] if law["caused_by"] else []
     return " or ".join(", ".join(chosen) for chosen in sets) or "kept"
 
@@ -216,7 +221,8 @@ def basis(number: Entry) -> str:
     assumed = number["assumed_inputs"]
     listed = ", ".join(assumed) if len(assumed) <= 2 else f"{len(assumed)} inputs"
     lacking = f"not disclosed: {', '.join(number['needs'])}" if number["needs"] else ""
-    return "; ".join(part for part in (listed and f"assumed: {listed}", lacking, number["reading"]) if part)
+    parts = (listed and f"assumed: {listed}", lacking, number["reading"], number["reason"])
+    return "; ".join(part for part in parts if part)
 
 
 def tally(found: Mapping[str, int]) -> str:

@@ -9,7 +9,6 @@ from derive.audit.judge import judge
 from derive.audit.judgement import Judgement
 from derive.dimensions import DimensionError, dimension, of_unit
 from derive.equations import Equation
-from derive.evaluate import NotEvaluated
 from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, judged, quantity, t, u, v, x, x_dot
 
 
@@ -89,9 +88,10 @@ def test_a_printed_value_that_is_not_real_is_a_difference_and_no_crash() -> None
     assert found.verdict != "confirmed"
 
 
-def test_a_symbol_without_a_value_is_no_difference_but_an_error() -> None:
-    with pytest.raises(NotEvaluated, match="nowhere has no value"):
-        judged(a - quantity("nowhere"), a - b)
+def test_symbol_without_value_is_not_judged() -> None:
+    found = judged(a - quantity("nowhere"), a - b)
+    assert found.verdict == "not judged"
+    assert found.finding.startswith("nowhere has no value")
 
 
 def test_a_summand_too_many_also_in_a_bracket() -> None:

@@ -148,6 +148,32 @@ def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[s
     assert said in str(error.value)
 
 
+@pytest.mark.long
+def test_wrong_equation_without_claim_is_one_line(folder: Path) -> None:
+    text = (folder / "slider_crank_paper.py").read_text(encoding="utf-8")
+    claim = '    m.balance(bodies["rod"], "moment"),\n'
+    assert text.count(claim) == 1
+    (folder / "unclaimed_paper.py").write_text(text.replace(claim, ""), encoding="utf-8")
+    result = answer("audit", str(folder / "unclaimed_paper.py"))
+    found = {e["equation"]: e for e in result["equations"]}
+    assert {number: e["verdict"] for number, e in found.items() if e["verdict"] != "confirmed"} == {
+        "2": "misprint", "4": "misprint", "5": "contradicted",
+    }  # fmt: skip
+    assert found["5"]["reasons"] == ["(5) does not hold"]
+    jsonschema.validate(result, committed("audit"))
+
+
+def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -> None:
+    """A rod that is shorter than the crank: the loop does not close."""
+    source = numbers(folder, ('printed = "249.8"', 'printed = "249.8"\nwith = { l_mm = 20 }'))
+    papers = {"invented2026": {"model": "slider_crank"}}
+    found = trial._judged(question.read(source), source, papers, folder / "generated")
+    assert [(one["verdict"], one["recomputed"]) for one in found[:1]] == [("not recomputable", None)]
+    assert "do not close" in found[0]["reason"]
+    others = [(one["quantity"], one["recomputed"]) for one in found[1:]]
+    assert others == [(one["quantity"], one["recomputed"]) for one in result["numbers"][1:]]
+
+
 def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
     source = numbers(folder, ("[disclosed]", 'paper = "invented2025"\n[disclosed]'))
     papers: dict[str, Any] = {"invented2026": {}, "another": {}}

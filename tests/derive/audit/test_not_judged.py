@@ -1,0 +1,149 @@
+"""An equation, a reading, a law or a number that cannot be judged costs one line: the rest is judged all the same."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from derive.audit import key, page, record, verdicts
+from derive.audit.case import Case
+from derive.audit.hearing import heard
+from derive.audit.laws import Cycle, Dynamics, Law
+from derive.audit.paper import Paper, Reading
+from derive.chain import Chain
+from derive.equations import derived
+from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, u, x
+
+ODD = sp.Function("odd")
+
+
+def made_up() -> Case:
+    """A case with a sum ``x = a u`` that is derived, and nothing printed yet."""
+    return Case(Paper("made up", "A made-up paper"), MadeUp({MadeUpClaim.SUM: derived(MadeUpClaim.SUM, x - a * u, x)}))
+
+
+def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record.Record], list[record.Record]]:
+    """Records of all equations by number and of the laws, judged in this process."""
+    module = ModuleType("made_up_case")
+    module.__file__ = "made_up_case.py"
+    module.CASE = case  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+
+    class Here:
+        def __enter__(self) -> Here:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            return None
+
+        map = staticmethod(map)
+
+        @staticmethod
+        def submit(function: Any, *arguments: Any) -> Any:
+            found = function(*arguments)
+            return type("Done", (), {"result": staticmethod(lambda: found)})
+
+    monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: Here())
+    monkeypatch.setattr(key, "of_laws", lambda _: "of laws")
+    records, laws = verdicts.judged([module], {}, [])
+    return {found["equation"]: found for found in records}, laws
+
+
+def test_bad_equation_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = made_up()
+    unknown = case.paper.symbol("Z_1", "m", "a length that nothing explains")
+    case.paper.defines("right", x, a * u, MadeUpClaim.SUM)
+    case.paper.defines("unknown", x, a * u + unknown, MadeUpClaim.SUM)
+    case.paper.defines("odd", x, ODD(a) * u, MadeUpClaim.SUM)
+    case.paper.equation("odd, unclaimed", x - ODD(a))
+    case.paper.defines("wrong", x, a * u + 3 * b + 7 * c)
+    case.paper.defines("wrong and claimed", x, 2 * a * u, MadeUpClaim.SUM)
+    found, _ = audit(case, monkeypatch)
+    assert {number: one["verdict"] for number, one in found.items()} == {
+        "right": "confirmed", "unknown": "not judged", "odd": "not judged", "odd, unclaimed": "not judged",
+        "wrong": "contradicted", "wrong and claimed": "misprint",
+    }  # fmt: skip
+    assert "Z_1" in found["unknown"]["finding"]
+    assert "odd" in found["odd"]["finding"]
+    assert found["wrong"]["reasons"] == ["(wrong) does not hold"]
+    text = page.as_page(list(found.values()), {"made up": "A made-up paper"})
+    assert "3 not judged" in text
+    assert "### (odd) not judged" in text
+    for one in found.values():
+        assert one.keys() == found["right"].keys()
+        assert one["mathml"].keys() == found["right"]["mathml"].keys()
+
+
+def test_key_error_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = made_up()
+    for number in ("1", "2"):
+        case.paper.defines(number, x, a * u, MadeUpClaim.SUM)
+    of_equation = key.of_equation
+    broken = {"1": RuntimeError("this one has no key")}
+
+    def key_of(own: Case, number: str) -> str:
+        if number in broken:
+            raise broken[number]
+        return of_equation(own, number)
+
+    monkeypatch.setattr(key, "of_equation", key_of)
+    found, _ = audit(case, monkeypatch)
+    assert [found[number]["verdict"] for number in "12"] == ["not judged", "confirmed"]
+    assert "this one has no key" in found["1"]["finding"]
+
+
+def test_unreadable_interpretation_is_the_least_kind() -> None:
+    case = made_up()
+    case.paper.defines("1", x, b * u, MadeUpClaim.SUM)
+    case.paper.admits(["1"], Reading("b is odd", {b: ODD(a)}), Reading("b is twice a", {b: 2 * a}))
+    outcome = heard(case, "1")
+    assert [one.judgement.verdict for one in outcome.every] == ["not judged", "misprint"]
+    assert outcome.kindest.judgement.verdict == "misprint"
+
+
+def test_subject_without_values_is_still_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = made_up()
+    case.paper.defines("1", x, a * u, MadeUpClaim.SUM)
+
+    def admissible(*_: object) -> None:
+        raise ValueError("its loops close nowhere")
+
+    monkeypatch.setattr(MadeUp, "admissible", admissible)
+    with pytest.raises(ValueError, match="close nowhere"):
+        audit(case, monkeypatch)
+
+
+def test_defined_symbol_may_be_mapped() -> None:
+    case = made_up()
+    foreign = case.paper.symbol("X_1", "m", "what the paper calls x")
+    case.paper.defines("1", foreign, a * u, MadeUpClaim.SUM)
+    case.paper.defines("2", foreign, -a * u, MadeUpClaim.SUM)
+    case.paper.defines("half", foreign, a * u / 2, MadeUpClaim.SUM)
+    case.paper.defines("reversed", foreign, -a * u, MadeUpClaim.SUM)
+    case.paper.reads({foreign: x}, "1", "2")
+    case.paper.reads({foreign: x / 2}, "half")
+    case.paper.reads({foreign: -x}, "reversed")
+    found = {number: heard(case, number).kindest.judgement for number in case.paper.equations}
+    assert {number: one.verdict for number, one in found.items()} == {
+        "1": "confirmed", "2": "misprint", "half": "confirmed", "reversed": "confirmed",
+    }  # fmt: skip
+    assert found["2"].corrections
+
+
+def test_law_that_cannot_be_tried_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = made_up()
+    case.paper.defines("1", x, a * u, MadeUpClaim.SUM)
+    cycle = Cycle(({a: np.ones(3)},), np.ones(3))
+    dynamics = Dynamics((Law("a law of nothing", "N", (ODD(a),)),), {"reference": cycle}, {}, ())
+    monkeypatch.setattr(MadeUp, "dynamics", lambda _: dynamics)
+    found, (law,) = audit(replace(case, chains=(Chain({}, []), Chain({}, []))), monkeypatch)
+    assert found["1"]["verdict"] == "confirmed"
+    assert (law["violation"], law["search"], law["caused_by"]) == (None, "not judged", [])
+    assert law["owed"]
+    assert "unknown" in page.as_page(list(found.values()), {"made up": ""}, [law])
