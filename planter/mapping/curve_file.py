@@ -12,6 +12,7 @@ from planter.files import csv_rows, examples
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
 from planter.numerics.angles import TURN
+from planter.numerics.spacing import WIDEST, find_gap
 
 HEADER = ("carrier_deg", "relative_deg")
 CLOSED = 1e-6
@@ -49,6 +50,13 @@ def _closed(source: str, numbers: Sequence[int], points: Array) -> AngleCurve:
         hint = " (is this the arm's own angle? then the carrier's must be taken from it)" if same else ""
         allowed = f"be 360 less or more than the first, {relative[0]:g}{hint}"
         raise _refused(source, numbers[-1], "relative_deg", relative[-1], allowed)
+    gap = find_gap(steps)
+    if gap is not None:
+        allowed = (
+            f"be at most {WIDEST:g} times the median step, {np.median(steps):.4g} deg, beyond {carrier[gap]:g}, the "
+            "one before: a curve over a gap is a guess"
+        )
+        raise _refused(source, numbers[gap + 1], "carrier_deg", carrier[gap + 1], allowed)
     sense = 1 if relative[-1] > relative[0] else -1
     theta, y = np.radians(carrier), np.radians(relative)
     return AngleCurve(np.append(theta[:-1], theta[0] + TURN), np.append(y[:-1], y[0] + sense * TURN), sense)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 
@@ -19,6 +20,16 @@ TAIL, LAST = 2e-14, 3
 """A panel is halved while one of its last coefficients is a larger share of the function's size."""
 DEEPEST = 12
 """A panel is halved this often at most: what then is left is rounding of the function."""
+MOST = 3000
+"""Largest number of panels beyond four for each that a function begins with: rough functions end there, in seconds."""
+
+
+class RoughFunctionError(ComputationError):
+    """A function that too many panels do not represent to rounding."""
+
+    def __init__(self, panels: int) -> None:
+        super().__init__(f"a function is not represented to rounding by {panels} Chebyshev series")
+
 
 Rows = Callable[[Array], Array]
 
@@ -35,8 +46,12 @@ class Panels:
 
     @classmethod
     def of(cls, functions: Rows, breaks: Array) -> Panels:
-        """Of functions that give (f, n) at places (n,), smooth between breaks (m + 1,)."""
+        """Return the series of functions that give (f, n) at places (n,), smooth between breaks (m + 1,).
+
+        Raises RoughFunctionError where they are not.
+        """
         left, kept = list(itertools.pairwise(breaks)), []
+        most = 4 * len(left) + MOST
         size: Array | float = 0.0
         for depth in range(DEEPEST + 1):
             low, high = np.array(left).T
@@ -50,6 +65,8 @@ class Panels:
             left = [pair for a, b, c in halves for pair in ((a, b), (b, c))]
             if not left:
                 break
+            if len(left) + len(kept) > most:
+                raise RoughFunctionError(most)
         kept.sort(key=lambda panel: panel[0])
         ends = np.array([*(a for a, _, _ in kept), kept[-1][1]])
         return cls(ends, np.array([one for _, _, one in kept]))

@@ -7,6 +7,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.files import csv_rows
 from planter.kernels import Array
+from planter.numerics.spacing import WIDEST, find_gap
 
 HEADER = ("x_mm", "y_mm")
 LEAST = 12
@@ -27,9 +28,17 @@ def parse_points(text: str, source: str) -> tuple[Array, float]:
         points = points[:-1]
     if len(points) < LEAST:
         raise InputError(f"{source}: {len(points)} points are not enough: there must be at least {LEAST}")
-    for i, step in enumerate(np.hypot(*(np.roll(points, -1, axis=0) - points).T), 1):
+    steps = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    for i, step in enumerate(steps, 1):
         if step == 0:
             raise InputError(f"{source}: point {i} is given twice in a row: neighbours must differ")
+    gap = find_gap(steps)
+    if gap is not None:
+        raise InputError(
+            f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} mm apart, which is not "
+            f"allowed: on a closed path neighbours must be within {WIDEST:g} times the median distance, "
+            f"{np.median(steps):.4g} mm"
+        )
     return points / 1000, 10.0 ** -max(_places(cell) for row in table.rows for cell in row) / 1000
 
 

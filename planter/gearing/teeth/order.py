@@ -15,6 +15,8 @@ Process = Literal["hob", "shaper", "wire"]
 Keep = Literal["size", "module"]
 
 LEAST_TEETH = 6
+MOST_TEETH = 1000
+"""Largest number of teeth on a gear: every flank is solved, which takes some ten milliseconds a tooth."""
 MODULE = 2e-3
 """Module where nothing is said of module or teeth [m]."""
 _WHOLE = 1e-9
@@ -81,6 +83,8 @@ def sized(pair: Pair, order: Order, name: str) -> Sized:
             f"as long, would have {mate:.6g} teeth"
         )
     for count in (z, round(mate)):
-        if count < LEAST_TEETH:
-            raise InputError(f"{name}: {count} teeth are not allowed: there must be at least {LEAST_TEETH} on a gear")
+        if not LEAST_TEETH <= count <= MOST_TEETH:
+            raise InputError(
+                f"{name}: {count} teeth are not allowed: there must be {LEAST_TEETH} to {MOST_TEETH} on a gear"
+            )
     return Sized(pair.scaled(scale), float(scale), float(own), (z, round(mate)))

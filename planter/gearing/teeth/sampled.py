@@ -2,26 +2,57 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from planter.errors import GeometryError
 from planter.gearing.teeth.pair import Pair, of_contact
 from planter.gearing.teeth.rack import RACK
 from planter.kernels import Array
-from planter.numerics.angles import TURN
-from planter.numerics.chebyshev import Panels
+from planter.numerics.angles import TURN, turn_deg
+from planter.numerics.chebyshev import Panels, RoughFunctionError
+
+_TRIED = 9
+"""Places between neighbouring points at which the curve through them is examined."""
+_ROUNDING = 1e-9
+"""Share by which the bracket of the centre distance is widened: a circle's lies at its end."""
+
+
+class Curve(Protocol):
+    """Radii (n,) [m] at angles (n,) [rad] from the first point, or their derivatives."""
+
+    def __call__(self, at: Array, derivative: int = 0, /) -> Array: ...
+
+
+STEEPEST = np.radians(80)
+"""Largest angle [rad] between a pitch curve and the circle about its axis: at a pressure angle of 10 deg the normals
+of flanks then pass through the axis, and no torque turns the gear."""
+HALVINGS = 8
+"""How often the gap between the gear's largest radius and the mate's axis is halved, from `turns` of those radii, until
+the mate turns too far: a pitch curve that comes nearer to its axis has no room for teeth."""
 
 
 def of_samples(polar: Array, radius: Array, name: str, turns: int = 1, sense: int = 1) -> Pair:
-    """The pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn; `name` says whose they are.
+    """Return the pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn.
 
-    The mate turns once in so many `turns` of the gear. Raises GeometryError where no centre distance closes the mate.
+    The mate turns once in so many `turns` of the gear; `name` says in errors whose the radii are. Raises GeometryError
+    where the curve through the points reaches its axis, is too steep for any teeth, or has no centre distance that
+    closes the mate.
     """
     from scipy.interpolate import CubicSpline
 
     knots = np.append(polar, polar[0] + TURN) - polar[0]
     curve = CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
-    distance = _closing(curve, knots, turns, name)
+    _check_slope(curve, knots, polar[0], sense, name)
+    try:
+        return _pair(curve, knots, _closing(curve, knots, turns, name), turns, sense)
+    except RoughFunctionError as error:
+        raise GeometryError(f"{name}: the curve through the points is too rough to be rolled on: {error}") from error
+
+
+def _pair(curve: Curve, knots: Array, distance: float, turns: int, sense: int) -> Pair:
+    """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes [m]."""
 
     def ratios(t: Array) -> Array:
         u = np.mod(t, TURN)
@@ -37,25 +68,51 @@ def of_samples(polar: Array, radius: Array, name: str, turns: int = 1, sense: in
     return of_contact(contact, distance, knots, sense, turns)
 
 
-def _closing(curve: object, knots: Array, turns: int, name: str) -> float:
-    """The centre distance [m] at which the mate turns once in so many turns."""
-    from scipy.optimize import brentq
+def _places(knots: Array) -> Array:
+    """Return angles [rad] between knots (n + 1,) at which a curve is examined."""
+    return np.asarray((knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, _TRIED)).ravel())
 
-    assert callable(curve)
-    radii = Panels.of(lambda t: curve(t)[None], knots)
-    ends = radii.ends
-    shares = np.linspace(0, 1, 9)
-    dense = radii((ends[:-1, None] + np.diff(ends)[:, None] * shares).ravel())[0]
-    low, high = float(dense.min()), float(dense.max())
-    if low <= 0:
+
+def _check_slope(curve: Curve, knots: Array, first: float, sense: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, where the curve reaches its axis or is too steep for teeth."""
+    places = _places(knots)
+    radius, slope = curve(places), curve(places, 1)
+
+    def at(k: int) -> str:
+        return f"at the polar angle {turn_deg(sense * (first + places[k])):.4g} deg"
+
+    least, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
+    if radius[least] <= 0:
         raise GeometryError(
-            f"{name}: the curve through the points has a radius of {low * 1e3:.4g} mm: it must be above 0"
+            f"{name}: the curve through the points has a radius of {radius[least] * 1e3:.4g} mm {at(least)}: it must "
+            f"be above 0"
+        )
+    angle = np.arctan(np.abs(slope[steep]) / radius[steep])
+    if angle > STEEPEST:
+        raise GeometryError(
+            f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle about its axis "
+            f"{at(steep)}, which is not allowed: it must be at most {np.degrees(STEEPEST):g} deg for teeth to turn it"
         )
 
-    def over(distance: float) -> float:
-        of = Panels.of(lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots)
-        return float(of.integral(knots[-1:])[0, 0] - TURN / turns)
 
-    nearest = high * (1 + 1e-9)
-    farthest = high * (1 + turns)
-    return float(brentq(over, nearest + 1e-3 * (farthest - nearest), farthest, xtol=1e-18, rtol=1e-15))
+def _closing(curve: Curve, knots: Array, turns: int, name: str) -> float:
+    """Return the centre distance [m] at which the mate turns once in so many turns, or raise GeometryError."""
+    from scipy.optimize import brentq
+
+    high = float(curve(_places(knots)).max())
+
+    def over(distance: float) -> float:
+        rates = Panels.of(lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots)
+        return float(rates.integral(knots[-1:])[0, 0] - TURN / turns)
+
+    # Near the largest radius the ratio has a pole, so that the bracket is looked for from the other end.
+    farther = high * (1 + turns) * (1 + _ROUNDING)
+    for gap in turns * 0.5 ** np.arange(1, HALVINGS + 1):
+        nearer = high * (1 + gap)
+        if over(nearer) >= 0:
+            return float(brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
+        farther = nearer
+    raise GeometryError(
+        f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, the mate's would be "
+        f"below {gap * high * 1e3:.3g} mm; the largest radius must be less"
+    )

@@ -249,6 +249,7 @@ BAD_CURVES = {
     "open arm": ([*TURN[:-1], (360, -350)], None, "relative_deg = -350"),
     "backwards": ([(0, 0), (220, -90), (100, -200), (360, -360)], None, "line 5: carrier_deg = 100"),
     "few": ([TURN[0], TURN[-1]], None, "at least 4"),
+    "gap": ([(t, -t) for t in range(0, 361, 15) if not 98 < t < 260], None, "line 10: carrier_deg = 270"),
     "words": ([(0, 0), ("a", 1), *TURN[2:]], None, "line 4"),
     "nan": ([(0, 0), (100, "nan"), *TURN[2:]], None, "line 4"),
 }

@@ -151,6 +151,7 @@ def test_bad_files(old: str, new: str, parts: list[str], tmp_path: Path) -> None
         (CSV.replace("196.366071,", "nan,"), "finite"),
         ("\n".join(CSV.splitlines()[:9]), "at least 12"),
         (CSV.replace("192.841830,161.826570", "196.366071,164.770697"), "point 1 is given twice"),
+        ("\n".join(CSV.splitlines()[:18]), "points 15 and 1 are 218.1 mm apart"),
         ("\n".join([*CSV.splitlines()[:3], *CSV.splitlines()[:2:-1]]), "counter-clockwise"),
         ("", "the header"),
     ],
