@@ -11,7 +11,7 @@ from tests.support.house import FOUNDATION, ROOT, House, standing
 
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
-    (FOUNDATION,), ("records",), ("files", "kernels", "terminal"), ("numerics", "report"),
+    (FOUNDATION,), ("records",), ("files",), ("kernels", "terminal"), ("numerics", "report"),
     ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("gears", "sweeps"), ("tolerance",),
     ("explain", "mechanism"),
 )  # fmt: skip

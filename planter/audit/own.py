@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,8 +14,11 @@ from planter.audit import numbers, question, verdicts
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.derivation import GENERATED, derived
+from planter.files.text import read_json
 
 VERDICTS, TYPESET = "audit.json", "audit_mathml.json"
+LARGEST = 100_000_000
+"""Bytes of verdicts, and values in them: `derive` wrote them just before."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ def tried(source: Path, printed: Path | None = None) -> Tried:
         if not Path(place, VERDICTS).is_file():
             raise InputError(f"{source}: it puts no paper on trial: it must offer CASE = trial(mechanism, paper)")
         shutil.copytree(place, folder, dirs_exist_ok=True)
-    content, typeset = (json.loads((folder / name).read_text(encoding="utf-8")) for name in (VERDICTS, TYPESET))
+    content, typeset = (read_json(folder / name, LARGEST, LARGEST) for name in (VERDICTS, TYPESET))
     papers: dict[str, dict[str, str]] = content["papers"]
     judged = [] if listed is None or printed is None else _judged(listed, printed, papers, folder)
     titles = {name: about["title"] for name, about in papers.items()}

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from planter.errors import InputError
 from planter.files.complaints import explain, lacking, refused
 from planter.files.fields import Line, Positive, Problems, Real, Section, Whole, check
-from planter.files.text import parse_toml, read_text
+from planter.files.text import read_toml
 
 MEASURE = "measure of a mechanism"
 """The formula that answers."""
@@ -103,7 +103,7 @@ class NumbersFile(Section):
 
 def read(source: Path) -> NumbersFile:
     """The file at a path. Raises InputError, which names file, key, value and what is allowed."""
-    table = parse_toml(read_text(source), str(source))
+    table = read_toml(source)
     try:
         return NumbersFile.model_validate(table)
     except ValidationError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +11,7 @@ from planter import rooms
 from planter.cite.results import Cited
 from planter.errors import InputError
 from planter.files import paths
+from planter.files.text import parse_toml
 from planter.version import __version__
 
 FILE = "references.toml"
@@ -37,7 +37,7 @@ def references() -> References:
     for package in sorted(rooms.rooms().values(), key=lambda package: package == __package__):
         file = resources.files(package).joinpath(FILE)
         if file.is_file():
-            found = tomllib.loads(file.read_text(encoding="utf-8"))
+            found = parse_toml(file.read_text(encoding="utf-8"), file.name)
             works |= found["works"]
             for command, keys in found["commands"].items():
                 commands.setdefault(command, []).extend(keys)

@@ -18,12 +18,14 @@ def main() -> None:
 
 
 def _ended() -> int:
+    from planter.files.text import check_arguments
     from planter.terminal import streams
     from planter.terminal.console import Console
 
     streams.take_any_text()
     try:
         with Console("--json" in sys.argv).outcome():
+            check_arguments(sys.argv)
             with streams.written():
                 code = _called()
                 signals.ignore()

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from planter.errors import ComputationError, InputError
+from planter.files.text import check_regular
 
 GENERATED = "generated"
 
@@ -20,6 +21,8 @@ def derived(source: Path, out: Path | None = None, targets: Iterable[str] = ()) 
     """
     if not source.exists():
         raise InputError(f"{source}: there is no such file or folder")
+    if not source.is_dir():
+        check_regular(source)
     folder = out or (source if source.is_dir() else source.parent) / GENERATED
     command = [sys.executable, "-P", "-m", "derive", str(source), "--out", str(folder)]
     command += [part for name in targets for part in ("--target", name)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources.abc import Traversable
@@ -13,7 +12,7 @@ from typing import Any, Literal
 from planter import legible, rooms
 from planter.errors import InputError
 from planter.files import paths
-from planter.files.text import parse_toml, read_text
+from planter.files.text import parse_toml, read_text, read_toml
 
 Suffix = Literal[".toml", ".csv"]
 SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")
@@ -65,8 +64,8 @@ def belongs(source: str, kind: str, tables: set[str]) -> bool:
     if source in names(kind, ".toml"):
         return True
     try:
-        return set(tomllib.loads(Path(source).read_text(encoding="utf-8"))) >= tables
-    except (OSError, ValueError):
+        return set(read_toml(source)) >= tables
+    except InputError:
         return False
 
 
@@ -75,7 +74,7 @@ def resembles(source: str, kind: str) -> bool:
     if source in names(kind, ".toml"):
         return True
     try:
-        alike = _alike(parse_toml(read_text(source), source))
+        alike = _alike(read_toml(source))
     except InputError:
         return False
     return 0 < alike[kind] == max(alike.values())
@@ -117,8 +116,8 @@ def _likeness(table: Mapping[str, Any], room: str) -> float:
 @cache
 def _tables(room: str) -> list[set[str]]:
     """What the tables of each built-in file of a room are called."""
-    builtin = (file.read_text(encoding="utf-8") for file in _files(room) if file.name.endswith(".toml"))
-    return [set(tomllib.loads(content)) - _EVERYWHERE for content in builtin]
+    builtin = ((file.read_text(encoding="utf-8"), file.name) for file in _files(room) if file.name.endswith(".toml"))
+    return [set(parse_toml(content, name)) - _EVERYWHERE for content, name in builtin]
 
 
 def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:

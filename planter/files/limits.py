@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -14,6 +15,8 @@ DEEPEST = 16
 """Levels of nested tables and lists."""
 MOST_VALUES = 10_000
 """Names of tables and values, and items of lists."""
+MARKS_PER_VALUE = 5
+"""Brackets, points and signs between values for each value: more are told before anything is parsed."""
 LONGEST_NAME = 200
 """Characters of a name."""
 LARGEST_WHOLE = 2**63
@@ -28,15 +31,19 @@ _TOKENS = re.compile(
     r"|[\[\]{}.,=\n]",
     re.DOTALL,
 )
+CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
+"""Characters that no text may hold: control characters and halves of characters."""
+_MARKS = frozenset("[{.,=")
 _STEPS = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 
-def check_nesting(text: str, source: str) -> None:
-    """Raises InputError for a TOML text nested too deep, in brackets or by dots: parsing one takes memory without end.
+def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> None:
+    """Raises InputError for a TOML or JSON text nested too deep, in brackets or by dots, or with too many values.
 
-    An open string ends with the file or its line; that it is open the parser will tell.
+    Parsing dots takes memory without end, parsing brackets the stack. An open string ends with the file or its line;
+    that it is open the parser will tell. What is a comment or a string in TOML alone is where a parser of JSON stops.
     """
-    brackets = dots = 0
+    brackets = dots = marks = 0
     for token in _TOKENS.finditer(text):
         mark = token[0]
         brackets += _STEPS.get(mark, 0)
@@ -44,12 +51,15 @@ def check_nesting(text: str, source: str) -> None:
             dots += 1
         elif mark in ",=\n":
             dots = 0
+        marks += mark in _MARKS
+        if marks > MARKS_PER_VALUE * most_values:
+            raise InputError(f"{source}: {_too_many(most_values)}")
         if max(brackets, dots) > DEEPEST:
             line = text.count("\n", 0, token.start()) + 1
             raise InputError(f"{source}: line {line}: this is nested too deep, it must not exceed {DEEPEST} levels")
 
 
-def check_values(table: Mapping[str, Any], source: str) -> None:
+def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_VALUES) -> None:
     """Raises InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
     for count, (location, value) in enumerate(paths.places(table), 1):
         name = str(location[-1])
@@ -61,5 +71,19 @@ def check_values(table: Mapping[str, Any], source: str) -> None:
         if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
             given = f"{legible.name(paths.join(location))} = {legible.value(value)}"
             raise InputError(f"{source}: {given} is not allowed: it must be a number of less digits, or have a point")
-        if count > MOST_VALUES:
-            raise InputError(f"{source}: there are too many values, they must not exceed {MOST_VALUES}")
+        if count > most_values:
+            raise InputError(f"{source}: {_too_many(most_values)}")
+
+
+def _too_many(most_values: int) -> str:
+    return f"there are too many values, they must not exceed {most_values}"
+
+
+def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
+    """Raises InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a control character."""
+    for location, value in paths.places(table):
+        for given in (location[-1], value):
+            if isinstance(given, str) and CONTROL.search(given):
+                raise InputError(f"{source}: {legible.name(paths.join(location))} holds a character that no text has")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{source}: {legible.name(paths.join(location))} is not a finite number")

@@ -1,19 +1,33 @@
-"""Text that a user hands in: read with a limit, decoded and parsed, every failure one sentence."""
+"""The one way by which files and texts of users come in: read with a limit, decoded and parsed.
 
+A file must be a regular one, so that nothing that never ends is waited for, and every failure is one sentence.
+`tests/test_door.py` forbids every other way.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
 import os
 import re
 import stat
 import tomllib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from planter import legible
 from planter.errors import InputError
 from planter.files import limits
 
 LIMIT_BYTES = 1_000_000
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
+LONGEST_ARGUMENT = 10_000
+"""Characters of a word on the command line."""
 _DECIMAL_COMMA = re.compile(r"=\s*(\S+)\s*(?:#.*)?")
+_NO_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+"""A pipe that takes the place of a file between two looks at it must not make the opening wait for a writer."""
 
 
 _READ: set[str] = set()
@@ -24,47 +38,87 @@ def was_read(path: str | Path) -> bool:
     return os.path.realpath(path) in _READ
 
 
-def read_text(path: str | Path) -> str:
-    """The UTF-8 text of a regular file of at most `LIMIT_BYTES`.
+def check_arguments(arguments: Sequence[str]) -> None:
+    """Raises InputError for more words on a command line, or longer ones, than anybody types."""
+    if len(arguments) > limits.MOST_VALUES:
+        raise InputError(f"there are {len(arguments)} words on the command line, at most {limits.MOST_VALUES} can be")
+    longest = max(arguments, key=len, default="")
+    if len(longest) > LONGEST_ARGUMENT:
+        short = legible.name(longest)
+        raise InputError(f"{short} is too long, a word on the command line has at most {LONGEST_ARGUMENT} characters")
 
-    Raises InputError for anything else: missing, a directory or device, unreadable, too large, not UTF-8.
-    """
+
+def check_regular(path: str | Path) -> None:
+    """Raises InputError where there is no regular file: nothing there, a folder, a device, a pipe."""
     try:
-        mode = os.stat(path).st_mode
-        if not stat.S_ISREG(mode):
-            kind = "a directory" if stat.S_ISDIR(mode) else "a device or pipe"
-            raise InputError(f"{path}: this is {kind}, but it must be a text file")
-        with open(path, "rb") as file:
-            content = file.read(LIMIT_BYTES + 1)
-        _READ.add(os.path.realpath(path))
+        _check_mode(os.stat(path).st_mode, path)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"{str(path)!r}: the file cannot be read ({reason})") from None
-    if len(content) > LIMIT_BYTES:
-        raise InputError(f"{path}: the file is too large, it must not exceed {LIMIT_BYTES} bytes")
-    return _decoded(content, path)
+        raise _unreadable(path, error) from None
 
 
-def _decoded(content: bytes, path: str | Path) -> str:
+def read_bytes(path: str | Path, limit: int = LIMIT_BYTES) -> bytes:
+    """Return the content of a regular file of at most `limit` bytes.
+
+    Raises InputError for anything else: missing, a directory or device, unreadable, too large.
+    """
+    check_regular(path)
     try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}: line {line} is not UTF-8 text, which it must be") from None
-    if control := _CONTROL.search(text):
+        with _opened(path) as file:
+            content = file.read(limit + 1)
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+    _READ.add(os.path.realpath(path))
+    if len(content) > limit:
+        raise InputError(f"{path}: the file is too large, it must not exceed {limit} bytes")
+    return content
+
+
+def hash_file(path: str | Path) -> str:
+    """Return the SHA-256 of a regular file of any size. Raises InputError for anything else."""
+    check_regular(path)
+    try:
+        with _opened(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+
+
+def read_text(path: str | Path, limit: int = LIMIT_BYTES) -> str:
+    """Return the UTF-8 text of a regular file of at most `limit` bytes.
+
+    Raises InputError as `read_bytes` does, and for what is not UTF-8 or holds control characters.
+    """
+    return _decoded(read_bytes(path, limit), path)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Return the tables of a TOML file. Raises InputError as `read_text` and `parse_toml` do."""
+    return parse_toml(read_text(path), str(path))
+
+
+def read_json(path: str | Path, limit: int = LIMIT_BYTES, most_values: int = limits.MOST_VALUES) -> dict[str, Any]:
+    """Return the object of a JSON file. Raises InputError as `read_text` and `parse_json` do."""
+    return parse_json(read_text(path, limit), str(path), limit, most_values)
+
+
+def check_text(text: str, source: str, limit: int = LIMIT_BYTES) -> None:
+    """Raises InputError for a text that is too long, or that holds control characters or surrogates."""
+    if len(text) > limit:
+        raise InputError(f"{source}: the text is too long, it must not exceed {limit} characters")
+    if control := limits.CONTROL.search(text):
         line = text.count("\n", 0, control.start()) + 1
-        raise InputError(f"{path}: line {line} holds the control character {control[0]!r}, which it must not")
-    return text
+        raise InputError(f"{source}: line {line} holds the control character {control[0]!r}, which it must not")
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
-    """The tables of a TOML text; `source` names it in the error.
+    """Return the tables of a TOML text; `source` names it in the error.
 
-    Raises InputError with the line of the first syntax error, and for what is nested too deep or too large to be such
-    a file (`planter.files.limits`).
+    Raises InputError with the line of the first syntax error, for control characters, and for what is nested too deep
+    or too large to be such a file (`planter.files.limits`).
     """
+    check_text(text, source)
     limits.check_nesting(text, source)
     try:
         table = tomllib.loads(text)
@@ -74,6 +128,62 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
         raise InputError(f"{source}: this is not usable TOML: a number has too many digits") from None
     limits.check_values(table, source)
     return table
+
+
+def parse_json(
+    text: str, source: str, limit: int = LIMIT_BYTES, most_values: int = limits.MOST_VALUES
+) -> dict[str, Any]:
+    """Return the object of a JSON text; `source` names it in the error.
+
+    Raises InputError for what is no JSON or no object, for numbers that are not finite, strings with control characters
+    or surrogates, and for what is nested too deep or too large (`planter.files.limits`).
+    """
+    check_text(text, source, limit)
+    limits.check_nesting(text, source, most_values)
+    try:
+        table = json.loads(text, parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{source}: line {error.lineno}: this is not valid JSON: {error.msg}") from None
+    except ValueError:
+        raise InputError(f"{source}: this is not usable JSON: a number is not finite or has too many digits") from None
+    if not isinstance(table, dict):
+        raise InputError(f"{source}: this is not a JSON object, which it must be")
+    limits.check_values(table, source, most_values)
+    limits.check_json_scalars(table, source)
+    return table
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(name)
+
+
+@contextmanager
+def _opened(path: str | Path) -> Iterator[BufferedReader]:
+    """Open a file for reading. Raises OSError, and InputError where it is no regular file any more."""
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAITING)) as file:
+        _check_mode(os.fstat(file.fileno()).st_mode, path)
+        yield file
+
+
+def _check_mode(mode: int, path: str | Path) -> None:
+    if not stat.S_ISREG(mode):
+        kind = "a directory" if stat.S_ISDIR(mode) else "a device or pipe"
+        raise InputError(f"{path}: this is {kind}, but it must be a regular file")
+
+
+def _unreadable(path: str | Path, error: OSError | ValueError) -> InputError:
+    reason = error.strerror if isinstance(error, OSError) else str(error)
+    return InputError(f"{str(path)!r}: the file cannot be read ({reason})")
+
+
+def _decoded(content: bytes, path: str | Path) -> str:
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}: line {line} is not UTF-8 text, which it must be") from None
+    check_text(text, str(path), len(content))
+    return text
 
 
 def _syntax_error(told: str, text: str) -> str:

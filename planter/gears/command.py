@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from planter.errors import InputError
+from planter.files.text import hash_file
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gears import parts, summary
 from planter.gears.asked import Teeth, counts
@@ -86,5 +86,5 @@ def _provenance(*sources: str | None) -> dict[str, Any]:
     told: dict[str, Any] = {"planter": __version__}
     for source in sources:
         if source is not None:
-            told[f"{Path(source).name} sha256"] = hashlib.sha256(path_of(source).read_bytes()).hexdigest()
+            told[f"{Path(source).name} sha256"] = hash_file(path_of(source))
     return told

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import json
 from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
@@ -15,6 +14,7 @@ from typing import Any
 
 from planter import rooms
 from planter.errors import InputError
+from planter.files.text import check_regular, parse_json, read_json
 
 
 @cache
@@ -48,10 +48,9 @@ def text(name: str) -> str:
 @cache
 def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
     """What is written beside a generated module. Raises InputError where there is none."""
-    place = folder or _places()[_holder(name)]
-    text = place.joinpath(f"{name}.json").read_text(encoding="utf-8")
-    content: dict[str, Any] = json.loads(text)
-    return content
+    if folder is not None:
+        return read_json(folder / f"{name}.json")
+    return parse_json(_places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8"), name)
 
 
 def names(prefix: str = "") -> list[str]:
@@ -73,9 +72,10 @@ def _holder(name: str) -> str:
 
 
 def _from_file(path: Path) -> ModuleType:
+    check_regular(path)
     spec = importlib.util.spec_from_file_location(f"generated_{path.stem}", path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise InputError(f"{path}: there is no such generated module")
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: this is no Python file")
     found = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(found)
     return found

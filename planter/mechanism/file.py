@@ -12,7 +12,7 @@ from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document, Origins
 from planter.files.fields import Line, Pair, Real, Section, Whole
-from planter.files.text import parse_toml, read_text
+from planter.files.text import read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
@@ -73,7 +73,7 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Mech
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
     place = path(str(source))
-    found = MechanismFile.read(parse_toml(read_text(place), str(place)), str(place), changes)
+    found = MechanismFile.read(read_toml(place), str(place), changes)
     found._folder = _functions(place, found)
     _check(found)
     return found

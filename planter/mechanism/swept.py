@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.errors import PlanterError
+from planter.errors import InputError, PlanterError
 from planter.files import units
+from planter.files.text import read_toml
 from planter.kernels import Array
 from planter.mechanism import file
 
@@ -40,9 +40,8 @@ class Room:
     def takes(self, source: str) -> bool:
         """A mechanism's file, or its name as `planter turn` takes it."""
         try:
-            place = file.path(source)
-            return "functions" in tomllib.loads(place.read_text(encoding="utf-8"))
-        except (PlanterError, OSError, ValueError):
+            return "functions" in read_toml(file.path(source))
+        except InputError:
             return False
 
     def load(self, source: str, changes: Mapping[str, float]) -> MechanismFile:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.files import csv_rows, paths
+from planter.files import csv_rows, paths, text
 from planter.report import folder
 from planter.report.folder import output_folder as output_folder
 from planter.version import __version__
@@ -69,9 +69,13 @@ def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
             raise ComputationError(f"{path}: {name} is not finite in row {row}: {array[row]}")
 
 
+LARGEST_CYCLE = 1_000_000_000
+"""Bytes of a table of a cycle."""
+
+
 def read_cycle_csv(path: Path) -> tuple[list[str], dict[str, Array]]:
     """Comments and columns of a file that `write_cycle_csv` wrote."""
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = text.read_text(path, LARGEST_CYCLE).splitlines()
     comments = [line.removeprefix("#").strip() for line in lines if line.startswith("#")]
     header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
     values = np.array([[float(value) for value in row] for row in rows]).reshape(len(rows), len(header))

@@ -21,6 +21,8 @@ from planter.files import text
 from planter.report.folder_lock import lock_folder
 
 NAME = ".planter.json"
+LARGEST_LIST = 10_000_000
+"""Bytes of a list, and files in it."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -73,8 +75,7 @@ def replacing(path: Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         raise _cannot_write(path, error) from None
-    with path.open("rb") as file:
-        _entered(path, hashlib.file_digest(file, "sha256").hexdigest())
+    _entered(path, text.hash_file(path))
 
 
 def _part(path: Path) -> Path:
@@ -197,9 +198,9 @@ def keep(path: Path) -> None:
 def _listed(folder: Path) -> dict[str, str]:
     """Names and hashes of a folder's list; what is not such a list, or leads out of the folder, does not count."""
     try:
-        found = json.loads((folder / NAME).read_text(encoding="utf-8"))["files"]
+        found = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)["files"]
         rows = {str(name): str(content) for name, content in found.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (InputError, KeyError, AttributeError):
         return {}
     return {name: content for name, content in rows.items() if _lies_inside(folder, name)}
 
@@ -219,8 +220,8 @@ def _drop_empty(inner: Path, folder: Path) -> None:
 
 def _is_as_written(path: Path, content: str) -> bool:
     try:
-        return _hash(path.read_bytes()) == content
-    except OSError:
+        return text.hash_file(path) == content
+    except InputError:
         return False
 
 

@@ -215,12 +215,12 @@ def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
     return buffer.getvalue()
 
 
-def save(figure: Figure, folder: Path, name: str) -> tuple[Path, Path]:
-    """Writes `name.svg` and `name.png`; returns their paths.
+def save(figure: Figure, folder: Path, name: str) -> str:
+    """Write `name.svg` and `name.png`; return the SVG text.
 
     Raises InputError, naming the path, where the folder cannot be written.
     """
-    vector, raster = folder / f"{name}.svg", folder / f"{name}.png"
-    files.write_text(vector, svg(figure))
-    files.write_bytes(raster, png(figure))
-    return vector, raster
+    drawing = svg(figure)
+    files.write_text(folder / f"{name}.svg", drawing)
+    files.write_bytes(folder / f"{name}.png", png(figure))
+    return drawing

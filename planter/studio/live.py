@@ -10,7 +10,8 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from planter.errors import PlanterError
+from planter.errors import InputError, PlanterError
+from planter.files.text import LIMIT_BYTES, parse_json
 from planter.studio.aside import Aside, Later
 from planter.studio.exports import export
 from planter.studio.process import Process
@@ -19,6 +20,8 @@ from planter.studio.session import Message, Session, told
 
 RESTS: Mapping[Later, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4}
 """What is computed when a hand rests, and for how much longer it must [s]."""
+LONGEST_MESSAGE = 2 * LIMIT_BYTES
+"""Characters of a message: those of a file, with signs that JSON writes by two."""
 
 
 class Live:
@@ -52,10 +55,10 @@ class Live:
             self.session.close()
 
     async def _heard(self) -> Any:
-        """The next message; None for what is no JSON."""
+        """The next message; None for what is no JSON object, or too large."""
         try:
-            return await self.socket.receive_json()
-        except (ValueError, KeyError, RecursionError):
+            return parse_json(await self.socket.receive_text(), "the message", LONGEST_MESSAGE)
+        except (InputError, KeyError):
             return None
 
     async def _take(self, message: Any) -> None:

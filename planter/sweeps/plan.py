@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 from planter.errors import InputError
 from planter.files.complaints import explain, lacking, refused
 from planter.files.fields import Line, Problems, Section, Whole, Words, check
-from planter.files.text import parse_toml, read_text
+from planter.files.text import read_toml
 from planter.sweeps.axes import Axis, axis
 from planter.sweeps.points import SCHEMES, Grid, Points
 
@@ -64,7 +64,7 @@ class Plan(Section):
     @classmethod
     def load(cls, path: Path) -> Self:
         """The plan in a file. Raises InputError, one sentence that names file, key, value and what is allowed."""
-        return cls.read(parse_toml(read_text(path), str(path)), str(path), path.parent)
+        return cls.read(read_toml(path), str(path), path.parent)
 
     @classmethod
     def read(cls, table: dict[str, Any], source: str, folder: Path | None = None) -> Self:

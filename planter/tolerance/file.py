@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError
 from planter.errors import InputError
 from planter.files.complaints import explain, refused
 from planter.files.fields import Positive, Problems, Real, Section, check
-from planter.files.text import parse_toml, read_text
+from planter.files.text import read_toml
 from planter.sweeps.room import Held
 from planter.tolerance.spread import Kind, Spread
 
@@ -55,7 +55,7 @@ class Tolerances(Section):
     @classmethod
     def load(cls, path: Path) -> Self:
         """Those in a file. Raises InputError, one sentence that names file, key, value and what is allowed."""
-        return cls.read(parse_toml(read_text(path), str(path)), str(path))
+        return cls.read(read_toml(path), str(path))
 
     @classmethod
     def read(cls, table: Mapping[str, Any], source: str) -> Self:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
@@ -11,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from planter.errors import InputError
+from planter.files.text import parse_toml
 from planter.workshop.arcs import Arcs, circle
 from planter.workshop.drawing import Line
 
@@ -81,7 +81,8 @@ def standard(diameter: float) -> tuple[float, float]:
     >>> standard(0.020)
     (0.006, 0.0028)
     """
-    table = tomllib.loads(resources.files(__package__).joinpath("keyways.toml").read_text(encoding="utf-8"))
+    name = "keyways.toml"
+    table = parse_toml(resources.files(__package__).joinpath(name).read_text(encoding="utf-8"), name)
     limits = [table["least_bore_mm"], *(row["bore_mm"] for row in table["rows"])]
     for (low, high), row in zip(pairwise(limits), table["rows"], strict=True):
         if low < diameter / _MM <= high:

@@ -66,7 +66,7 @@ def write(
     told = files.provenance(clutch)
     files.write_summary(folder / "summary.json", {**result, "input": clutch.table(), "provenance": told})
     place = files.output_folder(folder / "figures")
-    saved = {name: style.save(figure, place, name)[0].read_text(encoding="utf-8") for name, figure in drawn.items()}
+    saved = {name: style.save(figure, place, name) for name, figure in drawn.items()}
     moving = [] if runs is None else [Motion(scene.engagement(runs["reuleaux"].engagement), MOVING)]
     parts = [
         *_sections(result, saved, moving),

@@ -161,7 +161,7 @@ def _finish(
         summary |= {"input": clutch.table(), "provenance": files.provenance(clutch, table.get("seed"))}
     files.write_summary(folder / "summary.json", summary)
     place = files.output_folder(folder / "figures")
-    saved = {name: style.save(figure, place, name)[0].read_text(encoding="utf-8") for name, figure in drawn.items()}
+    saved = {name: style.save(figure, place, name) for name, figure in drawn.items()}
     moving = [] if rotor is None else [Motion(scene(rotor, title), MOVING)]
     parts = list(_sections(clutch, table, saved, moving, assumptions, summary))
     files.write_text(folder / "report.html", page(title, parts, clutch.description if clutch else ""))

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from planter.errors import ComputationError, InputError
+from planter.files.text import read_json
 from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
@@ -108,10 +109,10 @@ class Store:
         if self.folder is None:
             return None
         try:
-            kept = json.loads((self.folder / f"{_name(task)}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            kept = read_json(self.folder / f"{_name(task)}.json")
+        except InputError:
             return None
-        found: dict[str, Any] | None = kept.get("found") if isinstance(kept, dict) else None
+        found: dict[str, Any] | None = kept.get("found")
         if found is None or kept.get("asked") != self._hash(task):
             return None
         keep(self.folder / f"{_name(task)}.json")

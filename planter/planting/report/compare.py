@@ -33,8 +33,8 @@ def write(out: Path, machine: Machine, result: ComparisonFound) -> None:
     provenance = files.provenance(machine, result.seed)
     files.write_summary(folder / "summary.json", {**result.table(), "input": machine.table(), "provenance": provenance})
     files.write_text(folder / "devices.csv", table(machine, result))
-    drawn = style.save(comparison(result), files.output_folder(folder / "figures"), "comparison")[0]
-    files.write_text(folder / "report.html", text(machine, result, drawn.read_text(encoding="utf-8"), provenance))
+    drawn = style.save(comparison(result), files.output_folder(folder / "figures"), "comparison")
+    files.write_text(folder / "report.html", text(machine, result, drawn, provenance))
 
 
 def text(machine: Machine, result: ComparisonFound, drawn: str, provenance: Mapping[str, Any]) -> str:

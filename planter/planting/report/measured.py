@@ -40,8 +40,8 @@ def write(out: Path, device: Device, found: Calibrated) -> None:
     files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)
     if found.machine is not None:
         files.write_text(folder / MACHINE_FILE, machine_text(found))
-    drawn = style.save(measured(columns, _curves(found)), files.output_folder(folder / "figures"), "measured")[0]
-    files.write_text(folder / "report.html", _page(device, found, drawn.read_text(encoding="utf-8")))
+    drawn = style.save(measured(columns, _curves(found)), files.output_folder(folder / "figures"), "measured")
+    files.write_text(folder / "report.html", _page(device, found, drawn))
 
 
 def machine_text(found: Calibrated) -> str:

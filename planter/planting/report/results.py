@@ -111,8 +111,7 @@ def _write_page(
     moving: Motion | None = None,
 ) -> None:
     place = files.output_folder(folder / "figures") if drawn else folder
-    saved = {name: figures.save(figure, place, name)[0] for name, figure in drawn.items()}
-    inlined = {name: vector.read_text(encoding="utf-8") for name, vector in saved.items()}
+    inlined = {name: figures.save(figure, place, name) for name, figure in drawn.items()}
     provenance = files.provenance(device.machine, seed)
     page = device_page(device.machine, device.sidecar, result, inlined, provenance, moving)
     files.write_text(folder / "report.html", page)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from planter.files import units
+from planter.files.text import parse_toml
 from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.model import Device
@@ -26,7 +26,8 @@ DEG = units.factor("_deg")
 @cache
 def data() -> dict[str, Any]:
     """The project's bounds, the events that the paper gives, and its figures."""
-    return tomllib.loads(files("planter.planting").joinpath("calibration.toml").read_text(encoding="utf-8"))
+    name = "calibration.toml"
+    return parse_toml(files("planter.planting").joinpath(name).read_text(encoding="utf-8"), name)
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def test_nothing_else_is_touched(tmp_path: Path) -> None:
     assert held(tmp_path) == {"figures/own.svg", "plan.csv", "table.csv", "summary.json"}
 
 
-@pytest.mark.parametrize("name", ["../own.txt", "/{}", "link/own.txt", "", "a\0b"])
+@pytest.mark.parametrize("name", ["../own.txt", "/{}", "link/own.txt", ""])
 def test_a_list_that_leads_out_of_the_folder_is_not_followed(tmp_path: Path, name: str) -> None:
     own, out = tmp_path / "own.txt", tmp_path / "out"
     own.write_text("own")
@@ -60,7 +60,10 @@ def test_a_list_that_leads_out_of_the_folder_is_not_followed(tmp_path: Path, nam
     assert held(out) == {"b.csv"}
 
 
-@pytest.mark.parametrize("content", ["", "[]", '{"files": 3}', "{", "[" * 100_000, '{"files": {"own.txt": 1}}'])
+@pytest.mark.parametrize(
+    "content",
+    ["", "[]", '{"files": 3}', "{", "[" * 100_000, '{"files": {"own.txt": 1}}', '{"files": {"a\\u0000b": ""}}'],
+)
 def test_a_broken_list_removes_nothing(tmp_path: Path, content: str) -> None:
     (tmp_path / NAME).write_text(content)
     (tmp_path / "own.txt").write_text("own")

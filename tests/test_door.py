@@ -1,0 +1,114 @@
+"""Every file, text and message of a user comes in by `planter.files.text`: no module of `planter` reads beside it."""
+
+import ast
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.house import ROOT
+
+DOOR = "files/text.py"
+READERS = {
+    "read_text", "read_bytes", "load", "loads", "open", "fdopen", "receive_json", "loadtxt", "genfromtxt", "fromfile",
+    "memmap", "read_csv", "read_parquet", "readfile", "file_digest", "copytree", "copyfile", "copy2",
+}  # fmt: skip
+"""Functions and methods that read a file or parse a text."""
+PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "os", "shutil"}
+"""Modules whose `load`, `loads` and `open` read: a method of that name of something else does not."""
+ALLOWED = {
+    "audit/numbers.py": "printed numbers of installed rooms",
+    "audit/own.py": "copies what `derive` wrote a moment before",
+    "bench/outlines.py": "a drawing that the measured program wrote a moment before",
+    "bench/processes.py": "copies this program itself",
+    "bench/surroundings.py": "/proc/cpuinfo",
+    "cite/references.py": "references of installed rooms",
+    "cli/help.py": "topics of this program",
+    "clutch/report/shape_figures.py": "an animation that was written a moment before",
+    "files/examples.py": "files that installed rooms bring",
+    "interchange/fmi/archive.py": "files of this program",
+    "interchange/fmi/libraries.py": "a library that was compiled a moment before",
+    "kernels/builds.py": "/proc of processes that compile",
+    "kernels/cache.py": "compiled functions, opened without following links",
+    "kernels/generated.py": "functions of installed rooms",
+    "kernels/programs/webassembly.py": "a program that was compiled a moment before",
+    "kernels/toolchain.py": "a library that was compiled a moment before, /proc/cpuinfo",
+    "optimise/second_process.py": "lines of a process that this one started",
+    "planting/compare/run.py": "lines of processes that this one started",
+    "planting/compare/worker.py": "lines of the process that started this one",
+    "planting/undisclosed/front.py": "a front of this program",
+    "report/folder_lock.py": "the lock of a folder, opened without following links",
+    "sweeps/job.py": "a task of the process that started this one",
+    "sweeps/worker.py": "lines of processes that this one started",
+    "terminal/streams.py": "the null device",
+    "view/frames.py": "an animation that was written a moment before",
+    "studio/search.py": "what a command of this program printed",
+}
+"""Modules that read something else than what a user hands in, and what."""
+
+
+def readings(source: str) -> Iterator[tuple[int, str]]:
+    """Lines of a source with a call that reads, or a name of one, but for files of this program by `resources`."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = [alias.name for alias in node.names]
+            module = node.module if isinstance(node, ast.ImportFrom) else None
+            if "tomllib" in (module, *names) or (module in PARSERS and READERS & set(names)):
+                yield node.lineno, f"import of {module or names[0]}"
+        elif isinstance(node, ast.Attribute) and node.attr in READERS:
+            if _is_a_reader(node) and not _is_packaged(node.value):
+                yield node.lineno, node.attr
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "open":
+            yield node.lineno, "open"
+
+
+def _is_a_reader(node: ast.Attribute) -> bool:
+    if node.attr == "open":  # of a module, or of a path: a machine that is opened is a Shown, a session or a kind
+        return isinstance(node.value, ast.Name) and (node.value.id in PARSERS or "path" in node.value.id)
+    if node.attr in ("load", "loads"):
+        return isinstance(node.value, ast.Name) and node.value.id in PARSERS
+    return not (isinstance(node.value, ast.Name) and node.value.id == "text")
+
+
+def _is_packaged(node: ast.expr) -> bool:
+    """Whether an expression is a chain of calls that starts with `files(...)` of importlib.resources."""
+    while isinstance(node, ast.Call | ast.Attribute):
+        if isinstance(node, ast.Call):
+            callee = node.func
+            if "files" in (getattr(callee, "id", ""), getattr(callee, "attr", "")):
+                return True
+        node = node.func if isinstance(node, ast.Call) else node.value
+    return False
+
+
+def find_readings() -> dict[str, list[tuple[int, str]]]:
+    """Modules of `planter` that read, each with the places."""
+    folder, word = ROOT / "planter", re.compile(rf"tomllib|\b({'|'.join(sorted(READERS))})\b")
+    sources = {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in sorted(folder.rglob("*.py"))}
+    every = {name: list(readings(source)) for name, source in sources.items() if word.search(source)}
+    return {name: places for name, places in every.items() if places and name != DOOR}
+
+
+def test_only_the_door_reads_files_of_users() -> None:
+    reading = find_readings()
+    assert not {name: places for name, places in reading.items() if name not in ALLOWED}
+    assert not ALLOWED.keys() - reading.keys(), "exceptions that are not needed any more"
+
+
+@pytest.mark.parametrize("source", [
+    "import tomllib", "from tomllib import loads", "from json import loads", "json.loads(text)", "json.load(file)",
+    "path.read_text()", "Path(source).read_bytes()", "open(path)", "path.open()", "np.loadtxt(path)",
+    "os.open(path, 0)",
+    "await socket.receive_json()", "Path(files(source)).with_name(name); there.read_text()", "read = Path.read_text",
+])  # fmt: skip
+def test_a_reader_beside_the_door_is_noticed(source: str) -> None:
+    assert list(readings(source))
+
+
+@pytest.mark.parametrize("source", [
+    "resources.files(__package__).joinpath('x').read_text()", "text.read_text(path)", "read_text(path)",
+    "json.dumps(x)",
+    "kind.open(source)", "load(path)",
+])  # fmt: skip
+def test_what_reads_no_file_of_a_user_is_allowed(source: str) -> None:
+    assert not list(readings(source))
