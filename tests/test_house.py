@@ -8,6 +8,7 @@ import pytest
 from planter import rooms
 from tests.support import picture
 from tests.support.house import FOUNDATION, ROOT, House, standing
+from tests.support.starts import find_starts
 
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
@@ -65,7 +66,7 @@ def test_machines_have_the_same_shape(machine: str) -> None:
 
 def test_the_root_holds_the_interface_and_next_to_nothing_else() -> None:
     assert {path.stem for path in (ROOT / "planter").glob("*.py")} == {
-        "__init__", "__main__", "errors", "legible", "progress", "rooms", "version",
+        "__init__", "__main__", "errors", "legible", "progress", "rooms", "version", "workers",
     }  # fmt: skip
 
 
@@ -104,3 +105,41 @@ def test_a_general_room_that_knows_a_machine_is_found(text: str, tmp_path: Path)
 def test_a_circle_through_a_function_is_found(tmp_path: Path) -> None:
     one, two = "from house.b import y\nx = 1\n", "y = 1\ndef f():\n    from house.a import x\n"
     assert set(of_texts(tmp_path, {"__init__": "", "a": one, "b": two}).circle()) == {"house.a", "house.b"}
+
+
+STARTERS = ("workers.py", "kernels/builds.py")
+"""Of `planter`: what starts Python, isolated, and what runs foreign programs, such as compilers."""
+STARTS = {
+    "a function": "import subprocess\nsubprocess.run(['ls'])\n",
+    "another name": "import subprocess as s\ndef f():\n    s.Popen(['ls'])\n",
+    "imported": "from subprocess import check_output\n",
+    "without an import": "import os\nos.spawnv(0, 'ls', [])\n",
+    "a shell": "import os\nos.system('ls')\n",
+    "a pool": "from concurrent.futures import ProcessPoolExecutor\n",
+    "a pool by its module": "import concurrent.futures\nconcurrent.futures.ProcessPoolExecutor()\n",
+    "spawn": "def f():\n    from multiprocessing import get_context\n",
+    "an event loop": "import asyncio\nasync def f():\n    await asyncio.create_subprocess_exec('ls')\n",
+    "the interpreter": "import sys\ncommand = [sys.executable]\n",
+}
+
+
+def test_processes_start_in_one_place() -> None:
+    """Python is started isolated by `planter.workers`, foreign programs by `planter.kernels.builds`, and no others."""
+    for path in (ROOT / "planter").rglob("*.py"):
+        if path.relative_to(ROOT / "planter").as_posix() not in STARTERS:
+            assert not list(find_starts(path.read_text(encoding="utf-8"))), path
+
+
+def test_compilers_are_not_started_as_python() -> None:
+    """What runs foreign programs does not know where the interpreter is."""
+    source = (ROOT / "planter/kernels/builds.py").read_text(encoding="utf-8")
+    assert {name for _, name in find_starts(source)} == {"subprocess.Popen"}
+
+
+@pytest.mark.parametrize("text", STARTS.values(), ids=STARTS.keys())
+def test_any_other_start_of_a_process_is_recognised(text: str) -> None:
+    assert list(find_starts(text))
+
+
+def test_a_type_of_process_is_no_start() -> None:
+    assert not list(find_starts("import subprocess\ndef f(one: subprocess.Popen[str]) -> None:\n    one.kill()\n"))

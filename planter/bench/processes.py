@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import shutil
-import subprocess
-import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from planter import workers
 from planter.bench.case import MACHINE, Absent
 from planter.errors import ComputationError
 
@@ -34,16 +32,16 @@ def cold_starts() -> Iterator[tuple[dict[str, Start], dict[str, str]]]:
         first = _folders(Path(folder))
 
         def gradient(way: str, cache: Callable[[], Path | None] = lambda: None) -> Start:
-            return lambda _: _python("-c", GRADIENT, PLANTER_KERNELS=way, PLANTER_CACHE=cache())
+            return lambda _: _run(workers.python_command(GRADIENT), PLANTER_KERNELS=way, PLANTER_CACHE=cache())
 
         starts: dict[str, Start] = {
             "lanes": gradient("lanes"),
             "casadi-c": gradient("casadi-c"),
             "casadi-vm": gradient("casadi-vm"),
             "first run": gradient("lanes", lambda: next(first)),
-            "simulate": lambda _: _python("-m", "planter", "simulate", MACHINE, "--json"),
-            "import": lambda _: _python("-c", "import planter"),
-            "python": lambda _: _python("-c", ""),
+            "simulate": lambda _: _run(workers.program_command("planter", "simulate", MACHINE, "--json")),
+            "import": lambda _: _run(workers.python_command("import planter")),
+            "python": lambda _: _run(workers.python_command("")),
         }
         turn = "new process to objective and gradient of a turn"
         built = {
@@ -62,12 +60,12 @@ def _folders(folder: Path) -> Iterator[Path]:
         yield Path(tempfile.mkdtemp(dir=folder))
 
 
-def _python(*arguments: str, cwd: Path | None = None, **variables: object) -> None:
-    environment = {**os.environ, **{name: str(value) for name, value in variables.items() if value is not None}}
-    done = subprocess.run([sys.executable, *arguments], env=environment, cwd=cwd, capture_output=True, check=False)
+def _run(command: Sequence[str], cwd: Path | None = None, **variables: object) -> None:
+    given = {name: str(value) for name, value in variables.items() if value is not None}
+    done = workers.run_command(command, cwd, given)
     if done.returncode:
-        reason = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
-        raise ComputationError(f"python {arguments[0]} ended with {done.returncode}: {' '.join(reason)}")
+        reason = done.stderr.strip().splitlines()[-1:]
+        raise ComputationError(f"a process of Python ended with {done.returncode}: {' '.join(reason)}")
 
 
 def root() -> Path:
@@ -87,7 +85,7 @@ def derive(example: str, folder: Path) -> None:
     source = root() / "docs" / "examples" / f"{example}.py"
     if not source.is_file():
         raise Absent(f"there is no {source.name} here")
-    _python("-m", "derive", str(source), "--out", str(folder))
+    _run(workers.program_command("derive", str(source), "--out", str(folder)))
 
 
 @contextmanager
@@ -98,4 +96,4 @@ def derivation() -> Iterator[Start]:
         copy = Path(folder)
         for name in DERIVED:
             shutil.copytree(source / name, copy / name)
-        yield lambda _: _python("-m", "derive", cwd=copy, PYTHONPATH=copy)
+        yield lambda _: _run(workers.program_command("derive", checkout=copy), cwd=copy)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from planter import workers
 from planter.errors import ComputationError, InputError
 from planter.files.text import check_regular
 
@@ -24,9 +23,8 @@ def derived(source: Path, out: Path | None = None, targets: Iterable[str] = ()) 
     if not source.is_dir():
         check_regular(source)
     folder = out or (source if source.is_dir() else source.parent) / GENERATED
-    command = [sys.executable, "-P", "-m", "derive", str(source), "--out", str(folder)]
-    command += [part for name in targets for part in ("--target", name)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    languages = [part for name in targets for part in ("--target", name)]
+    done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *languages))
     said = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
     if done.returncode == InputError.exit_code:
         raise InputError(said[0])

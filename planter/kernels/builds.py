@@ -22,7 +22,7 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from planter.kernels import platforms
+from planter import workers
 
 PREFIX = "building"
 ABANDONED_S = 3600
@@ -86,7 +86,7 @@ def run(
         _open.go_on()
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env=environment | dict(variables), **platforms.apart(),
+            env=environment | dict(variables), **workers.apart(),
         )  # fmt: skip
         _open.processes.add(process)
     with process:

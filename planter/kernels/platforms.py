@@ -1,14 +1,12 @@
-"""What systems call a shared library, how a compiler makes one there, how a process is started apart."""
+"""What systems call a shared library, how a compiler makes one there."""
 
 from __future__ import annotations
 
 import platform
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 
 @dataclass(frozen=True)
@@ -45,13 +43,6 @@ _BY_SYSTEM = {"darwin": MACOS, "win32": WINDOWS}
 def here() -> Platform:
     """The system that this process runs on."""
     return _BY_SYSTEM.get(sys.platform, LINUX)
-
-
-def apart() -> dict[str, Any]:
-    """What `subprocess.Popen` takes for a process that Ctrl-C in this one's terminal does not reach."""
-    if sys.platform == "win32":
-        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-    return {"start_new_session": True}
 
 
 def vector_library() -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.optimise import workers
+from planter import workers
 from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
@@ -61,7 +61,7 @@ class SecondProcess:
         self._folder = tempfile.TemporaryDirectory()
         self._lines = Path(self._folder.name) / "minima"
         with self._lines.open("w") as written:
-            self._process = workers.started(__name__, written)
+            self._process = workers.start_worker(__name__, written)
         assert self._process.stdin is not None
         with suppress(OSError):
             self._process.stdin.write(json.dumps({**asdict(recipe), "seed": seed, "starts": starts}) + "\n")
@@ -71,7 +71,7 @@ class SecondProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        workers.ended(self._process)
+        workers.end_worker(self._process)
         self._folder.cleanup()
 
     def result(self, phase: Phase) -> Report | None:
@@ -110,7 +110,7 @@ def _minimum(line: dict[str, Any]) -> Minimum:
 
 def main() -> None:
     """Read the task, write the minima."""
-    task = json.loads(next(workers.lines()))
+    task = json.loads(next(workers.read_lines()))
     problem = Recipe(task["function"], task["arguments"]).problem()
     for minimum in descents(problem, task["starts"], task["seed"]):
         line = {"u": minimum.u.tolist(), "evaluation": asdict(minimum.evaluation), "residual": minimum.residual,

@@ -30,11 +30,11 @@ EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
 """Policy of what was exported: it can reach neither the studio nor its address; a report brings a stricter one."""
 
 
-def application(folder: Path, token: str, port: int) -> Guard:
-    """The studio of a folder for whoever knows the token, at a port of this machine."""
+def application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
+    """The studio of a folder, and of the file that the user named, for whoever knows the token, at a port."""
 
     async def live(socket: WebSocket) -> None:
-        await Live(socket, folder).run()
+        await Live(socket, folder, explicit).run()
 
     async def exported(request: Request) -> Response:
         found = written(folder, request.path_params["path"])

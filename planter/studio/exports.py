@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from planter.errors import InputError
+from planter.report.folder import output_folder
 from planter.studio.process import Process
 
 FOLDER = "exports"
@@ -30,9 +30,12 @@ def place(folder: Path, *parts: str) -> Path:
 def written(folder: Path, path: str) -> Path | None:
     """A file that was exported, by its path below the exports; None for any other path."""
     root = (folder / FOLDER).resolve()
-    found = (root / path).resolve()
-    inside = root.is_relative_to(folder.resolve()) and found.is_relative_to(root)
-    return found if inside and found.is_file() else None
+    try:
+        found = (root / path).resolve()
+        inside = root.is_relative_to(folder.resolve()) and found.is_relative_to(root)
+        return found if inside and found.is_file() else None
+    except (OSError, ValueError):  # no system has a file of such a name
+        return None
 
 
 @dataclass(frozen=True)
@@ -51,14 +54,14 @@ class Work:
 
 
 async def export(process: Process, folder: Path, works: Sequence[Work]) -> None:
-    """Write exports, and send the files of each when they are there; what it wrote before is removed.
+    """Write exports, and send the files of each when they are there; each replaces what it wrote before.
 
-    Raises ComputationError with the sentence of the first command that does not succeed.
+    Raises ComputationError with the sentence of the first command that does not succeed, InputError where its folder
+    cannot be written into.
     """
     await process.send({"exporting": ""})
     for work in works:
-        shutil.rmtree(work.there, ignore_errors=True)
-        work.there.mkdir(parents=True)
+        output_folder(work.there)
         await process.send({"exporting": work.name})
         await process.command(*work.command)
         await process.send({"exported": work.name, "folder": str(work.there.parent), "files": work.files(folder)})

@@ -47,7 +47,7 @@ class Guard:
             return False
         if scope["type"] == "websocket" and origin is None:
             return False
-        return secrets.compare_digest(_token(scope), self.token)
+        return secrets.compare_digest(_token(scope).encode("utf-8", "replace"), self.token.encode())
 
 
 def _token(scope: Scope) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from typing import Any
 
+from planter import legible, workers
 from planter.errors import ComputationError, PlanterError
 
 Send = Callable[[dict[str, Any]], Awaitable[None]]
@@ -42,9 +42,7 @@ class Process:
 
         Raises ComputationError with the sentence of a command that does not succeed.
         """
-        process = self._process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "planter", *words, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE
-        )
+        process = self._process = await workers.start_async_program("planter", *words)
         assert process.stdout is not None
         assert process.stderr is not None
         answer = asyncio.create_task(process.stdout.read())
@@ -62,7 +60,11 @@ class Process:
         try:
             await work
         except PlanterError as error:
-            await self.send({"error": str(error)})
+            await self.send({"error": error.message})
+        except Exception as error:
+            await self.send(
+                {"error": legible.line(f"{self.name}: this cannot be done ({type(error).__name__}: {error})")}
+            )
 
 
 def _lines(text: str) -> Iterator[str]:

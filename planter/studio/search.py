@@ -1,16 +1,16 @@
-"""A search for a better design: the command of the command line, its progress, what it found."""
+"""A search for a better design: the command of the command line, its progress, and what it prints."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from typing import Any
 
 from planter.studio.process import Process
-from planter.view.subject import Searching
 
 
-async def search(process: Process, machine: Searching, command: Sequence[str]) -> None:
-    """Search with a command of a machine, and send what it found."""
+async def search(process: Process, command: Sequence[str]) -> dict[str, Any]:
+    """Search with a command of a machine, and return its result."""
     await process.send({"searching": command[0]})
-    found = machine.sought(json.loads(await process.command(*command)))
-    await process.send({"optimum": dict(found.values), "sentence": found.sentence})
+    found: dict[str, Any] = json.loads(await process.command(*command))
+    return found

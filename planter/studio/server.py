@@ -12,6 +12,7 @@ import uvicorn
 from planter.errors import InputError
 from planter.studio.app import application
 from planter.studio.guard import token
+from planter.studio.live import LONGEST_MESSAGE
 from planter.view.subject import opened
 
 HOST = "127.0.0.1"
@@ -19,9 +20,11 @@ HOST = "127.0.0.1"
 
 def serve(machine: str | None, folder: Path, port: int, browser: bool) -> None:
     """Serve until interrupted; the address is printed first. Raises InputError for a machine or folder that is none."""
+    explicit = None
     if machine is not None:
         opened(machine)
-        folder = Path(machine).parent if Path(machine).is_file() else folder
+        explicit = Path(machine) if Path(machine).is_file() else None
+        folder = explicit.parent if explicit else folder
     if not folder.is_dir():
         raise InputError(f"--folder {folder} is not allowed: it must be a folder")
     with socket.socket() as listening:
@@ -38,6 +41,10 @@ def serve(machine: str | None, folder: Path, port: int, browser: bool) -> None:
         if browser:
             webbrowser.open(address)
         config = uvicorn.Config(
-            application(folder, known, port), log_level="error", ws="websockets-sansio", ws_per_message_deflate=False
+            application(folder, known, port, explicit),
+            log_level="error",
+            ws="websockets-sansio",
+            ws_per_message_deflate=False,
+            ws_max_size=4 * LONGEST_MESSAGE,
         )
         uvicorn.Server(config).run(sockets=[listening])

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
+from planter import legible
 from planter.errors import InputError, PlanterError
 from planter.files import examples
+from planter.files.derivation import GENERATED
+from planter.files.text import parse_toml, read_text
 from planter.report import files
 from planter.studio import exports
 from planter.view.channels import course, packed
@@ -20,30 +22,46 @@ from planter.view.subject import Searching, Shown, Values, Wishing, opened
 
 LARGEST = 1_000_000
 """Letters of a file that is taken."""
-OWN = "functions"
-"""Key of files that say where Python code is: those are opened by name, from the folder of the studio, alone."""
+OWN, PLACE = "functions", "folder"
+"""Keys of a file that say which Python code belongs to it, and in which folder that is."""
+OPENED = "opened.toml"
+"""Name of a loaded file that has none."""
 Message = Mapping[str, Any]
 
 
+def sources(folder: Path) -> list[str]:
+    """Return the machines that can be opened by name: files of the folder, then built-in ones."""
+    return [*sorted(path.name for path in folder.glob("*.toml")), *examples.names(None, ".toml")]
+
+
 class Session:
-    """A page's talk with the studio of a `folder`, beyond which no file is read."""
+    """A page's talk with the studio of a `folder`, whose machines are opened by name.
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder.resolve()
+    Files that a page loads are put aside in `scratch`. `explicit` is the file that the user named on the command line:
+    what code belongs to it may stand anywhere.
+    """
+
+    def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
+        self.folder, self.scratch = folder.resolve(), scratch
+        self._explicit = explicit and explicit.resolve()
         self.machine: Shown | None = None
-        self._scratch = TemporaryDirectory(prefix="planter-")
+        self._texts = 0
+        self._labels: dict[str, str] = {}
 
-    def close(self) -> None:
-        """Remove what was put aside."""
-        self._scratch.cleanup()
-
-    def sources(self) -> list[str]:
-        """Machines that can be opened by name: files of the folder, then built-in ones."""
-        return [*sorted(path.name for path in self.folder.glob("*.toml")), *examples.names(None, ".toml")]
+    def in_page_words(self, error: PlanterError) -> str:
+        """Return the sentence of an error with files called as the page calls them."""
+        sentence = error.message
+        for place, label in self._labels.items():
+            sentence = sentence.replace(place, label)
+        return sentence
 
     def open(self, message: Message) -> dict[str, Any]:
         """A machine by name, or by the text of its file: what a page needs to show it."""
         self.machine = opened(self._source(message))
+        return {"opened": self._description()}
+
+    def _description(self) -> dict[str, Any]:
+        assert self.machine is not None
         return {
             "name": self.machine.name,
             "models": list(self.machine.models),
@@ -86,30 +104,36 @@ class Session:
         readings = [asdict(one) for one in self._open.readings(values, model)]
         return {"readings": readings, "course": course(self._open.scenes(values, model)[0])}
 
-    def file(self, message: Message) -> str:
+    def file(self, message: Message) -> dict[str, Any]:
         """The machine's file with other numbers."""
-        return self._open.text(self._asked(message)[0])
+        return {"file": self._open.text(self._asked(message)[0])}
 
-    def wished(self, message: Message) -> str:
+    def wished(self, message: Message) -> dict[str, Any]:
         """That file with a path that a hand can draw about. Raises InputError for a machine that has none."""
         if not isinstance(self._open, Wishing) or not self._open.wishes:
             raise InputError(f"{self._open.name} has no path that could be drawn anew")
-        return self._open.wished(self._asked(message)[0])
+        return {"wished": self._open.wished(self._asked(message)[0])}
 
-    def search(self, message: Message) -> tuple[Searching, list[str]]:
-        """The machine, and the command that searches from its file, which is put aside.
+    def search(self, message: Message) -> dict[str, Any]:
+        """The command that searches from the machine's file, which is put aside.
 
         Raises InputError for a machine that has none.
         """
         machine, model = self._open, self._asked(message)[1]
         if not isinstance(machine, Searching) or not machine.search:
             raise InputError(f"{machine.name} has nothing to search for")
-        place = Path(self._scratch.name) / "machine.toml"
-        place.write_text(self.file(message), encoding="utf-8", newline="\n")
+        place = self._put_aside("search", "machine.toml", machine.text(self._asked(message)[0]))
         chosen = ("--model", model) if len(machine.models) > 1 else ()
-        return machine, [*machine.search, str(place), *chosen, "--json"]
+        return {"command": [*machine.search, str(place), *chosen, "--json"]}
 
-    def works(self, message: Message) -> list[exports.Work]:
+    def sought(self, message: Message) -> dict[str, Any]:
+        """What the search has found, from the result of its command."""
+        if not isinstance(self._open, Searching):
+            raise InputError(f"{self._open.name} has nothing to search for")
+        found = self._open.sought(_table(message, "answer"))
+        return {"optimum": dict(found.values), "sentence": found.sentence}
+
+    def works(self, message: Message) -> dict[str, Any]:
         """What is to be written of the machine with other numbers; its file is written first.
 
         Raises InputError for what it does not offer, and where nothing can be written.
@@ -124,11 +148,11 @@ class Session:
                 raise InputError(f"{name} is not allowed: it must be one of {', '.join(offered)}")
         file = exports.place(self.folder, self._open.name, "machine").with_suffix(".toml")
         places = {name: exports.place(self.folder, self._open.name, name) for name in wanted}
-        found = [exports.Work(name, there, offered[name].command(file, there, model, numbers))
+        found = [{"name": name, "there": str(there), "command": offered[name].command(file, there, model, numbers)}
                  for name, there in places.items()]  # fmt: skip
         files.output_folder(file.parent)
-        files.write_text(file, self.file(message))
-        return found
+        files.write_text(file, self._open.text(self._asked(message)[0]))
+        return {"works": found}
 
     @property
     def _exports(self) -> list[Export]:
@@ -147,7 +171,11 @@ class Session:
         for path, value in given.items():
             if path not in known:
                 raise InputError(f"{path} is not allowed: it is no number of {machine.name} that can be changed")
-            if not isinstance(value, int | float) or not known[path].lower <= value <= known[path].upper:
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, int | float)
+                or not known[path].lower <= value <= known[path].upper
+            ):
                 low, high = known[path].lower, known[path].upper
                 raise InputError(f"{path} = {value} is not allowed: it must be between {low:g} and {high:g}")
         model = message.get("model", machine.models[0])
@@ -157,23 +185,54 @@ class Session:
 
     def _source(self, message: Message) -> str:
         if "text" in message:
-            return self._aside(str(message["text"]))
-        name = str(message.get("name", ""))
+            return self._loaded(message["text"], message.get("file", OPENED))
+        name = message.get("name")
         if name in examples.names(None, ".toml"):
-            return name
+            return str(name)
+        known = sources(self.folder)
+        if name not in known:
+            raise InputError(
+                f"{legible.name(str(name))}: there is no such machine here: it must be one of {', '.join(known)}"
+            )
         place = (self.folder / name).resolve()
-        if not name.endswith(".toml") or place.parent != self.folder or not place.is_file():
-            raise InputError(f"{name}: there is no such machine here: it must be one of {', '.join(self.sources())}")
+        self._labels[str(place)] = name
+        if place.parent != self.folder:
+            raise InputError(f"{name}: there is no such machine here: it is a link to another folder")
+        if place != self._explicit and self._leads_outside(parse_toml(read_text(place), name)):
+            raise InputError(
+                f"{name} is not allowed here, since its Python code is outside the studio's folder: "
+                f"it must be opened by `planter studio {name}`"
+            )
         return str(place)
 
-    def _aside(self, text: str) -> str:
+    def _leads_outside(self, table: Mapping[str, Any]) -> bool:
+        """Whether the functions of a mechanism's file may stand outside the folder, by a path or a link."""
+        code = f"{table.get(OWN, '')}.py"
+        places = (self.folder / str(table.get(PLACE, "")), self.folder, self.folder / GENERATED)
+        return OWN in table and not all((one / code).resolve().is_relative_to(self.folder) for one in places)
+
+    def _loaded(self, text: Any, label: Any) -> str:
+        """Where the text of a file was put aside. Raises InputError for one that says where Python code is."""
+        if not isinstance(text, str) or not isinstance(label, str):
+            raise InputError("text and file are not allowed: they must be a file's text and its name")
         if len(text) > LARGEST:
-            raise InputError(f"the file is not allowed: it must have at most {LARGEST} letters")
-        if any(line.split("=")[0].strip() == OWN for line in text.splitlines()):
-            raise InputError("the file is not allowed here: a mechanism of your own is opened by `planter studio FILE`")
-        place = Path(self._scratch.name) / "opened.toml"
-        place.write_text(text, encoding="utf-8", newline="\n")
+            raise InputError(f"{legible.name(label)} is not allowed: it must have at most {LARGEST} letters")
+        table = parse_toml(text, legible.name(label))
+        if {OWN, PLACE} & table.keys():
+            raise InputError(
+                f"{legible.name(label)} is not allowed here, since Python code belongs to it ({OWN} or {PLACE}): "
+                "a mechanism of your own is opened by `planter studio FILE`"
+            )
+        self._texts += 1
+        place = self._put_aside(str(self._texts), OPENED, text)
+        self._labels[str(place)] = legible.name(label)
         return str(place)
+
+    def _put_aside(self, folder: str, name: str, text: str) -> Path:
+        place = self.scratch / folder / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="utf-8", newline="\n")
+        return place
 
 
 def _table(message: Message, key: str) -> Mapping[str, Any]:
@@ -185,8 +244,3 @@ def _table(message: Message, key: str) -> Mapping[str, Any]:
 
 def _drawn(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
     return [{"picture": picture(one), "record": packed(one)} for one in scenes]
-
-
-def told(error: PlanterError) -> dict[str, str]:
-    """An error as a message."""
-    return {"error": str(error)}

@@ -8,14 +8,13 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from planter import workers
 from planter.errors import ComputationError
-from planter.optimise import workers
 from planter.sweeps import worker
 from planter.sweeps.job import Recipe
 
 LOST = 5
 """Processes that one chunk may cost."""
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 Answer = tuple[int, bytes | str]
 """A chunk's number and its content, or the sentence that says why there is none."""
 
@@ -51,7 +50,7 @@ class Hand:
         self._process = self._started()
 
     def _started(self) -> subprocess.Popen[str]:
-        process = workers.started(worker.__name__, subprocess.PIPE, ONE_THREAD)
+        process = workers.start_worker(worker.__name__, subprocess.PIPE, workers.ONE_THREAD)
         self._tell(process, self._recipe.text)
         return process
 
@@ -85,7 +84,7 @@ class Hand:
             with self._lock:
                 if self._ended:
                     raise ComputationError("the worker processes were ended")
-                workers.ended(self._process)
+                workers.end_worker(self._process)
                 self._process = self._started()
         raise ComputationError(f"chunk {number}: {LOST} processes have ended while they worked on it")
 
@@ -101,4 +100,4 @@ class Hand:
         """End the process, and start no other."""
         with self._lock:
             self._ended = True
-            workers.ended(self._process)
+            workers.end_worker(self._process)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import base64
 import json
 
+from planter import workers
 from planter.errors import PlanterError
-from planter.optimise import workers
 from planter.sweeps import job
 
 
 def main() -> None:
     """Answers each line; an error of the job, or in making it, is an answer too."""
-    told = workers.lines()
+    told = workers.read_lines()
     recipe = job.read(next(told))
     task: job.Job | None = None
     for line in told:

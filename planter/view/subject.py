@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from planter import rooms
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document
+from planter.files.text import parse_toml, read_text
 from planter.files.written import lines
 from planter.version import __version__
 from planter.view.exports import Export
@@ -160,11 +162,19 @@ def drawn(thing: object) -> Scene:
 
 
 def opened(source: str, changes: Values | None = None) -> Shown:
-    """The machine of a file or a built-in name, of whatever room. Raises InputError where no room takes it."""
+    """The machine of a file or a built-in name, of whatever room.
+
+    Raises InputError where no room takes it: with the place of the error for a file that is not valid TOML.
+    """
     for module in rooms.brought("show"):
         kind: Kind = module.KIND
         if kind.takes(source):
             return kind.open(source, changes or {})
+    if Path(source).is_file():
+        parse_toml(read_text(source), source)
+        raise InputError(
+            f"{source}: this is no machine's file: its tables are those of no kind of machine that is known"
+        )
     raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")
 
 

@@ -15,9 +15,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from planter import workers
 from planter.errors import ComputationError, InputError
 from planter.files.text import read_json
-from planter.optimise import workers
 from planter.planting.compare import box
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
@@ -28,7 +28,6 @@ from planter.report.folder import keep
 from planter.version import __version__
 
 WORKER = "planter.planting.compare.worker"
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 LAYOUT = 3
 """Of the files of finished devices: those of another are not gone on from."""
 Task = tuple[str, str] | None
@@ -148,7 +147,7 @@ def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None]
         waiting.put(task)
     results: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
     at_work = [
-        workers.started(WORKER, subprocess.PIPE, ONE_THREAD)
+        workers.start_worker(WORKER, subprocess.PIPE, workers.ONE_THREAD)
         for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))
     ]
     try:
@@ -158,7 +157,7 @@ def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None]
             finished(*results.get())
     finally:
         for worker in at_work:
-            workers.ended(worker)
+            workers.end_worker(worker)
 
 
 def _feed(worker: subprocess.Popen[str], waiting: Any, results: Any) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 
+from planter import workers
 from planter.errors import PlanterError
-from planter.optimise import workers
 from planter.planting.compare.pair import narrow, optimised
 from planter.planting.file import Machine
 
 
 def main() -> None:
-    for line in workers.lines():
+    for line in workers.read_lines():
         task = json.loads(line)
         try:
             own, pair = Machine.read(task["machine"], task["source"]), task["pair"]

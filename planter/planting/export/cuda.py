@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.kernels import Array, CallError
+from planter.kernels import Array, CallError, builds, toolchain
 from planter.kernels.loops import functions
 from planter.kernels.loops.graph import Assignment, Graph, NotPrintable, Place
 from planter.kernels.toolchain import NoCompiler
@@ -96,9 +96,10 @@ def build(device: Device, folder: Path, architecture: str = "native") -> Path:
     source, library = folder / file, folder / f"lib{file.removesuffix('.cu')}.so"
     source.write_text(text, encoding="utf-8", newline="\n")
     command = [compiler, "-O3", f"-arch={architecture}", "-shared", "-Xcompiler", "-fPIC", str(source)]
-    done = subprocess.run([*command, "-o", str(library)], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise NoCompiler(f"{compiler} did not compile {file}: {done.stderr.strip().splitlines()[-1]}")
+    try:
+        builds.run([*command, "-o", str(library)], toolchain.TIMEOUT_S, folder)
+    except (OSError, subprocess.SubprocessError) as error:
+        raise NoCompiler(f"{compiler} did not compile {file}: {toolchain.said(error)}") from error
     return library
 
 

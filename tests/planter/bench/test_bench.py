@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from planter import bench
+from planter import bench, workers
 from planter.bench import clock, graphs, jaxed, lanes, mechanisms, page, plain, processes, rate, symbolic, works
 from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
@@ -234,7 +234,7 @@ def test_no_way_beats_the_peak(case: Case) -> None:
 
 def test_a_process_that_fails_is_an_error() -> None:
     with pytest.raises(ComputationError, match=r"ended with 1: .*nothing like that"):
-        processes._python("-c", "raise ValueError('nothing like that')")
+        processes._run(workers.python_command("raise ValueError('nothing like that')"))
 
 
 def test_the_derivation_is_absent_outside_a_checkout(monkeypatch: pytest.MonkeyPatch) -> None:

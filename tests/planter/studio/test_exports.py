@@ -107,11 +107,10 @@ def test_an_export_can_be_given_up(address: str) -> None:
     ],
 )
 def test_what_is_not_offered_is_not_written(tmp_path: Path, message: dict[str, Any], sentence: str) -> None:
-    session = Session(tmp_path)
+    session = Session(tmp_path, tmp_path / "scratch")
     session.open({"name": "wang2017"})
     with pytest.raises(InputError, match=sentence):
         session.works(message)
-    session.close()
 
 
 def test_a_name_of_a_machine_is_no_path_and_a_link_leads_nowhere(tmp_path: Path) -> None:

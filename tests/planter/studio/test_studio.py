@@ -154,7 +154,10 @@ def test_a_search_can_be_given_up(address: str) -> None:
         ({"name": "nobody"}, "nobody: there is no such machine here"),
         ({"name": "../own.toml"}, "there is no such machine here"),
         ({"name": "/etc/passwd"}, "there is no such machine here"),
-        ({"text": "name = 1"}, "there is no such machine"),
+        ({"text": "name = 1"}, "opened.toml: this is no machine's file"),
+        ({"text": "a = [1,", "file": "own.toml"}, "own.toml: end of document: this is not valid TOML"),
+        ({"text": "x = " + "[" * 2000}, "nested too deep"),
+        ({"text": 5}, "they must be a file's text and its name"),
         ({"text": 'functions = "x"\nfolder = "/tmp"'}, "opened by `planter studio FILE`"),
         ({"text": "x" * (LARGEST + 1)}, "at most 1000000 letters"),
     ],
@@ -162,10 +165,9 @@ def test_a_search_can_be_given_up(address: str) -> None:
 def test_what_cannot_be_opened_is_told_in_a_sentence(tmp_path: Path, message: dict[str, str], sentence: str) -> None:
     (tmp_path / "inside").mkdir()
     (tmp_path / "own.toml").write_text("name = 'own'", encoding="utf-8")
-    session = Session(tmp_path / "inside")
+    session = Session(tmp_path / "inside", tmp_path / "scratch")
     with pytest.raises(InputError, match=sentence.replace("(", r"\(")):
         session.open(message)
-    session.close()
 
 
 @pytest.mark.parametrize(
@@ -178,11 +180,10 @@ def test_what_cannot_be_opened_is_told_in_a_sentence(tmp_path: Path, message: di
     ],
 )
 def test_numbers_beyond_their_ends_are_refused(tmp_path: Path, values: dict[str, float], sentence: str) -> None:
-    session = Session(tmp_path)
+    session = Session(tmp_path, tmp_path / "scratch")
     session.open({"name": "wang2017"})
     with pytest.raises(InputError, match=sentence):
         session.seen({"values": values})
-    session.close()
 
 
 MEASURED = """async () => {

@@ -19,7 +19,14 @@ NONSENSE = (
     '{"id": 1, "values": 5}', '{"id": 1, "values": {"design.R3_mm": []}}', '{"id": 1, "values": {"R3": null}}',
     '{"id": 1, "values": {}, "model": {}}', '{"ask": "optimise", "values": 5}',
     '{"ask": "optimise", "model": "--help"}', '{"ask": "export", "names": 5}', '{"ask": "export", "names": [[]]}',
-    '{"ask": "export", "names": ["cam"], "numbers": 5}',
+    '{"ask": "export", "names": ["cam"], "numbers": 5}', "[" * 3000 + "]" * 3000,
+    '{"id": 1, "values": ' + '{"a":' * 3000 + "1" + "}" * 3001,
+    '{"id": 1, "values": {"a": ' + "[" * 900 + "]" * 900 + "}}",
+    '{"ask": "open", "text": "x = ' + "[" * 3000 + '"}', '{"ask": "open", "text": "x = ' + "a." * 900 + '"}',
+    '{"ask": "open", "name": "a\\u0000b.toml"}', '{"ask": "open", "name": "\\ud800.toml"}',
+    '{"ask": "open", "text": "a\\u0000b"}', '{"ask": "open", "text": "\\ud800 = 1"}', '{"ask": "\\ud800"}',
+    '{"id": "\\ud800", "values": {"\\ud800": 1}}', '{"id": 1, "values": {"design.R3_mm": true}}',
+    '{"ask": "open", "name": "' + "x" * 5000 + '.toml"}', '{"id": 1, "values": ' + "9" * 5000 + "}",
 )  # fmt: skip
 """Messages that no page sends."""
 

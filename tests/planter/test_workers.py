@@ -10,16 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from planter.optimise import workers
+from planter import workers
 
 pytestmark = pytest.mark.fault
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 MODULES = ("planter.optimise.second_process", "planter.planting.compare.worker")
 PARENT = """
 import subprocess, sys, time
 sys.path.insert(0, {root!r})
-from planter.optimise import workers
-started = workers.started({module!r}, subprocess.DEVNULL)
+from planter import workers
+started = workers.start_worker({module!r}, subprocess.DEVNULL)
 started.stdin.write({task!r} + "\\n")
 started.stdin.flush()
 print(started.pid, flush=True)
@@ -78,7 +78,7 @@ def test_a_module_of_the_user_s_is_not_taken_for_the_library_s(
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     asked = {"machine": {}, "source": "a file", "pair": None}
     line = json.dumps(asked if module.endswith("worker") else {"function": "none:none", "arguments": {}})
-    worker = workers.started(module, subprocess.PIPE)
+    worker = workers.start_worker(module, subprocess.PIPE)
     try:
         assert worker.stdin is not None
         assert worker.stdout is not None
@@ -86,6 +86,6 @@ def test_a_module_of_the_user_s_is_not_taken_for_the_library_s(
         worker.stdin.flush()
         said = worker.stdout.readline()
     finally:
-        workers.ended(worker)
+        workers.end_worker(worker)
     assert not (tmp_path / "executed").exists()
     assert not module.endswith("worker") or "a file" in json.loads(said)["error"]["message"]
