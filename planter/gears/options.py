@@ -62,7 +62,9 @@ BacklashOption = Annotated[
 ]
 CentreErrorOption = Annotated[
     float,
-    typer.Option("--centre-error-mm", min=0, max=5, help="also the lost motion with the axes so much farther apart"),
+    typer.Option(
+        "--centre-error-mm", min=0, max=5, help="also lost motion and contact ratio with the axes so much farther apart"
+    ),
 ]
 ProcessOption = Annotated[Process, typer.Option(help="what cuts the teeth: a hob cuts nothing hollow")]
 UndercutOption = Annotated[bool, typer.Option("--allow-undercut", help="let flanks be undercut")]

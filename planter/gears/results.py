@@ -61,7 +61,10 @@ class StageCut(Record):
     """A pair of toothed gears, and the proof that they mesh.
 
     `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, all else is solved exactly.
-    `farther_lost_motion_deg` is the lost motion with an error of the centre distance, null without one.
+    `lost_motion_deg` is how far the second gear turns from its central position to contact on one side, the first
+    gear fixed; `lost_motion_total_deg` is what a hand measures, the turn from contact on one side to contact on the
+    other, at the same position. `farther_lost_motion_deg`, `farther_total_deg` and `farther_contact_ratio` are those
+    with an error of the centre distance, null without one and where teeth lose contact at any position.
     `sliding_max_mm` is the sliding speed of flanks per rotation rate of the first gear.
     """
 
@@ -77,7 +80,10 @@ class StageCut(Record):
     transmission_error_rad: float
     gap_mm: Extent
     lost_motion_deg: Extent
+    lost_motion_total_deg: Extent
     farther_lost_motion_deg: Extent | None
+    farther_total_deg: Extent | None
+    farther_contact_ratio: Ratio | None
     sliding_max_mm: float
     overlap_mm2: float
     polygon_gap_mm: Extent

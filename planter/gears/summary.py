@@ -24,7 +24,7 @@ def stage(
     Raises GeometryError where the polygons of its teeth run into each other.
     """
     remedies.check_overlap(found)
-    ratios = found.mesh.contact_ratios
+    apart = found.farther(farther) if farther else None
     return StageCut(
         stage=number,
         z=list(found.sized.teeth),
@@ -33,12 +33,15 @@ def stage(
         centre_distance_mm=found.sized.pair.distance * _MM,
         perimeter_mm=[curve.length * _MM for curve in found.sized.pair.curves],
         gears=[_gear(gear, key) for gear, key in zip(found.gears, keyways, strict=True)],
-        contact_ratio=Ratio(float(ratios.min()), float(ratios.max()), float(ratios.mean())),
+        contact_ratio=_ratio(found.mesh.contact_ratios),
         pressure_angle_deg=_extent(np.degrees(found.pressure_angles)),
         transmission_error_rad=float(np.abs(found.contacts.errors).max()),
         gap_mm=_extent(found.gaps * _MM),
         lost_motion_deg=_extent(np.degrees(found.lost_motion)),
-        farther_lost_motion_deg=_extent(np.degrees(found.slack(farther))) if farther else None,
+        lost_motion_total_deg=_extent(np.degrees(found.lost_motion.sum(axis=1))),
+        farther_lost_motion_deg=_extent(np.degrees(apart.lost_motion)) if apart else None,
+        farther_total_deg=_extent(np.degrees(apart.lost_motion.sum(axis=1))) if apart else None,
+        farther_contact_ratio=_ratio(apart.contact_ratios) if apart else None,
         sliding_max_mm=float(Contacts(found.mesh, found.mesh.ends).sliding.max()) * _MM,
         overlap_mm2=float(found.overlaps.max()) * _MM**2,
         polygon_gap_mm=_extent(found.polygon_gaps * _MM),
@@ -69,4 +72,9 @@ def _gear(gear: Gear, keyway: float | None) -> GearCut:
 
 
 def _extent(values: Array | tuple[float, float]) -> Extent:
-    return Extent(float(np.min(values)), float(np.max(values)))
+    """Return the least and the largest value, without those that are NaN."""
+    return Extent(float(np.nanmin(values)), float(np.nanmax(values)))
+
+
+def _ratio(values: Array) -> Ratio:
+    return Ratio(float(values.min()), float(values.max()), float(values.mean()))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from planter.gears import rubbing
-from planter.gears.results import GearsFound, Intermittent, LooseMotion, LooseTurn, StageCut
+from planter.gears.results import Extent, GearsFound, Intermittent, LooseMotion, LooseTurn, Ratio, StageCut
 from planter.terminal.console import Console
 
 
 def show(console: Console, found: GearsFound) -> None:
     """Every pair, what the scaling does, files."""
     for one in found.stages:
-        _stage(console, one)
+        _stage(console, one, found.centre_error_mm)
     if found.intermittent:
         _intermittent(console, found.intermittent)
     if found.scaled:
@@ -26,7 +26,7 @@ def show(console: Console, found: GearsFound) -> None:
         print(f"{len(found.files)} files written")
 
 
-def _stage(console: Console, one: StageCut) -> None:
+def _stage(console: Console, one: StageCut, centre_error_mm: float) -> None:
     rows = [
         (gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})", len(gear.undercut),
          f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.root_radius_min_mm, gear.area_mm2,
@@ -40,7 +40,7 @@ def _stage(console: Console, one: StageCut) -> None:
     head = ("gear", "teeth", "margin (tooth)", "undercut", "top land / mm (tooth)", "root radius / mm", "area / mm2",
             "keyway / deg")  # fmt: skip
     console.table(title, head, rows)
-    ratio, angle, gap, lost = one.contact_ratio, one.pressure_angle_deg, one.gap_mm, one.lost_motion_deg
+    ratio, angle, gap = one.contact_ratio, one.pressure_angle_deg, one.gap_mm
     console.table("", ("mesh", "least", "largest"), [
         ("contact ratio", ratio.min, ratio.max),
         ("pressure angle / deg", angle.min, angle.max),
@@ -48,8 +48,22 @@ def _stage(console: Console, one: StageCut) -> None:
         ("gap of flanks / mm", gap.min, gap.max),
         ("gap of polygons / mm", one.polygon_gap_mm.min, one.polygon_gap_mm.max),
         ("overlap of polygons / mm2", None, one.overlap_mm2),
-        ("lost motion / deg", lost.min, lost.max),
+        *((name, extent.min, extent.max) for name, extent in lost_motions(one)),
     ])  # fmt: skip
+    if centre_error_mm and one.farther_contact_ratio is None:
+        print(f"with the axes {centre_error_mm:g} mm farther apart the teeth of pair {one.stage} lose contact")
+
+
+def lost_motions(one: StageCut) -> list[tuple[str, Extent | Ratio]]:
+    """Return the lost motion of a pair in words, and what the axes farther apart make of it if teeth still touch."""
+    lines = {
+        "lost motion, one side / deg": one.lost_motion_deg,
+        "lost motion, both sides / deg": one.lost_motion_total_deg,
+        "axes farther apart, contact ratio": one.farther_contact_ratio,
+        "axes farther apart, lost motion, one side / deg": one.farther_lost_motion_deg,
+        "axes farther apart, lost motion, both sides / deg": one.farther_total_deg,
+    }
+    return [(name, extent) for name, extent in lines.items() if extent is not None]
 
 
 def _intermittent(console: Console, one: Intermittent) -> None:

@@ -17,6 +17,7 @@ from planter.gearing.teeth.pair import Pair
 from planter.gearing.teeth.rack import RACK, Cut
 from planter.kernels import Array
 from planter.numerics import simultaneous
+from planter.numerics.arrays import Integers
 
 _ASTRAY = 0.02
 """How far from the pitch point, in pitches, the search for a contact starts, so that it has to find it."""
@@ -60,7 +61,7 @@ class Contacts:
     @property
     def points(self) -> Array:
         """Where flanks without play touch (2, n) [m], from the gear's axis, the line of centres along x."""
-        return self._both(self.faced.xi, self._touching[:2], self._touching[2])[0].points
+        return self.both(self.faced.xi, self._touching[:2], self._touching[2])[0].points
 
     @property
     def sliding(self) -> Array:
@@ -75,12 +76,13 @@ class Contacts:
 
     @property
     def lost_motion(self) -> Array:
-        """How far the mate turns from the central position [rad] until it is stopped, for each position and side."""
-        turns = np.abs(self._turned(self._thinned, self._start)[2])
-        order = np.lexsort((self.faced.side, self.faced.at))
-        at, side = self.faced.at[order], self.faced.side[order]
-        first = np.flatnonzero(np.append(True, (np.diff(at) != 0) | (np.diff(side) != 0)))
-        return np.asarray(np.minimum.reduceat(turns[order], first))
+        """Turn (p, 2) of the mate from the central position [rad] until a side of the teeth stops it, by SIDES.
+
+        The p positions are the distinct `faced.at` in rising order; NaN where no flank of a side is in contact.
+        """
+        turns = self.turned(self.thinned, self._start)[2]
+        position = np.unique(self.faced.at, return_inverse=True)[1]
+        return least_turns(turns, position, self.faced.side)
 
     @property
     def gaps(self) -> Array:
@@ -88,7 +90,7 @@ class Contacts:
         still = np.zeros_like(self.faced.at)
 
         def system(at: Array) -> tuple[Array, Array]:
-            one, two = self._both(self._thinned, at, still)
+            one, two = self.both(self.thinned, at, still)
             apart = two.points - one.points
             along, turned = _dot(one.tangents, two.tangents), _cross(one.tangents, two.tangents)
             slopes = np.array([
@@ -99,7 +101,7 @@ class Contacts:
 
         start = self._start[:2] + _ASTRAY * self.mesh.pitch
         at = simultaneous.newton(system, start, np.full(2, _STEPS[0] * self.mesh.pitch))
-        one, two = self._both(self._thinned, at, still)
+        one, two = self.both(self.thinned, at, still)
         return -_cross(one.tangents, two.points - one.points)
 
     @property
@@ -108,7 +110,7 @@ class Contacts:
         return np.array([*self.mesh.arc_lengths(self.faced.at), np.zeros_like(self.faced.at)])
 
     @property
-    def _thinned(self) -> Array:
+    def thinned(self) -> Array:
         """Places of flanks (2, n) with the play that each gear has its share of."""
         return np.asarray(self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4)
 
@@ -116,24 +118,30 @@ class Contacts:
     def _touching(self) -> Array:
         """Arc lengths at both contacts and the turn of the mate (3, n) with which flanks without play touch."""
         aside = _ASTRAY * self.mesh.pitch
-        return self._turned(self.faced.xi, self._start + np.array([[aside], [-2 * aside], [_TURNED]]))
+        return self.turned(self.faced.xi, self._start + np.array([[aside], [-2 * aside], [_TURNED]]))
 
-    def _turned(self, xi: Array, start: Array) -> Array:
+    def turned(self, xi: Array, start: Array) -> Array:
         """Arc lengths at both contacts and the turn of the mate (3, n) with which flanks at places (2, n) touch."""
 
         def system(at: Array) -> tuple[Array, Array]:
-            one, two = self._both(xi, at[:2], at[2])
-            along = _dot(one.tangents, two.tangents)
-            arm = two.points - np.array([[self.mesh.pair.distance], [0.0]])
-            moved = np.array([one.rate * one.tangents, -two.rate * two.tangents, [arm[1], -arm[0]]])
-            bent = np.array([-one.turning * along, two.turning * along, along])
-            slopes = np.concatenate([moved.swapaxes(0, 1), bent[None]])
-            return np.vstack([one.points - two.points, _cross(one.tangents, two.tangents)]), slopes
+            return self.residuals(*self.both(xi, at[:2], at[2]))
 
         along, turn = _STEPS[0] * self.mesh.pitch, _STEPS[1]
         return simultaneous.newton(system, start, np.array([along, along, turn]))
 
-    def _both(self, xi: Array, at: Array, turned: Array) -> tuple[Cut, Cut]:
+    def residuals(self, one: Cut, two: Cut) -> tuple[Array, Array]:
+        """Return what vanishes where flanks touch (3, n): distance in x and y [m], sine of the angle of the tangents.
+
+        And its slopes (3, 3, n) by the arc lengths of both contacts and the turn of the mate.
+        """
+        along = _dot(one.tangents, two.tangents)
+        arm = two.points - np.array([[self.mesh.pair.distance], [0.0]])
+        moved = np.array([one.rate * one.tangents, -two.rate * two.tangents, [arm[1], -arm[0]]])
+        bent = np.array([-one.turning * along, two.turning * along, along])
+        slopes = np.concatenate([moved.swapaxes(0, 1), bent[None]])
+        return np.vstack([one.points - two.points, _cross(one.tangents, two.tangents)]), slopes
+
+    def both(self, xi: Array, at: Array, turned: Array) -> tuple[Cut, Cut]:
         """Points of flanks at arc lengths (2, n) of both curves, in the frame of the axes, the mate turned further."""
         where = self.mesh.places(self.faced.at)
         where[1][0] += turned
@@ -141,6 +149,13 @@ class Contacts:
             _placed(gear.flanks.line(at[k], xi[k], self.faced.side), where[k]) for k, gear in enumerate(self.mesh.gears)
         )
         return one, two
+
+
+def least_turns(turns: Array, position: Integers, side: Array) -> Array:
+    """Return the least size (p, 2) of turns (n,) by their position (n,) and by SIDES, NaN where there is none."""
+    found = np.full((int(position.max()) + 1, 2), np.inf)
+    np.minimum.at(found, (position, (side > 0).astype(int)), np.abs(turns))
+    return np.where(np.isfinite(found), found, np.nan)
 
 
 def _placed(cut: Cut, where: Array) -> Cut:

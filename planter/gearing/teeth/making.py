@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from planter.gearing.teeth import limits
+from planter.gearing.teeth.apart import Apart, move_apart
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.curve import POLAR
 from planter.gearing.teeth.flanks import Flanks
@@ -46,13 +47,12 @@ class Toothed:
 
     @cached_property
     def lost_motion(self) -> Array:
-        """Of both sides at the positions of the mesh [rad]."""
+        """Turn (n, 2) of the mate until each side of the teeth stops it, at the positions of the mesh [rad]."""
         return self.contacts.lost_motion
 
-    def slack(self, more: float) -> Array:
-        """The lost motion [rad] with the axes that much [m] farther apart."""
-        pair = replace(self.mesh.pair, distance=self.mesh.pair.distance + more)
-        return Contacts(replace(self.mesh, pair=pair), self.contacts.faced).lost_motion
+    def farther(self, more: float) -> Apart | None:
+        """Return the teeth with their axes `more` [m] farther apart, None where teeth lose contact."""
+        return move_apart(self.mesh, more)
 
     @cached_property
     def overlay(self) -> Overlay:

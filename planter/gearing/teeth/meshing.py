@@ -155,8 +155,14 @@ class Mesh:
         Below 0 no teeth touch for so long between the two.
         """
         pairs, (before, behind) = self.pairs, self.spans
-        start, end = pairs.at - before, pairs.at + behind
-        found = np.empty_like(start)
+        return self.shared(pairs.at - before, pairs.at + behind)
+
+    def shared(self, start: Array, end: Array) -> Array:
+        """Return the rolling length (n,) [m] for which each of `pairs` touches together with the next of its side.
+
+        They touch from rolling lengths `start` (n,) to `end` (n,) [m].
+        """
+        pairs, found = self.pairs, np.empty_like(start)
         for side in (-1.0, 1.0):
             which = np.flatnonzero(pairs.side == side)
             which = which[np.argsort(pairs.at[which])]

@@ -98,14 +98,17 @@ def round_the_gear(found: Toothed) -> Figure:
 
 @style.drawn
 def play(found: Toothed) -> Figure:
-    """Over a period: what the mate can turn by, the gap of the polygons, and the errors of transmission."""
+    """Over a period: lost motion to either side and of both, gap of the polygons, errors of transmission."""
     figure = style.new_figure(4.6)
     above, middle, below = figure.subplots(3, 1, sharex=True)
     mesh = found.mesh
     share = mesh.positions / (mesh.period * mesh.pitch)
     lost = np.degrees(found.lost_motion)
-    above.plot(np.linspace(0, 1, len(lost) // 2, endpoint=False), lost[: len(lost) // 2 * 2].reshape(-1, 2))
+    for values, label in ((lost[:, 1], "anticlockwise"), (lost[:, 0], "clockwise"), (lost.sum(axis=1), "both")):
+        above.plot(share, values, label=label)
+    above.set_ylim(bottom=0)
     above.set_ylabel("lost motion / deg")
+    above.legend(frameon=False, ncols=3)
     middle.plot(share, 1e6 * found.polygon_gaps, color=style.GREEN)
     middle.set_ylabel("least gap of\npolygons / um")
     below.plot(found.contacts.faced.at / (mesh.period * mesh.pitch), found.contacts.errors, ".", markersize=2)

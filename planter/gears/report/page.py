@@ -15,7 +15,7 @@ CAPTIONS = {
     "assembly": "All gears in their places, pitch curves dashed.",
     "mesh": "Teeth about the pitch point at four positions of a period, with their contacts.",
     "teeth": "Contact ratio of every pair of teeth; margin against undercut of both flanks and top land of each tooth.",
-    "play": "What the mate can turn by between its flanks, the gap of the outlines as polygons, and the error of "
+    "play": "Lost motion of the mate to either side and of both, the gap of the outlines as polygons, and the error of "
     "transmission at every contact, without play.",
     "dwell": "Locking arcs and the teeth beside them, about the line of centres.",
     "loose": "How many flanks touch over a turn, and how far the driven gear can turn from where its law has it, the "
@@ -31,7 +31,8 @@ def text(
 ) -> str:
     """The page: what the gears are, how they mesh, moving and in figures, what the geometry assumes."""
     parts = [Section("Rack", list(_rack(found)))]
-    parts += [Section(f"Pair {one.stage}: {one.gears[0].name} and {one.gears[1].name}", list(_stage(one)))
+    error = found.centre_error_mm
+    parts += [Section(f"Pair {one.stage}: {one.gears[0].name} and {one.gears[1].name}", list(_stage(one, error)))
               for one in found.stages]  # fmt: skip
     if found.intermittent:
         parts += _dwelling(found.intermittent)
@@ -50,11 +51,11 @@ def text(
 
 
 def _rack(found: GearsFound) -> Iterator[Block]:
-    keys = ("pressure_angle_deg", "addendum", "clearance", "backlash_mm", "process")
+    keys = ("pressure_angle_deg", "addendum", "clearance", "backlash_mm", "centre_error_mm", "process")
     yield Keys({key: getattr(found, key) for key in keys})
 
 
-def _stage(one: StageCut) -> Iterator[Block]:
+def _stage(one: StageCut, centre_error_mm: float) -> Iterator[Block]:
     yield Keys({
         "teeth": ", ".join(map(str, one.z)),
         **{key: getattr(one, key) for key in ("module_mm", "scale", "centre_distance_mm")},
@@ -66,9 +67,13 @@ def _stage(one: StageCut) -> Iterator[Block]:
         "gap of flanks, least / mm": one.gap_mm.min,
         "gap of polygons, least / mm": one.polygon_gap_mm.min,
         "overlap of polygons / mm2": one.overlap_mm2,
-        "lost motion, largest / deg": one.lost_motion_deg.max,
         "sliding per rotation rate, largest / mm": one.sliding_max_mm,
     })  # fmt: skip
+    yield Table(("", "least", "largest"), [(name, extent.min, extent.max) for name, extent in tables.lost_motions(one)],
+                "Lost motion: turn of the second gear, the first gear fixed, from the central position to contact on "
+                "one side, and from contact on one side to contact on the other")  # fmt: skip
+    if centre_error_mm and one.farther_contact_ratio is None:
+        yield Text(f"With the axes {centre_error_mm:g} mm farther apart the teeth lose contact.")
     keys = ("name", "teeth", "area_mm2", "margin", "top_land_mm", "root_radius_min_mm", "keyway_phase_deg")
     head = ("gear", "teeth", "area / mm2", "margin", "top land / mm", "root radius / mm", "keyway / deg")
     yield Table(head, [tuple(getattr(gear, key) for key in keys) for gear in one.gears])

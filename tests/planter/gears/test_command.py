@@ -28,6 +28,7 @@ from tests.support.schemas import committed
 STAGE = {
     "stage", "z", "module_mm", "scale", "centre_distance_mm", "perimeter_mm", "gears", "contact_ratio",
     "pressure_angle_deg", "transmission_error_rad", "gap_mm", "overlap_mm2", "lost_motion_deg",
+    "lost_motion_total_deg", "farther_total_deg", "farther_contact_ratio",
 }  # fmt: skip
 GEAR = {"name", "area_mm2", "margin", "undercut", "top_land_mm", "root_radius_min_mm", "keyway_phase_deg"}
 NAMES = [["sun", "gear 5"], ["gear 6", "planet gear"]]
@@ -69,6 +70,21 @@ def test_the_answer_has_the_keys_of_the_contract() -> None:
     sliding = found["friction"]["sliding"]
     assert sliding["motor_work_J"] == pytest.approx(sum(sliding["lost_J"].values()), rel=1e-7)
     assert sliding["motor_work_J"] > found["friction"]["convention"]["motor_work_J"]
+
+
+@pytest.mark.parametrize(("error_mm", "touches"), [(0.3, True), (3.9, False)])
+def test_lost_motion_of_both_sides_at_a_larger_distance(tmp_path: Path, error_mm: float, touches: bool) -> None:
+    file = curve_file(tmp_path / "own.csv", wavy())
+    options = ("--backlash-mm", "0.1", "--centre-error-mm", str(error_mm))
+    (stage,) = answer("gears", "--curve", file, "--teeth", "40", *options)["stages"]
+    one, both = stage["lost_motion_deg"], stage["lost_motion_total_deg"]
+    assert both["min"] >= 2 * one["min"]
+    assert both["max"] <= 2 * one["max"]
+    for key in ("farther_lost_motion_deg", "farther_total_deg", "farther_contact_ratio"):
+        assert (stage[key] is not None) == touches
+    if touches:
+        assert stage["farther_total_deg"]["min"] > both["min"]
+        assert stage["farther_contact_ratio"]["min"] < stage["contact_ratio"]["min"]
 
 
 def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:

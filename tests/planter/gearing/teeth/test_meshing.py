@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from scipy.optimize import brentq
 
 from planter.errors import GeometryError
 from planter.gearing.teeth import limits, pair
@@ -66,14 +67,57 @@ def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
         assert np.abs(lost - expected).max() < 0.02 * expected.max()
 
 
-def test_axes_that_are_farther_apart_give_the_mate_more_to_turn_by() -> None:
-    """Of circles: base circles stay, and the angle of contact grows to that of the new distance."""
-    found, more = circles(25, 50, Order(play=PLAY)), 2e-5
-    base, a = 25e-3 * COS, found.mesh.pair.distance
-    angle = math.acos(3 * base / (a + more))
+@pytest.mark.parametrize("more", [1e-7, 2e-5, 6e-4])
+def test_circles_farther_apart_agree_with_involutes(more: float) -> None:
+    """Base circles stay, and the angle of contact grows to that of the new distance."""
+    found = circles(25, 50, Order(play=PLAY))
+    base, apart = 25e-3 * COS, found.farther(more)
+    assert apart is not None
+    a = found.mesh.pair.distance + more
+    angle = math.acos(3 * base / a)
     opened = 3 * base * (involute(angle) - involute(math.radians(20)))
     expected = (opened + PLAY / 2 * COS) / (2 * base)
-    np.testing.assert_allclose(found.slack(more), expected, rtol=1e-8)
+    np.testing.assert_allclose(apart.lost_motion, np.full((720, 2), expected), rtol=1e-9)
+    tips = math.sqrt(27e-3**2 - base**2) + math.sqrt(52e-3**2 - (2 * base) ** 2)
+    path = tips - a * math.sin(angle)
+    np.testing.assert_allclose(apart.contact_ratios, path / (math.pi * 2e-3 * COS), rtol=1e-12)
+
+
+def test_circles_lose_contact_where_the_involute_contact_ratio_is_one() -> None:
+    found, base = circles(25, 50, Order(play=PLAY)), 25e-3 * COS
+
+    def ratio(more: float) -> float:
+        a = found.mesh.pair.distance + more
+        tips = math.sqrt(27e-3**2 - base**2) + math.sqrt(52e-3**2 - (2 * base) ** 2)
+        return (tips - math.sqrt(a**2 - (3 * base) ** 2)) / (math.pi * 2e-3 * COS)
+
+    limit = brentq(lambda more: ratio(more) - 1, 0, 3e-3)
+    assert found.farther(limit - 2e-6) is not None
+    assert [found.farther(more) for more in (limit + 2e-6, 3.9e-3)] == [None] * 2
+
+
+def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
+    """Turned by the lost motion to either side, polygons of the mate touch those of the gear and do not overlap."""
+    found = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
+    apart = found.farther(2e-4)
+    assert apart is not None
+    overlay, where, some = Overlay.of(apart.mesh), found.mesh.positions, np.arange(0, 720, 90)
+    one, two = overlay.placed(where[some])
+    axis = [(apart.mesh.pair.distance, 0.0)] * len(some)
+    for column, sense in ((0, -1), (1, 1)):
+        lost = sense * apart.lost_motion[some, column]
+        for share, touches in ((0.98, False), (1.02, True)):
+            turned = [shapely.affinity.rotate(part, share * turn, centre, use_radians=True)
+                      for part, turn, centre in zip(two, lost, axis, strict=True)]  # fmt: skip
+            assert (shapely.area(shapely.intersection(one, turned)) > 1e-12).tolist() == [touches] * len(some)
+
+
+def test_farther_apart_by_nothing_changes_nothing() -> None:
+    found = stage("ellipse", 0, 31, replace(FREE, play=1e-8))
+    apart = found.farther(1e-12)
+    assert apart is not None
+    np.testing.assert_allclose(apart.contact_ratios, found.mesh.contact_ratios, rtol=1e-6)
+    np.testing.assert_allclose(apart.lost_motion, found.lost_motion, rtol=1e-2)
 
 
 def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
