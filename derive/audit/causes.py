@@ -47,14 +47,19 @@ def _terms(record: Record) -> str:
 
 
 def told(law: Record, equations: Mapping[str, Record]) -> str:
-    """What is missing, where, and how much it does: the equation that a broken law is owed to most."""
+    """Return what is missing where, and by how much its repair alone reduces the violation of a broken law.
+
+    The equation is that of the largest Shapley value. These values may be negative or exceed the violation, so none of
+    them is told as a part of it.
+    """
     if not law["shares"]:
         return ""
     first = law["shares"][0]
     record = equations[first["equation"]]
     what = f"it lacks {_terms(record)}" if record["terms"] else _repair(record)
-    share = f"{first['shapley']:.3g} of the {law['violation']:.3g} {law['unit']}"
-    return f"{share} come from ({record['equation']}), {record['claims']}: {what}."
+    left = max(law["violation"] - first["alone"], 0.0)
+    sizes = f"from {law['violation']:.3g} to {left:.3g} {law['unit']}"
+    return f"Repairing ({record['equation']}) alone reduces the violation {sizes}: {record['claims']}; {what}."
 
 
 def _repair(record: Record) -> str:

@@ -157,7 +157,11 @@ def _laws(records: Sequence[Record]) -> list[str]:
         size = _number(record["violation"], LAW_DIGITS, "unknown")
         lines += [f"| {record['paper']} | {record['law']} | {size} | {record['unit']} | {laid} | {record['search']} |"]
     lines += ["", "What each of these equations does: what its repair alone takes away, what it alone leaves when all"]
-    lines += ["others are repaired, and its Shapley value, the mean over all orders of repair; these add up.", ""]
+    lines += [
+        "others are repaired, and its Shapley value, the mean over all orders of repair. These values add up to",
+        "the violation; some may be negative, so that others exceed it.",
+        "",
+    ]
     for record in records:
         lines += _shares(record)
     return lines

@@ -2,7 +2,8 @@
 
 A paper's numbers stand in a file `NAME.toml` of a room's `printed`. [disclosed] holds inputs that the paper gives,
 [assumed] inputs that it does not give. Every [[number]] holds the printed text (its digits are its precision), the
-formula `by` which it is computed, and that formula's own arguments `with`. `each` makes a row of numbers: lists of one
+formula `by` which it is computed, and that formula's own arguments `with`. An input with a decimal point is rounded as
+it is printed, a whole number is exact. `each` makes a row of numbers: lists of one
 length, of which every number takes its entry; `{name}` in `quantity` is replaced by it. `needs` lists inputs that are
 neither disclosed nor assumed; `reading` says how a print that can be read in two ways was read.
 
@@ -23,16 +24,19 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+from scipy.optimize import linprog
+
 from planter import rooms
 from planter.audit import slips
-from planter.audit.registry import FORMULAS, Inputs, Value
+from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded, half_place
 from planter.errors import ComputationError
 from planter.files.text import parse_toml
 
 SUFFIX = ".toml"
 ROWS = ("number", "claim", "headline", "chain")
-_TIE = 1e-9
-"""Part of the last printed place by which a value may pass its half: a tie in decimals is not one in binary."""
+_TIE = 2e-9
+"""Part of half the last printed place by which a value may pass its half: a tie in decimals is not one in binary."""
 
 
 @dataclass(frozen=True)
@@ -49,27 +53,32 @@ class Number:
     reading: str = ""
     place: str = ""
 
-    def hit_by(self, value: float) -> bool:
-        """Whether a value is the printed one at the printed precision."""
-        return equal(self.printed, value)
+    def agrees_with(self, computed: Computation) -> bool:
+        """Whether the printed number, as far as its digits go, meets what was computed from rounded inputs."""
+        if computed.value is None or computed.interval is None:
+            return False
+        low, high = computed.interval
+        nearest = min(max(float(self.printed), low), high)
+        return equal(self.printed, computed.value) or equal(self.printed, nearest)
 
 
 @dataclass(frozen=True)
 class Recomputed:
-    """A printed number beside the one that was computed, with the assumed inputs that this took.
-
-    `reason` says why there is no value where the computation did not succeed.
-    """
+    """A printed number and its computation from the paper's inputs; `reason` says why that did not succeed."""
 
     number: Number
-    value: Value
-    assumed: Sequence[str]
+    computed: Computation
     reason: str = ""
+
+    @property
+    def assumed(self) -> Sequence[str]:
+        """Assumed inputs that the computation took."""
+        return self.computed.inputs.assumed
 
     @property
     def equal(self) -> bool:
         """Whether both are equal at the printed precision."""
-        return self.value is not None and equal(self.number.printed, self.value)
+        return self.computed.value is not None and equal(self.number.printed, self.computed.value)
 
 
 @cache
@@ -81,7 +90,7 @@ def data() -> dict[str, Any]:
     for room in rooms.brought("printed"):
         load(room)
     files = [file for folder in rooms.folders("printed").values() for file in folder.iterdir()]
-    read = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name)
+    read = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
             for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
     papers = sorted(read, key=lambda name: (read[name]["place"], name))
     single: dict[str, Any] = {key: {name: read[name][key] for name in papers} for key in ("disclosed", "assumed")}
@@ -151,10 +160,9 @@ def recompute(number: Number, table: Mapping[str, Any]) -> Recomputed:
     """
     inputs = Inputs(number.arguments, table["disclosed"][number.paper], table["assumed"][number.paper])
     try:
-        value, reason = FORMULAS[number.by](inputs), ""
+        return Recomputed(number, Computation.of(number.by, inputs))
     except ComputationError as error:
-        value, reason = None, str(error)
-    return Recomputed(number, value, tuple(inputs.assumed), reason)
+        return Recomputed(number, Computation(FORMULAS[number.by], inputs, None), str(error))
 
 
 def equal(printed: str, value: float) -> bool:
@@ -163,24 +171,47 @@ def equal(printed: str, value: float) -> bool:
     >>> equal("8.6", 8.649), equal("8.6", 8.66), equal("-8.52e-5", -8.517e-5), equal("45.5", 45.45)
     (True, False, True, True)
     """
-    exact = Decimal(printed)
-    exponent = exact.as_tuple().exponent
-    place = Decimal(1).scaleb(int(exponent))
-    return abs(Decimal(value) - exact) <= place * (Decimal("0.5") + Decimal(_TIE))
+    return abs(Decimal(value) - Decimal(printed)) <= Decimal(half_place(printed)) * (1 + Decimal(_TIE))
 
 
 def verdict(one: Recomputed, of_paper: Sequence[Recomputed]) -> str:
     """The verdict by rule.
 
-    From disclosed inputs alone a number is reproduced or not. One that rests on assumed inputs is consistent if it is
-    hit and if the same inputs, or part of them, hit more printed values than they are many; else, or where an
-    undisclosed input is needed or the computation does not succeed, it is not recomputable.
+    From disclosed inputs alone a number is reproduced if it is equal at the printed precision, consistent if one choice
+    of the unrounded inputs gives it together with all that are reproduced, else not reproduced. One that rests on
+    assumed inputs is consistent if it is hit and if the same inputs, or part of them, hit more printed values than they
+    are many; else, or where an undisclosed input is needed or the computation does not succeed, it is not recomputable.
     """
     if one.number.needs or one.reason:
         return "not recomputable"
     if not one.assumed:
-        return "reproduced" if one.equal else "not reproduced"
+        if one.equal:
+            return "reproduced"
+        return (
+            "consistent" if one.number.agrees_with(one.computed) and fits_jointly(one, of_paper) else "not reproduced"
+        )
     return "consistent" if one.equal and hits(one, of_paper) > len(one.assumed) else "not recomputable"
+
+
+def fits_jointly(one: Recomputed, of_paper: Sequence[Recomputed]) -> bool:
+    """Whether inputs within their rounding give a number and, at once, all that the rounded ones reproduce.
+
+    A linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit of the last digit each.
+    """
+    reproduced = (
+        other
+        for other in of_paper
+        if other.number.paper == one.number.paper and other.equal and not other.assumed and not other.number.needs
+    )
+    together = [(each.number.printed, each.computed) for each in (one, *reproduced)]
+    keys = sorted(set().union(*(computed.effects for _, computed in together)))
+    rows = np.array([[computed.effects.get(key, 0.0) for key in keys] for _, computed in together])
+    gaps = np.array([float(printed) - float(computed.value or 0.0) for printed, computed in together])
+    reach = np.array([half_place(printed) * (1 + _TIE) for printed, _ in together])
+    scaled = np.vstack([rows, -rows]) / np.tile(reach, 2)[:, None]
+    found = linprog(np.zeros(len(keys)), scaled, np.concatenate([gaps + reach, reach - gaps]) / np.tile(reach, 2),
+                    bounds=(-1, 1))  # fmt: skip
+    return bool(found.status == 0)
 
 
 def hits(one: Recomputed, of_paper: Sequence[Recomputed]) -> int:
@@ -203,17 +234,19 @@ def hits(one: Recomputed, of_paper: Sequence[Recomputed]) -> int:
 def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
     """A judged number as the interface gives it; `printed_text` holds the digits that are printed.
 
-    `difference` is what was computed less what is printed.
+    `difference` is what was computed less what is printed; `interval` the lowest and highest value within the rounding
+    of printed inputs, where the value itself differs from the print.
     """
-    number = one.number
+    number, value = one.number, one.computed.value
     return {
         "paper": number.paper,
         "place": number.place,
         "quantity": number.quantity,
         "unit": number.unit,
         "printed": float(number.printed),
-        "recomputed": one.value,
-        "difference": None if one.value is None else one.value - float(number.printed),
+        "recomputed": value,
+        "interval": _interval(one),
+        "difference": None if value is None else value - float(number.printed),
         "verdict": judgement,
         "assumed_inputs": list(one.assumed),
         "needs": list(number.needs),
@@ -224,3 +257,10 @@ def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
         "cured_by": "",
         "cured_to": None,
     }
+
+
+def _interval(one: Recomputed) -> list[float] | None:
+    """The interval of a number that is judged by it: one from disclosed inputs alone that is not met exactly."""
+    if one.number.needs or one.assumed or one.equal or one.computed.interval is None:
+        return None
+    return list(one.computed.interval)

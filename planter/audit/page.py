@@ -235,7 +235,8 @@ MEANINGS = {
     "repaired alone, left alone, Shapley": "what an equation's repair takes away, what it leaves when all others are "
     "repaired, and the mean over all orders of repair",
     "reproduced": "equal at the printed precision, from disclosed inputs only",
-    "consistent": "equal, and the assumed inputs hit more printed values than they are many",
+    "consistent": "equal within the rounding of the printed inputs; or equal by assumed inputs that meet more printed "
+    "values than they are many",
     "not reproduced": "differs, from disclosed inputs only: by what was computed less what is printed",
     "not recomputable": "rests on inputs that the paper does not disclose",
     "by the print": "computed with the equations as printed, misprints included",

@@ -8,8 +8,16 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
+from planter.audit.registry import Rounded
 from planter.errors import InputError
 from planter.files.complaints import explain, lacking, refused
 from planter.files.fields import Line, Positive, Problems, Real, Section, Whole, check
@@ -55,6 +63,14 @@ def _listed(value: object) -> object:
     return [value] if isinstance(value, str) else value
 
 
+def _as_written(value: object, check: ValidatorFunctionWrapHandler) -> object:
+    """A number that passes its check, with the digits that it is written with."""
+    check(value)
+    return value
+
+
+Input = Annotated[Real, WrapValidator(_as_written)]
+"""A value that a paper gives: as many digits as it is written with tell how far it is rounded."""
 Printed = Annotated[list[Annotated[Line, AfterValidator(_number)]], BeforeValidator(_listed)]
 
 
@@ -65,8 +81,8 @@ class Row(Section):
     quantity: Annotated[Line, Field(min_length=1)]
     unit: Line
     printed: Printed
-    values: Annotated[dict[str, Real], Field(alias="with", default_factory=dict)]
-    each: Annotated[dict[str, list[Real | Line]], Field(default_factory=dict)]
+    values: Annotated[dict[str, Input], Field(alias="with", default_factory=dict)]
+    each: Annotated[dict[str, list[Input | Line]], Field(default_factory=dict)]
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | None = None
     until_s: Positive | None = None
     needs: Annotated[list[Line], Field(default_factory=list)]
@@ -91,7 +107,7 @@ class NumbersFile(Section):
     """Printed numbers of one paper: values that it discloses, values that it does not, and the numbers."""
 
     paper: Line | None = None
-    disclosed: Annotated[dict[str, Real], Field(default_factory=dict)]
+    disclosed: Annotated[dict[str, Input], Field(default_factory=dict)]
     assumed: Annotated[dict[str, Real], Field(default_factory=dict)]
     number: Annotated[list[Row], Field(min_length=1)]
 
@@ -103,7 +119,7 @@ class NumbersFile(Section):
 
 def read(source: Path) -> NumbersFile:
     """The file at a path. Raises InputError, which names file, key, value and what is allowed."""
-    table = read_toml(source)
+    table = read_toml(source, Rounded)
     try:
         return NumbersFile.model_validate(table)
     except ValidationError as error:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
+from planter.errors import PlanterError
 from planter.files.units import factor
 from planter.progress import Listener
 
@@ -14,6 +18,42 @@ Value = float | None
 """What a formula gives; None where there is no such number."""
 MM = factor("length_mm")
 """A millimetre [m]."""
+
+
+def half_place(text: str) -> float:
+    """Return half a unit of the last digit of a printed number: by how much rounding may have changed it.
+
+    >>> half_place("8.6"), half_place("-8.52e-5"), half_place("144")
+    (0.05, 5e-08, 0.5)
+    """
+    return float(Decimal(1).scaleb(int(Decimal(text).as_tuple().exponent)) / 2)
+
+
+class Rounded(float):
+    """A number that a paper prints with a decimal point; `rounding` is half a unit of its last digit.
+
+    >>> Rounded("-69.1470"), Rounded("-69.1470").rounding
+    (-69.147, 5e-05)
+    """
+
+    rounding: float
+
+    def __new__(cls, text: str) -> Rounded:
+        self = super().__new__(cls, text)
+        self.rounding = half_place(text)
+        return self
+
+
+def rounding_ends(value: Any, key: str) -> Iterator[tuple[str, Any, Any]]:
+    """Yield a key and two copies of an input for each rounded number in it: that number at its lower and upper end."""
+    if isinstance(value, Rounded):
+        yield key, value - value.rounding, value + value.rounding
+    elif isinstance(value, list | dict):
+        for entry in value if isinstance(value, dict) else range(len(value)):
+            for part, *ends in rounding_ends(value[entry], f"{key}[{entry}]"):
+                low, high = value.copy(), value.copy()
+                low[entry], high[entry] = ends
+                yield part, low, high
 
 
 class Inputs:
@@ -31,8 +71,9 @@ class Inputs:
     """
 
     def __init__(self, own: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> None:
-        self._known = {**disclosed, **own}
+        self._known, self._own = {**disclosed, **own}, own
         self._assumed = assumed
+        self._read: set[str] = set()
         self.assumed: list[str] = []
 
     def __contains__(self, name: str) -> bool:
@@ -40,6 +81,7 @@ class Inputs:
 
     def __getitem__(self, name: str) -> Any:
         if name in self._known:
+            self._read.add(name)
             return self._known[name]
         value = self._assumed[name]
         self.assume(f"{name} = {value}")
@@ -54,6 +96,17 @@ class Inputs:
         if text not in self.assumed:
             self.assumed.append(text)
 
+    def at_rounding_ends(self) -> Iterator[tuple[str, Inputs, Inputs]]:
+        """Yield, for each rounded number that was read, its key and these inputs with it at its lower and upper end.
+
+        Keys of disclosed inputs are the same in every computation of a paper.
+        """
+        for name in sorted(self._read):
+            key = f"{id(self)}: {name}" if name in self._own else name
+            for part, *ends in rounding_ends(self._known[name], key):
+                low, high = (Inputs({**self._known, name: end}, {}, self._assumed) for end in ends)
+                yield part, low, high
+
 
 Formula = Callable[[Inputs], Value]
 Entries = list[dict[str, Any]]
@@ -65,6 +118,46 @@ SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
 CONSEQUENCES: dict[str, Consequence] = {}
 FRONTS: dict[str, Front] = {}
+
+
+@dataclass(frozen=True)
+class Computation:
+    """A formula evaluated: its value, the inputs that it read, and what their rounding leaves open.
+
+    Raises what the formula raises.
+    """
+
+    formula: Formula
+    inputs: Inputs
+    value: Value
+
+    @classmethod
+    def of(cls, name: str, inputs: Inputs) -> Computation:
+        """Evaluate the formula that is registered under a name."""
+        return cls(FORMULAS[name], inputs, FORMULAS[name](inputs))
+
+    @cached_property
+    def effects(self) -> dict[str, float]:
+        """What half a unit of the last digit of each rounded input does to the value, by the input's key.
+
+        To first order, by a central difference; 0 for an input at an end of which the formula has no value.
+        """
+        ends = {key: (self._end(low), self._end(high)) for key, low, high in self.inputs.at_rounding_ends()}
+        return {key: 0.0 if low is None or high is None else (high - low) / 2 for key, (low, high) in ends.items()}
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Lowest and highest value within the rounding of the printed inputs; None where there is no value."""
+        if self.value is None:
+            return None
+        reach = sum(map(abs, self.effects.values()))
+        return self.value - reach, self.value + reach
+
+    def _end(self, inputs: Inputs) -> Value:
+        try:
+            return self.formula(inputs)
+        except (PlanterError, ArithmeticError, ValueError):
+            return None
 
 
 def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:

@@ -98,7 +98,8 @@ class Law(Record):
 class Number(Record):
     """A printed number, what it comes to, and by how much that differs; `place` is where it is printed, if told.
 
-    `reason` says why nothing was computed, where the computation did not succeed.
+    `interval` is what the rounding of printed inputs leaves open, for a number that its nominal value misses; `reason`
+    says why nothing was computed, where the computation did not succeed.
     """
 
     paper: str
@@ -107,6 +108,7 @@ class Number(Record):
     unit: str
     printed: float
     recomputed: float | None
+    interval: list[float] | None
     difference: float | None
     verdict: str
     assumed_inputs: list[str]

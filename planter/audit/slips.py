@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from planter.audit.registry import FORMULAS, Inputs
+from planter.audit.registry import Computation, Inputs
 from planter.errors import PlanterError
 
 FEWEST = 3
@@ -58,14 +58,14 @@ def _tried(
     for count, (place, number) in enumerate(numbers.items()):
         if count == SAMPLE and not cured:
             break
-        value = _value(number, {**disclosed, **inputs}, assumed)
-        if value is not None and number.hit_by(value):
-            cured[place] = value
+        found = _computed(number, {**disclosed, **inputs}, assumed)
+        if found is not None and found.value is not None and number.agrees_with(found):
+            cured[place] = found.value
     return Slip(what, inputs, cured)
 
 
-def _value(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> float | None:
+def _computed(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> Computation | None:
     try:
-        return FORMULAS[number.by](Inputs(number.arguments, disclosed, assumed))
+        return Computation.of(number.by, Inputs(number.arguments, disclosed, assumed))
     except (PlanterError, ArithmeticError, ValueError):
         return None

@@ -221,7 +221,9 @@ def basis(number: Entry) -> str:
     assumed = number["assumed_inputs"]
     listed = ", ".join(assumed) if len(assumed) <= 2 else f"{len(assumed)} inputs"
     lacking = f"not disclosed: {', '.join(number['needs'])}" if number["needs"] else ""
-    parts = (listed and f"assumed: {listed}", lacking, number["reading"], number["reason"])
+    rounding = number["verdict"] == "consistent" and number["interval"]
+    ends = "rounded inputs: {:.5g} to {:.5g}".format(*rounding) if rounding else ""
+    parts = (listed and f"assumed: {listed}", lacking, ends, number["reading"], number["reason"])
     return "; ".join(part for part in parts if part)
 
 

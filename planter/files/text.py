@@ -12,7 +12,7 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
@@ -93,9 +93,9 @@ def read_text(path: str | Path, limit: int = LIMIT_BYTES) -> str:
     return _decoded(read_bytes(path, limit), path)
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
+def read_toml(path: str | Path, parse_float: Callable[[str], float] = float) -> dict[str, Any]:
     """Return the tables of a TOML file. Raises InputError as `read_text` and `parse_toml` do."""
-    return parse_toml(read_text(path), str(path))
+    return parse_toml(read_text(path), str(path), parse_float)
 
 
 def read_json(path: str | Path, limit: int = LIMIT_BYTES, most_values: int = limits.MOST_VALUES) -> dict[str, Any]:
@@ -112,8 +112,8 @@ def check_text(text: str, source: str, limit: int = LIMIT_BYTES) -> None:
         raise InputError(f"{source}: line {line} holds the control character {control[0]!r}, which it must not")
 
 
-def parse_toml(text: str, source: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; `source` names it in the error.
+def parse_toml(text: str, source: str, parse_float: Callable[[str], float] = float) -> dict[str, Any]:
+    """Return the tables of a TOML text; `source` names it in the error, `parse_float` reads numbers with a point.
 
     Raises InputError with the line of the first syntax error, for control characters, and for what is nested too deep
     or too large to be such a file (`planter.files.limits`).
@@ -121,7 +121,7 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
     check_text(text, source)
     limits.check_nesting(text, source)
     try:
-        table = tomllib.loads(text)
+        table = tomllib.loads(text, parse_float=parse_float)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source}: {_syntax_error(str(error), text)}") from None
     except ValueError:

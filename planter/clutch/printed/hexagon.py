@@ -133,6 +133,17 @@ def radius_ratio(inputs: Inputs) -> float:
     return float(inputs["crank_gear_mm"]) / float(inputs["rack_mm"])
 
 
+@formula("rotation of the crank gear by both equations")
+def crank_gear_rotation(inputs: Inputs) -> float:
+    """Rotation by (6), of the fixed frame, less that by which the gear rolls on the rack, for the link's unit rotation.
+
+    By (7) the gear turns by the arc of the teeth that it passes, which is its rotation relative to the link.
+    """
+    k = radius_ratio(inputs)
+    angles = [model("printed").at("gears", alpha=alpha, k=k, gamma=np.pi / 2)["theta_A"] for alpha in (1.0, 2.0)]
+    return float(angles[1] - angles[0] - 1 / k)
+
+
 def _path() -> dict[str, float]:
     """The ellipse of the corner's path, over R."""
     return Rotor(VERTICES, SIDES).ellipse

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache
+from itertools import combinations
 
 import numpy as np
 
@@ -80,6 +81,29 @@ def best_level(inputs: Inputs) -> float:
     """Level of a factor whose mean response is least in size."""
     best = _trial(inputs).result.range_best or {}
     return _level(inputs, best[inputs["response"]])
+
+
+@formula("best level by ranks")
+def best_ranked_level(inputs: Inputs) -> float:
+    """Level of a factor whose worst rank among some responses is best; each ranks levels by the size of their means."""
+    means = [_means(inputs, name).k for name in inputs["responses"]]
+    ranks = [np.argsort(np.argsort(np.abs(k))) for k in means]
+    return 1.0 + float(np.argmin(np.max(ranks, axis=0)))
+
+
+@formula("freedom of interactions over what they take")
+def interaction_freedom(inputs: Inputs) -> float:
+    """Degrees of freedom that runs leave for interactions of two factors beside main effects, less all that these have.
+
+    Negative: some interactions cannot be told from others or from the error (Montgomery, Design and Analysis of
+    Experiments, chapter 8).
+    """
+    codes = [np.unique(inputs[f"column_{name}"], return_inverse=True)[1] for name in inputs["factors"]]
+    contrasts = [np.eye(code.max() + 1)[code][:, 1:] for code in codes]
+    pairs = [np.einsum("ri,rj->rij", a, b).reshape(len(a), -1) for a, b in combinations(contrasts, 2)]
+    main = np.column_stack([np.ones(len(codes[0])), *contrasts])
+    left = np.linalg.matrix_rank(np.column_stack([main, *pairs])) - np.linalg.matrix_rank(main)
+    return float(left - sum(pair.shape[1] for pair in pairs))
 
 
 @formula("best level by prediction")
@@ -163,10 +187,11 @@ def _variance(inputs: Inputs, part: str) -> Value:
     return None if found is None else float(found)
 
 
-def _means(inputs: Inputs) -> Means:
+def _means(inputs: Inputs, response: str | None = None) -> Means:
     """Means of the runs at each level of a factor."""
-    found = _trial(inputs).result.range or {}
-    return found[inputs["response"]][inputs["factor"]]
+    name = response or inputs["response"]
+    ranges = _trial(inputs, [name]).result.range or {}
+    return ranges[name][inputs["factor"]]
 
 
 def _level(inputs: Inputs, levels: Sequence[Level]) -> float:

@@ -44,5 +44,11 @@ def helical_contact_ratio(inputs: Inputs) -> float:
     return load(MODEL).at("carrier", carrier=[*lengths, *teeth, *tool])["epsilon_h"]
 
 
+@formula("speed of the simulation over that of the tests")
+def simulated_speed(inputs: Inputs) -> float:
+    """Speed of the carrier in the simulation over the highest one at which the mechanism was tested."""
+    return float(inputs.si("simulated_deg_per_s") / np.max(inputs.si("tested_rpm")))
+
+
 def _teeth(inputs: Inputs) -> float:
     return float(inputs["teeth_1"] + inputs["teeth_2"])

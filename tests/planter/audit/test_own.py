@@ -12,6 +12,7 @@ from typing import Any
 import jsonschema
 import pytest
 
+from planter.audit import numbers as judge
 from planter.audit import own as trial
 from planter.audit import question
 from planter.audit.registry import Inputs
@@ -64,6 +65,23 @@ def test_assumed_inputs_are_told_where_a_number_can_feel_them(result: Any) -> No
     felt = {n["quantity"]: n["assumed_inputs"] for n in result["numbers"]}
     assert felt["max abs F_Ax"] == felt["mean P_guide"] == ["mu = 0.1"]
     assert felt["max s"] == felt["beta at 90"] == []
+
+
+def test_digits_of_disclosed_values_bound_a_number(folder: Path, result: Any) -> None:
+    """A crank of 50.0 mm leaves 0.1 mm of the stroke open, one of 50 mm or 50.000 mm less than its last digit."""
+    verdicts = {}
+    for text in ("50", "50.0", "50.000"):
+        source = folder / "rounded.toml"
+        stated = (folder / "slider_crank_numbers.toml").read_text(encoding="utf-8")
+        source.write_text(
+            stated.replace("r_mm = 50", f"r_mm = {text}").replace('"101.03"', '"100.20"'), encoding="utf-8"
+        )
+        read = question.read(source)
+        rows = [row for row in question.rows(read, source, "p", folder / "generated" / "slider_crank.toml")
+                if row["quantity"] == "range s"]  # fmt: skip
+        table = {"disclosed": {"p": read.disclosed}, "assumed": {"p": read.assumed}, "number": rows}
+        verdicts[text] = judge.judged("p", table)[0]["verdict"]
+    assert verdicts == {"50": "not reproduced", "50.0": "consistent", "50.000": "not reproduced"}
 
 
 def test_a_row_of_numbers_holds_for_the_values_of_each(result: Any) -> None:
@@ -134,7 +152,7 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
         (('"249.8"', '"249,8"'), "with a decimal point"),
         (
             ('["54.31", "217.22"]', '["54.31"]'),
-            "number[3].each.omega_rpm = [300.0, 600.0] is not allowed: it must have as many entries",
+            "number[3].each.omega_rpm = [300, 600] is not allowed: it must have as many entries",
         ),
         (('"beta at {phi}"', '"beta at {psi}"'), "number[2]: 'beta at {psi}' is not allowed: it may hold {phi}"),
         (("mu = 0.1", "r_mm = 50"), "assumed.r_mm = 50.0 is not allowed: the paper discloses it"),
