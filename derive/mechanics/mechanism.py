@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import sympy as sp
 from sympy import Expr, S
 
+from ..dimensions import NONE, DimensionError, dimension
 from ..model import Input, Lane, Let, Step, System
 from ..quantity import Quantity
 from ..table import NOTHING, Quantities
@@ -44,6 +45,12 @@ class Mechanism(Joints):
     ) -> None:
         if (angle is None) != (speed is None):
             raise MechanismError(f"{name}: an angle to move along needs its speed, and a speed an angle")
+        for driving, unit_ in ((angle, "rad"), (speed, "rad/s")):
+            if driving is not None and driving.unit != unit_:
+                raise MechanismError(
+                    f"{name}: {driving} ({driving.meaning}) is in {driving.unit}, but a mechanism is driven along an "
+                    "angle in rad at a speed in rad/s; state a length as a coordinate that the angle moves"
+                )
         fall = gravity if isinstance(gravity, Sequence) else (0, -gravity, 0)
         motion = moving.FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed})
         super().__init__(name, given, angle, motion, fall, spatial, world)
@@ -57,7 +64,12 @@ class Mechanism(Joints):
         return TIME
 
     def frame(self, name: str, angle: Scalar, axis: Axis = Z, parent: Frame | None = None) -> Frame:
-        """A frame turned by an angle [rad] about an axis of its parent, the world unless one is named."""
+        """A frame turned by an angle [rad] about an axis of its parent, the world unless one is named.
+
+        Raises DimensionError for what is no angle.
+        """
+        if dimension(sp.sympify(angle)) not in (None, NONE):
+            raise DimensionError(f"frame {name}: its angle {angle} is not in rad")
         return Frame(name, parent or self.world, axis, sp.sympify(angle))
 
     def point(self, name: str, base: Point, frame: Frame, x: Scalar = 0, y: Scalar = 0, z: Scalar = 0) -> Point:

@@ -11,6 +11,7 @@ from planter.files import paths, units
 from planter.files.csv_rows import number
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model
+from planter.mechanism.periodicity import require_repeating
 from planter.workshop import solids
 from planter.workshop.bores import Bore
 from planter.workshop.cams.files import Made, Told
@@ -35,10 +36,14 @@ def profile(model: Model, roller: float, x: str, y: str) -> Profile:
     """The cam that turns by the mechanism's angle about the origin, for a roller whose centre is at x, y of the frame.
 
     Each is a sum of terms such as `y_0 + s`: lengths of the turn, values of the file, numbers in mm. `roller` [m].
-    Raises InputError for a term that is none of these, GeometryError, from `Profile.check`, for too large a roller.
+    Raises InputError for a term that is none of these, GeometryError, from `Profile.check`, for too large a roller,
+    ComputationError for a length that does not repeat after a turn: it closes no contour.
     """
     check_roller(roller)
     places, disc = [_sum(model, "--x", x), _sum(model, "--y", y)], formulas.load(FORMULAS)
+    terms = {term.strip() for text in (x, y) for term in text.split("+")}
+    lengths = [entry["name"] for entry in model.outputs if entry["name"] in terms]
+    require_repeating(model, lengths, model.file.turn.samples)
 
     def course(angles: Array) -> Columns:
         near = (angles[:, None] + _STEP * _AROUND).ravel() % (2 * np.pi)

@@ -13,8 +13,9 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.measures import Measure
+from planter.mechanism.measures import AVERAGES, Measure
 from planter.mechanism.model import Model
+from planter.mechanism.periodicity import require_repeating
 from planter.numerics import extremes
 
 LOOKED_AT = 720
@@ -71,12 +72,14 @@ def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: fl
 
     if one.kind == "at":
         return float(values(np.radians([one.angle or 0.0]))[0])
+    if one.kind in AVERAGES:
+        require_repeating(model, [one.name], samples or LOOKED_AT)
     if samples is not None:
         return _sampled(one, values(2 * np.pi * np.arange(samples) / samples))
     if one.kind in ("max", "min", "range"):
-        places = 2 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
-        high = extremes.largest(values, places, closed=True).value if one.kind != "min" else 0.0
-        low = extremes.least(values, places, closed=True).value if one.kind != "max" else 0.0
+        places = np.linspace(0.0, 2 * np.pi, LOOKED_AT + 1)  # with the end: not every turn ends as it began
+        high = extremes.largest(values, places).value if one.kind != "min" else 0.0
+        low = extremes.least(values, places).value if one.kind != "max" else 0.0
         return high - low if one.kind == "range" else high + low
     return _sampled(one, values(2 * np.pi * np.arange(AVERAGED) / AVERAGED))
 

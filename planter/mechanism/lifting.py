@@ -10,22 +10,23 @@ from planter.kernels import Array
 from planter.mechanism.model import Model
 from planter.mechanism.results import Warned
 from planter.numerics import extremes
+from planter.numerics.arrays import Flags
 
 CLOSE = 1e-10
 """How close the angle of a change is looked for [rad]."""
 
 
-def warnings(model: Model, angles: Array, found: dict[str, Array]) -> list[Warned]:
+def warnings(model: Model, angles: Array, found: dict[str, Array], repeats: bool = True) -> list[Warned]:
     """A warning for every stretch of a turn in which a contact would have to pull.
 
-    `angles` (n,) [rad] go once round in equal steps, `found` are the results there. A stretch between two samples is
-    found where the force has a hollow there.
+    `angles` (n,) [rad] go once round in equal steps, `found` are the results there; `repeats` says whether the turn
+    ends as it began. A stretch between two samples is found where the force has a hollow there.
     """
-    return [warned for name in model.pushing for warned in _warned(model, name, angles, found[name])]
+    return [warned for name in model.pushing for warned in _warned(model, name, angles, found[name], repeats)]
 
 
-def _warned(model: Model, name: str, angles: Array, values: Array) -> Iterator[Warned]:
-    lowest = extremes.least(lambda at: model(at)[name], angles, closed=True)
+def _warned(model: Model, name: str, angles: Array, values: Array, repeats: bool) -> Iterator[Warned]:
+    lowest = extremes.least(lambda at: model(at)[name], angles, closed=repeats)
     if lowest.value >= 0:
         return
     meaning = next(entry["meaning"] for entry in model.outputs if entry["name"] == name)
@@ -35,14 +36,24 @@ def _warned(model: Model, name: str, angles: Array, values: Array) -> Iterator[W
     places, pulls = places[order], np.append(values, lowest.value)[order] < 0
     if pulls.all():
         yield _told(f"{what}: the contact would have to pull all over the turn", 0.0)
-    for begin in np.flatnonzero(pulls & ~np.roll(pulls, 1)):
-        end = int(begin + np.argmin(np.roll(pulls, -begin)))
-        low, high = (np.degrees(_change(model, name, places, k)) for k in (int(begin), end))
+        return
+    for low, high in _stretches(model, name, places, pulls, repeats):
         yield _told(
             f"{what}: the contact would have to pull from {low:.6g} to {high:.6g} deg, so it lifts off there and "
             "nothing told beyond holds",
             low,
         )
+
+
+def _stretches(model: Model, name: str, places: Array, pulls: Flags, repeats: bool) -> Iterator[tuple[float, float]]:
+    """Where stretches of places that pull begin and end [deg]; one may pass the end of a turn that repeats."""
+    before = np.roll(pulls, 1)
+    before[0] &= repeats
+    for begin in np.flatnonzero(pulls & ~before).tolist():
+        length = int(np.argmin(np.append(pulls[begin:], pulls[:begin] if repeats else False)))
+        low = 0.0 if begin == 0 and not repeats else np.degrees(_change(model, name, places, begin))
+        ends = begin + length == len(places) and not repeats
+        yield low, 360.0 if ends else np.degrees(_change(model, name, places, begin + length))
 
 
 def _change(model: Model, name: str, places: Array, k: int) -> float:

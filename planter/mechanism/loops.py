@@ -128,7 +128,7 @@ class Loops:
             if abs(gained - whole) > 1e-6:
                 raise ComputationError(
                     f"{self.model.name}: after a turn {name} is not what it was (it gains {gained:.6g} {unit}): "
-                    "the loops have come into another assembly"
+                    "the mechanism does not repeat after one turn, or its loops have come into another assembly"
                 )
 
     def _units(self) -> list[str]:

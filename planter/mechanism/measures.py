@@ -17,6 +17,8 @@ from planter.errors import InputError
 
 Kind = Literal["max", "min", "range", "mean", "rms", "variance", "at", "all"]
 KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "rms", "variance")
+AVERAGES = ("mean", "rms", "variance")
+"""Measures that only a turn has that ends in the state in which it began."""
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _TERM = re.compile(
     rf"(?:(?P<weight>{_NUMBER})\s*\*?\s+)?(?:(?P<kind>{'|'.join(KINDS)})\s+)?(?P<size>abs\s+)?(?P<name>[A-Za-z_]\w*)"

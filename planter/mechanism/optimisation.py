@@ -21,6 +21,7 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.goal import Goal, Limits
 from planter.mechanism.measures import Measure
 from planter.mechanism.model import Model
+from planter.mechanism.periodicity import require_repeating
 from planter.mechanism.results import Held, Optimum, Proof
 from planter.mechanism.samples import Samples
 from planter.optimise.box import Box
@@ -65,10 +66,12 @@ def optimise(
     """The design within the file's bounds that makes a sum of measures least under limits.
 
     Raises InputError for measures that cannot be meant, or a file without bounds; ComputationError where no start
-    leads to a design that keeps the limits.
+    leads to a design that keeps the limits, and for the mean of what does not repeat after a turn.
     """
     begun = time.perf_counter()
     goal = _Stated(file, least, holds)
+    if averaged := goal.averaged:
+        require_repeating(Model(file), averaged, file.turn.samples)
     angles = 2 * np.pi * np.arange(file.turn.samples) / file.turn.samples
     programme = goal.over(angles)
     minima = _minima(programme, _starts(file, starts, seed), listener)
@@ -98,6 +101,12 @@ class _Stated:
         self.holds = tuple(replace(h, measure=self._known(h.measure)) for h in map(measures.hold, holds))
         spoken = (m.name for m in (*self.least, *(h.measure for h in self.holds)))
         self.names = list(dict.fromkeys(spoken))
+
+    @property
+    def averaged(self) -> list[str]:
+        """Names of the quantities of which a mean, a root mean square or a variance is asked."""
+        asked = (*self.least, *(h.measure for h in self.holds))
+        return [measure.name for measure in asked if measure.kind in measures.AVERAGES]
 
     def over(self, angles: Array) -> _Programme:
         return _Programme(Goal(Samples(self.file, self.names, angles), self.names, self.least, self.holds))

@@ -9,13 +9,16 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class Quantity(Record):
-    """A quantity over a turn: extremes with their angles [deg], mean, root mean square."""
+    """A quantity over a turn: extremes with their angles [deg], mean, root mean square.
+
+    Mean and root mean square are null if the quantity does not end the turn as it began it.
+    """
 
     unit: str
     min: float
     max: float
-    mean: float
-    rms: float
+    mean: float | None
+    rms: float | None
     min_deg: float
     max_deg: float
 
@@ -40,14 +43,21 @@ class Warned(Record):
 
 @dataclass(frozen=True)
 class Turn(Record):
-    """A turn of a mechanism; works [J] by what does them."""
+    """A turn of a mechanism; works [J] by what does them, null if their power does not repeat.
+
+    `repeats_after_turns` is 1 if the turn ends in the state in which it began, null if no number of turns is known
+    after which it does; `not_repeating` has the largest difference, a turn later, of each quantity that does not
+    repeat, in its unit, or null if the next turn cannot be computed. Angles are compared modulo 360 deg.
+    """
 
     machine: str
     samples: int
     quantities: dict[str, Quantity]
-    work: dict[str, float]
+    work: dict[str, float | None]
     laws: list[Law]
     warnings: list[Warned]
+    repeats_after_turns: int | None
+    not_repeating: dict[str, float | None]
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class Mechanism:
         from planter.mechanism.report.scene import scene
 
         found = self._turn(values)
-        course = Course(found.angles_deg, f"{found.angle} / deg", turn=True)
+        course = Course(found.angles_deg, f"{found.angle} / deg", turn=True, ends=found.ends, repeats=found.repeats)
         return [scene(self.name, course, found.seconds, found.columns, found.places)]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,8 @@ MEASURES: dict[str, Callable[[Array], Any]] = {
     "rms": lambda values: np.sqrt(np.mean(values**2)),
 }  # fmt: skip
 """What is measured of a quantity over a turn, under the name `QUANTITY_MEASURE_UNIT`."""
+AVERAGES = ("mean", "std", "rms")
+"""Measures that only a turn has that ends in the state in which it began."""
 
 
 class Room:
@@ -112,7 +114,10 @@ class Mechanism:
         self._angles = 2 * np.pi * np.arange(machine.turn.samples) / machine.turn.samples
 
     def evaluated(self, points: Array, threads: int) -> Array:
-        """Outputs (m, k) at points (m, n): NaN in rows whose loops do not close, or that have no forces."""
+        """Outputs (m, k) at points (m, n).
+
+        They are NaN in rows whose loops do not close, or that have no forces, and averages of what does not repeat.
+        """
         return np.array([self._row(point) for point in points]).reshape(len(points), len(self._asked))
 
     def slopes(self, point: Array) -> None:
@@ -123,15 +128,24 @@ class Mechanism:
         return {}
 
     def _row(self, point: Array) -> list[float]:
+        from planter.mechanism.periodicity import periodicity
+
+        model = self._model(point)
         try:
-            found = self._model(point)(self._angles)
+            found = model(self._angles)
         except PlanterError:
             return [np.nan] * len(self._asked)
-        sizes = (units.factor(units.key(entry["name"], entry["unit"])) for entry, _ in self._asked)
-        return [
-            float(MEASURES[kind](found[entry["name"]] / size))
-            for (entry, kind), size in zip(self._asked, sizes, strict=True)
-        ]
+        averaged = any(kind in AVERAGES for _, kind in self._asked)
+        changes = periodicity(model, self._angles, found, search=False).changes if averaged else {}
+        return [self._measured(found[entry["name"]], entry, kind, changes) for entry, kind in self._asked]
+
+    @staticmethod
+    def _measured(values: Array, entry: Mapping[str, Any], kind: str, changes: Collection[str]) -> float:
+        """A measure of values (n,) in its shown unit."""
+        key = units.key(entry["name"], entry["unit"])
+        if kind in AVERAGES and key in changes:
+            return np.nan
+        return float(MEASURES[kind](values / units.factor(key)))
 
     def _model(self, point: Array) -> Model:
         from planter.mechanism.model import Model

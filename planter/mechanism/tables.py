@@ -66,10 +66,12 @@ def optimum(console: Console, found: Optimum) -> None:
     ])  # fmt: skip
 
 
-def _values(console: Console, title: str, values: Mapping[str, float]) -> None:
+def _values(console: Console, title: str, values: Mapping[str, float | None]) -> None:
     rows = [(name(key), value, units.unit(key)) for key, value in values.items()]
     console.table(title, ("quantity", "value", "unit"), rows)
 
 
-def _mean(quantity: Quantity) -> float:
+def _mean(quantity: Quantity) -> float | None:
+    if quantity.mean is None or quantity.rms is None:
+        return None
     return quantity.mean if abs(quantity.mean) > ROUNDING * quantity.rms else 0.0

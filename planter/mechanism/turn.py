@@ -10,6 +10,7 @@ from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import lifting
 from planter.mechanism.model import LAW, PIVOTS, STATES, Model
+from planter.mechanism.periodicity import Periodicity, periodicity
 from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
 
@@ -18,23 +19,31 @@ from planter.mechanism.results import Turn as Result
 class Turn:
     """A turn: samples of all results in shown units (n,) by key, with their meanings, and what is read from them.
 
-    `places` (n,) [m] are those of the bodies' points; a turn takes `seconds`.
+    `ends` are the results at the end of the turn by key; `places` (n,) [m] are those of the bodies' points; a turn
+    takes `seconds`.
     """
 
     angle: str
     angles_deg: Array
     columns: dict[str, Array]
+    ends: dict[str, float]
     meanings: dict[str, str]
     places: dict[str, Array]
     seconds: float
     result: Result
 
+    @property
+    def repeats(self) -> bool:
+        """Whether it ends in the state in which it began."""
+        return not self.result.not_repeating
+
 
 def turn(model: Model, samples: int | None = None) -> Turn:
     """A turn of a mechanism in `samples` equal steps, the file's own unless told.
 
-    Means are those of the samples; works [J] integrate what is told in W over the time of a turn. Raises
-    ComputationError as the model does.
+    Means are those of the samples, by the trapezoidal rule where an angle gains whole turns; works [J] integrate what
+    is told in W over the time of a turn. What does not end the turn as it began has neither, and a warning says so.
+    Raises ComputationError as the model does.
     """
     count = model.file.turn.samples if samples is None else samples
     angles = 2 * np.pi * np.arange(count) / count
@@ -42,39 +51,60 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     told = [entry for entry in model.outputs if not entry["name"].startswith((LAW, PIVOTS, STATES))]
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     columns = {key: found[name] / units.factor(key) for name, key in keys.items()}
-    degrees = np.degrees(angles)
+    degrees, repeats = np.degrees(angles), periodicity(model, angles, found)
+    ends = {keys[name]: value / units.factor(keys[name]) for name, value in repeats.end.items()}
     result = Result(
         machine=model.file.name,
         samples=count,
-        quantities={key: _quantity(key, values, degrees) for key, values in columns.items()},
-        work=_works(model, found),
+        quantities={key: _quantity(key, values, degrees, ends.get(key), repeats) for key, values in columns.items()},
+        work=_works(model, found, repeats),
         laws=_laws(model, found),
-        warnings=lifting.warnings(model, angles, found),
+        warnings=[*repeats.warnings(), *lifting.warnings(model, angles, found, not repeats.changes)],
+        repeats_after_turns=repeats.turns,
+        not_repeating=repeats.changes,
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in told}
     seconds = 2 * np.pi / abs(model.speed) if model.speed else np.inf
-    return Turn(model.angle, degrees, columns, meanings, model.places(angles), seconds, result)
+    return Turn(model.angle, degrees, columns, ends, meanings, model.places(angles), seconds, result)
 
 
-def _quantity(key: str, values: Array, degrees: Array) -> Quantity:
+def _quantity(key: str, values: Array, degrees: Array, end: float | None, repeats: Periodicity) -> Quantity:
     low, high = int(np.argmin(values)), int(np.argmax(values))
+    mean, square = (None, None) if key in repeats.changes or end is None else _means(values, end)
     return Quantity(
         unit=units.unit(key),
         min=float(values[low]),
         max=float(values[high]),
-        mean=float(values.mean()),
-        rms=float(np.sqrt((values**2).mean())),
+        mean=mean,
+        rms=None if square is None else float(np.sqrt(square)),
         min_deg=float(degrees[low]),
         max_deg=float(degrees[high]),
     )
 
 
-def _works(model: Model, found: dict[str, Array]) -> dict[str, float]:
+def _means(values: Array, end: float) -> tuple[float, float]:
+    """Mean and mean square of values (n,) by the trapezoidal rule with the value at the end of the turn.
+
+    Only an angle that gains whole turns ends elsewhere than it began; otherwise the rule is the mean of the samples.
+    """
+    gains = abs(end - values[0]) > 1.0
+    last = (end - values[0], end**2 - values[0] ** 2) if gains else (0.0, 0.0)
+    count = len(values)
+    return float(values.mean() + last[0] / (2 * count)), float((values**2).mean() + last[1] / (2 * count))
+
+
+def _works(model: Model, found: dict[str, Array], repeats: Periodicity) -> dict[str, float | None]:
+    """Work [J] of each power over the time of a turn; None where it does not repeat."""
     if model.speed == 0:
         return {}
     period = 2 * np.pi / abs(model.speed)
     powers = [entry["name"] for entry in model.outputs if entry["unit"] == "W" and not entry["name"].startswith(LAW)]
-    return {f"{name.removeprefix('P_')}_J": period * float(found[name].mean()) for name in powers}
+    return {
+        f"{name.removeprefix('P_')}_J": None
+        if units.key(name, "W") in repeats.changes
+        else period * float(found[name].mean())
+        for name in powers
+    }
 
 
 def _laws(model: Model, found: dict[str, Array]) -> list[Law]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
@@ -20,11 +22,16 @@ MOST_CURVES = 6
 
 @dataclass(frozen=True)
 class Course:
-    """What curves are drawn over: values (n,), their name with its unit, and whether they are angles of a turn."""
+    """What curves are drawn over: values (n,), their name with its unit, and whether they are angles of a turn.
+
+    Of a turn `ends` are the curves' values at its end by key, and `repeats` says whether it ends as it began.
+    """
 
     values: Array
     label: str
     turn: bool
+    ends: Mapping[str, float] = field(default_factory=dict)
+    repeats: bool = False
 
 
 def curves(columns: Mapping[str, Array], course: Course) -> Iterator[tuple[str, Figure]]:
@@ -50,7 +57,7 @@ def _figure(columns: Mapping[str, Array], unit: str, course: Course) -> Figure:
     ends = []
     for index, (key, values) in enumerate(columns.items()):
         shade = style.colour(key, index)
-        x, y = _round(course.values, values) if course.turn else (course.values, values)
+        x, y = _with_end(course, key, values)
         axes.plot(x, y, color=shade, linewidth=1.2)
         ends.append((float(y[-1]), name(key), shade))
     if not course.turn:
@@ -60,6 +67,8 @@ def _figure(columns: Mapping[str, Array], unit: str, course: Course) -> Figure:
     return figure
 
 
-def _round(angles: Array, values: Array) -> tuple[Sequence[float], Sequence[float]]:
-    """A closed turn."""
-    return [*angles, 360.0], [*values, values[0]]
+def _with_end(course: Course, key: str, values: Array) -> tuple[Array, Array]:
+    """A curve (n,), of a turn with its value at the end, as far as that is known."""
+    if key not in course.ends:
+        return course.values, values
+    return np.append(course.values, 360.0), np.append(values, course.ends[key])

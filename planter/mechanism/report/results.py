@@ -21,7 +21,7 @@ from planter.report.labels import label
 
 def write_turn(out: Path, found: Turn, machine: MechanismFile, progress: Listener | None = None) -> None:
     """A turn: every quantity, works, laws. Raises InputError for a folder that it cannot write."""
-    course = Course(found.angles_deg, f"{found.angle} / deg", turn=True)
+    course = Course(found.angles_deg, f"{found.angle} / deg", turn=True, ends=found.ends, repeats=found.repeats)
     title = f"A turn of {machine.name}"
     seen = scene(title, course, found.seconds, found.columns, found.places)
     page.write(out, title, machine, found.result.table(), _turn(found), found.columns, course, progress, seen)
@@ -38,7 +38,7 @@ def write_motion(out: Path, found: Motion, machine: MechanismFile, progress: Lis
 def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> None:
     """An optimum: what moved, the turn it makes, and a file of it. Raises InputError as `write_turn`."""
     best = turn(Model(found.machine))
-    course = Course(best.angles_deg, f"{best.angle} / deg", turn=True)
+    course = Course(best.angles_deg, f"{best.angle} / deg", turn=True, ends=best.ends, repeats=best.repeats)
     title = f"Optimum of {found.machine.name}"
     told = [*_optimum(found.result), *_turn(best)]
     more = {"optimum.toml": optimum_file.text(found)}
@@ -86,5 +86,5 @@ def _motion(found: Motion) -> Iterator[Section]:
         yield Section("State of rest", [_keys(result.equilibrium), values])
 
 
-def _keys(values: Mapping[str, float]) -> Keys:
+def _keys(values: Mapping[str, float | None]) -> Keys:
     return Keys({label(key): value for key, value in values.items()})

@@ -47,7 +47,7 @@ def scene(
         seconds=seconds,
         bodies=_ground(bodies.get(GROUND, {}), extent / MARKS),
         points=points,
-        again=course.turn,
+        again=course.repeats,
         chains=chains,
         curves=[Curve(key, units.unit(key), column[chosen])
                 for key, column in list(columns.items())[:MOST_CURVES]],
