@@ -145,13 +145,17 @@ class FourBar:
         return float(self.transmission(theta, self.arm_angle(theta, np.ones(2))).min())
 
     def path(self, circuit: int, samples: int = 360) -> Path:
-        """The coupler along circuit 1 or 2: once round the crank, or over both branches and back."""
+        """The coupler along circuit 1 or 2 at even steps: once round the crank, or over both branches and back."""
+        return self.path_at(circuit, np.arange(samples) / samples)
+
+    def path_at(self, circuit: int, shares: Array) -> Path:
+        """The coupler at shares (n,) of the way along a circuit, which rise within [0, 1]."""
         reach = self.reaches[circuit - 1]
+        place = TURN * shares
         if reach.whole:
-            theta = reach.start + TURN * np.arange(samples) / samples
-            assembly = np.full(samples, 1 if circuit == 1 else -1)
+            theta = reach.start + place
+            assembly = np.full(len(shares), 1 if circuit == 1 else -1)
         else:
-            place = np.pi * np.arange(samples) / samples * 2
             theta = reach.start + reach.span * (1 - np.cos(place)) / 2
             assembly = np.where(place < np.pi, 1, -1)
         phi = np.unwrap(self.arm_angle(theta, assembly))

@@ -72,6 +72,7 @@ def packed(scene: Scene) -> Record:
         "place": scene.place,
         "unit": scene.unit,
         "places": series.add(scene.places),
+        "shares": series.add(scene.times),
         "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
         "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in scene.every()],
         "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],

@@ -20,6 +20,8 @@ RATE = 20
 """Pictures a second."""
 MOST = 200
 """Pictures of a cycle."""
+EARLY = 1e-9
+"""Share of a cycle by which a moment may be early: what rounding makes of one that is due."""
 _LINES: dict[str, dict[str, Any]] = {
     "body": {"linewidth": 1.0}, "gear": {"linewidth": 0.9}, "teeth": {"linewidth": 0.6},
     "frame": {"linewidth": 1.6, "color": style.INK},
@@ -43,7 +45,8 @@ def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes
     with tempfile.TemporaryDirectory(prefix="planter-") as scratch:
         path = Path(scratch) / "moving.gif"
         with writer.saving(figure, str(path), dpi=96):
-            for moment in np.linspace(0, scene.moments, count, endpoint=False).astype(int):
+            times = np.linspace(0.0, 1.0, count, endpoint=False) + EARLY
+            for moment in np.searchsorted(scene.times, times, side="right") - 1:
                 draw(axes, picture, int(moment))
                 writer.grab_frame()
         return path.read_bytes()

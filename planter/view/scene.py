@@ -1,6 +1,6 @@
 """What is seen of a mechanism over a cycle: rigid bodies and where they are, points, forces, curves, events.
 
-Lengths in mm, angles in deg, y upwards; what varies is sampled at the same n moments, evenly over the cycle.
+Lengths in mm, angles in deg, y upwards; what varies is sampled at the same n moments.
 """
 
 from __future__ import annotations
@@ -105,7 +105,8 @@ class Event:
 class Scene:
     """A mechanism over a cycle. `places` (n,) say where in the cycle a moment is, `seconds` how long the cycle takes.
 
-    The cycle begins `again` where it ends, unless it is a motion that does not.
+    `shares` (n,) say how much of the cycle's time is over at each moment, from 0 on; without them the moments are even.
+    The cycle begins `again` where it ends, and its last share is below 1, unless it is a motion that does not.
     `later` is the same scene with what takes longer to find than a hand that moves the machine waits, such as teeth.
     `travel` (n,) is how far the machine has moved over the ground, along x; `ground` stands still there.
     """
@@ -126,6 +127,12 @@ class Scene:
     again: bool = True
     labels: Sequence[Label] = ()
     later: Callable[[], Scene] | None = None
+    shares: Array | None = None
+
+    @property
+    def times(self) -> Array:
+        """How much of the cycle's time is over at each moment, (n,)."""
+        return np.arange(self.moments) / self.moments if self.shares is None else self.shares
 
     @property
     def moments(self) -> int:

@@ -42,12 +42,20 @@ class Motion {
     this.record = record;
     this.moments = record.moments;
     this.place = at(record.places);
+    this.share = at(record.shares);
     this.travel = at(record.travel);
     this.bodies = record.bodies.map((pose) => pose.map(at));
     this.points = record.points.map((place) => place.map(at));
     this.chains = record.chains;
     this.forces = record.forces.map((force) => force.map(at));
     this.curves = record.curves.map((curve) => ({ ...curve, at: at(curve.values) }));
+  }
+
+  /** The latest moment at which no more than a share of the cycle's time is over. */
+  reached(share) {
+    let found = 0;
+    while (found + 1 < this.moments && this.share(found + 1) <= share) found++;
+    return found;
   }
 
   /** The moment that is nearest to a place of the cycle. */
@@ -152,7 +160,7 @@ class Curve {
     const all = [...values, ...drawn.flat()];
     const [low, high] = [Math.min(...all), Math.max(...all)];
     const span = high - low || 1;
-    this.x = (i) => (480 * i) / (this.motion.moments - 1);
+    this.x = (i) => (480 * this.motion.share(i)) / this.motion.share(this.motion.moments - 1);
     this.y = (value) => 108 - (96 * (value - low)) / span;
     const path = (course) => `M${course.map((value, i) => `${this.x(i).toFixed(1)} ${this.y(value).toFixed(2)}`).join(" ")}`;
     this.line.setAttribute("d", path(values));
@@ -215,15 +223,14 @@ export class Drawing {
     this.button.setAttribute("aria-pressed", playing);
     if (!playing) return;
     let before = null;
-    let exact = this.moment;
+    let exact = this.motion.share(this.moment);
     const step = (now) => {
       if (!this.playing || !this.element.isConnected) return;
-      if (before !== null && this.moment === Math.floor(exact) % this.motion.moments) {
-        exact += ((now - before) / 1000 / this.motion.record.seconds) * this.speed * this.motion.moments;
-        exact %= this.motion.moments;
-      } else exact = this.moment;
+      if (before !== null && this.moment === this.motion.reached(exact)) {
+        exact = (exact + ((now - before) / 1000 / this.motion.record.seconds) * this.speed) % 1;
+      } else exact = this.motion.share(this.moment);
       before = now;
-      this.show(Math.floor(exact) % this.motion.moments);
+      this.show(this.motion.reached(exact));
       requestAnimationFrame(step);
     };
     requestAnimationFrame(step);

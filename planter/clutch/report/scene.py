@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from planter.clutch.engage.contacts import REULEAUX
@@ -11,10 +13,13 @@ from planter.clutch.geometry import SIDES, VERTICES
 from planter.clutch.report.shape_figures import regular
 from planter.clutch.rotor import Rotor, outline
 from planter.kernels import Array, formulas
+from planter.numerics.angles import TURN
+from planter.numerics.arrays import Integers
+from planter.view.sampling import refine_places
 from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene
 
-STEPS = 40
-"""Rotations from one vertex to the next."""
+STEPS = 8
+"""Rotations, between two at which a vertex points at a side, from which those that are drawn are refined."""
 MOMENTS = 240
 """Of an engagement."""
 SLOWED = 20
@@ -25,10 +30,7 @@ SECONDS = 6.0
 
 def scene(rotor: Rotor, name: str) -> Scene:
     """A turn of the body; every vertex takes the path of the first."""
-    count = STEPS * rotor.vertices
-    rotations = 2 * np.pi * np.arange(count) / count
-    found = [rotor.tightest(float(rotation)) for rotation in rotations]
-    apothem, centroid = np.array([one[0] for one in found]), 1e3 * np.array([one[1] for one in found]).T
+    rotations, apothem, centroid = _fitted(rotor)
     rho = 1e3 * float(rotor.support(0.0)[0])
     body = Outline(1e3 * outline(rotor, 0.0, np.zeros(2)).T, "body", shade=0)
     sleeve = Outline(1e3 * regular(rotor.sides, rotor.smallest_apothem).T, "frame")
@@ -46,12 +48,38 @@ def scene(rotor: Rotor, name: str) -> Scene:
         curves=(Curve("room beyond its width that the body needs", "mm", 1e3 * (2 * apothem - rotor.width)),),
         events=[Event(f"vertex {k + 1} where the first began", 360 * k / rotor.vertices)
                 for k in range(1, rotor.vertices)],
+        shares=rotations / TURN,
     )  # fmt: skip
+
+
+def _fitted(rotor: Rotor) -> tuple[Array, Array, Array]:
+    """Rotations (n,) of a turn [rad], apothems (n,) of the smallest sleeves [m], and centroids (2, n) in these [mm].
+
+    Corners of the apothem's curve lie where a vertex points at a side: these are among the rotations.
+    From one to the next body and sleeve have turned into themselves, the sleeve by some of its sides.
+    """
+    poses: dict[float, tuple[float, Array]] = {}
+
+    def rows(rotations: Array) -> list[Array]:
+        for rotation in rotations.tolist():
+            if rotation not in poses:
+                poses[rotation] = rotor.tightest(rotation)
+        found = [poses[rotation] for rotation in rotations.tolist()]
+        return [np.array([one[0] for one in found]), *1e3 * np.array([one[1] for one in found]).T]
+
+    arches, common = math.lcm(rotor.vertices, rotor.sides), math.gcd(rotor.vertices, rotor.sides)
+    first = refine_places(rows, TURN / arches * np.arange(STEPS + 1) / STEPS)[:-1]
+    apothem, x, y = rows(first)
+    sides = pow(rotor.vertices // common, -1, rotor.sides // common)
+    turned = np.exp(1j * TURN / rotor.sides * sides * np.arange(arches))
+    centroid = (turned[:, None] * (x + 1j * y)).ravel()
+    rotations = (TURN / arches * np.arange(arches)[:, None] + first).ravel()
+    return rotations, np.tile(apothem, arches), np.array([centroid.real, centroid.imag])
 
 
 def engagement(run: Run) -> Scene:
     """The Reuleaux clutch as its shaft sees it while the link lets the sleeve in; the sleeve from the side below."""
-    chosen = np.linspace(0, len(run.time) - 1, MOMENTS).astype(int)
+    chosen = _chosen(run)
     states, pushed, time = run.states[:, chosen], run.seen["pushed"][0, chosen], 1e3 * run.time[chosen]
     model = formulas.load(REULEAUX)
     places = [[*state[:FREE], state[ANGLE], push] for state, push in zip(states.T, pushed, strict=True)]
@@ -81,7 +109,20 @@ def engagement(run: Run) -> Scene:
         ),
         events=(Event("largest load", float(1e3 * run.time[int(np.argmax(run.load))])),),
         labels=(Label("sleeve from the side", 0.0, low - 0.22 * wide),),
+        shares=(run.time[chosen] - run.time[0]) / (run.time[-1] - run.time[0]),
     )
+
+
+def _chosen(run: Run) -> Integers:
+    """Which instants (n,) of a run are shown: those that the curves need, the largest load among them."""
+    rows = [run.load, run.speed, run.seen["link"][0], run.states[TRAVEL]]
+
+    def nearest(places: Array) -> Integers:
+        return np.rint(places).astype(np.int64)
+
+    first = np.union1d(np.linspace(0, len(run.time) - 1, MOMENTS), [np.argmax(run.load)])
+    places = refine_places(lambda at: [row[nearest(at)] for row in rows], first)
+    return np.unique(nearest(places))
 
 
 def _block(size: float) -> Array:

@@ -8,6 +8,7 @@ from planter.gearing.teeth.making import Toothed
 from planter.gearing.teeth.polygons import points
 from planter.kernels import Array
 from planter.view.outlines import thinned
+from planter.view.sampling import refine_places
 from planter.view.scene import Body, Curve, Outline, Scene
 
 MOMENTS = 240
@@ -21,8 +22,14 @@ _MM = 1e3
 def scene(found: Toothed) -> Scene:
     """A period of the mesh, over the angle by which the gear has turned."""
     mesh = found.mesh
-    at = np.linspace(0, mesh.period * mesh.pitch, MOMENTS, endpoint=False)
-    angles = [np.degrees(np.unwrap(place[0])) for place in mesh.places(at)]
+
+    def turned_at(at: Array) -> list[Array]:
+        """Angles of both gears [deg], (n,) each."""
+        return [np.degrees(np.unwrap(place[0])) for place in mesh.places(at)]
+
+    end = mesh.period * mesh.pitch
+    at = refine_places(turned_at, np.linspace(0, end, MOMENTS + 1))[:-1]
+    angles = turned_at(at)
     axes = [(0.0, 0.0), (_MM * mesh.pair.distance, 0.0)]
     bodies = [
         Body(gear.name, (drawn(points(gear), gear.rack.module, shade),), axis, angle)
@@ -37,6 +44,7 @@ def scene(found: Toothed) -> Scene:
         seconds=SECONDS,
         bodies=bodies,
         curves=(Curve(f"rotation of {mesh.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),),
+        shares=at / end,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from planter.mapping import model
 from planter.numerics.angles import TURN
 from planter.report import style
+from planter.view.sampling import refine_places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,14 +18,27 @@ if TYPE_CHECKING:
     from planter.kernels import Array
     from planter.mapping.curve import AngleCurve
     from planter.mapping.dyads import Dyad
+    from planter.mapping.linkage import FourBar
     from planter.mapping.synthesis import Linkage, Synthesis
 
 MM = 1e3
 DENSE = np.linspace(0, TURN, 721)
+MOMENTS = 120
+"""Moments of a cycle from which those that are drawn are refined."""
 _ARROW = 0.13
 """Length of a pose's arrow in parts of the extent of the poses."""
 _WIDEST = 4
 """Circles with a larger radius than this, in extents of the poses, are not drawn."""
+
+
+def drawn_shares(bar: FourBar, circuit: int) -> Array:
+    """Shares (n,) of the way along a circuit, from 0 to below 1, at which straight pieces follow its curves."""
+
+    def drawn(shares: Array) -> list[Array]:
+        path = bar.path_at(circuit, shares)
+        return [*path.tip, path.phi, path.transmission]
+
+    return refine_places(drawn, np.linspace(0.0, 1.0, MOMENTS + 1))[:-1]
 
 
 @style.drawn
@@ -88,7 +102,7 @@ def linkage(found: Linkage, of: Array) -> Figure:
     figure = style.new_figure(6.4)
     axes = figure.subplots()
     for circuit in range(1, len(found.bar.reaches) + 1):
-        path = found.bar.path(circuit)
+        path = found.bar.path_at(circuit, drawn_shares(found.bar, circuit))
         tip = MM * np.column_stack([path.tip, path.tip[:, :1]])
         axes.plot(*tip, color=style.PALETTE[circuit - 1], label=f"path of the tip, circuit {circuit}")
     for standing, tip in zip(found.found, of[:, :2], strict=True):

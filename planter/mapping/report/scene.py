@@ -8,8 +8,9 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.mapping import model
-from planter.mapping.report.figures import MM
+from planter.mapping.report.figures import MM, MOMENTS, drawn_shares
 from planter.mapping.report.train_figures import centres, outlines
+from planter.view.sampling import refine_places
 from planter.view.scene import Body, Curve, Event, Outline, Point, Scene
 
 if TYPE_CHECKING:
@@ -18,14 +19,14 @@ if TYPE_CHECKING:
 
 SECONDS = 6.0
 """How long a cycle is shown: poses have no speed."""
-MOMENTS = 120
 _ARROW = 0.13
 """Length of a pose's arrow in parts of the extent of the poses."""
 
 
 def linkage(found: Linkage, poses: Array, circuit: int) -> Scene:
     """A linkage on one of its circuits, with the poses (k, 3) [m, rad]."""
-    bar, path = found.bar, found.bar.path(circuit, MOMENTS)
+    bar, shares = found.bar, drawn_shares(found.bar, circuit)
+    path = bar.path_at(circuit, shares)
     at = np.column_stack([path.tip.T, path.phi])
     crank, follower = (MM * model.placed(at, dyad.point).T for dyad in (bar.crank, bar.follower))
     tip, fixed = MM * path.tip, (MM * bar.crank.centre, MM * bar.follower.centre)
@@ -47,6 +48,7 @@ def linkage(found: Linkage, poses: Array, circuit: int) -> Scene:
         points=(Point("tip", tip[0], tip[1], True),),
         curves=(Curve("transmission angle", "deg", np.degrees(path.transmission)),),
         events=_reached(poses, at, np.degrees(path.theta)),
+        shares=shares,
     )
 
 
@@ -58,7 +60,11 @@ def train(found: Training) -> Scene | None:
     curve = found.train.curve
     if curve.sense > 0:
         return None
-    theta = np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS, endpoint=False)
+
+    def drawn(theta: Array) -> list[Array]:
+        return [curve.at(theta), *(np.asarray(axis) for point in _tip(found, theta) for axis in (point.x, point.y))]
+
+    theta = refine_places(drawn, np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS + 1))[:-1]
     at, psi = found.train.polar_angles()
     middle, relative = np.degrees(np.interp(theta, at, psi[1])), np.degrees(curve.at(theta))
     hinges, (sun, second, third, planet) = MM * centres(found).T, (part.T for part in outlines(found))
@@ -79,6 +85,7 @@ def train(found: Training) -> Scene | None:
                 *([] if found.poses is None else [_poses(found.poses)])),
         points=_tip(found, theta),
         curves=(Curve("arm less carrier", "deg", relative),),
+        shares=(theta - curve.carrier[0]) / (curve.carrier[-1] - curve.carrier[0]),
     )  # fmt: skip
 
 

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.mapping import model
 from planter.mapping.report.figures import MM, poses
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
 from planter.numerics.angles import TURN
 from planter.report import style
+from planter.view.sampling import refine_places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +30,13 @@ _STRAIGHT = np.pi
 def ratios(found: Training) -> Figure:
     """The angle curve with its points, the total ratio, and the ratios of the two stages."""
     curve = found.train.curve
-    theta = np.linspace(curve.carrier[0], curve.carrier[-1], 1441)
+    named = (("i", "total"), ("i1", "stage 1"), ("i2", "stage 2"))
+
+    def drawn(theta: Array) -> list[Array]:
+        gears = found.train.gears(theta)
+        return [curve.at(theta), *(np.log(gears[name]) for name, _ in named)]
+
+    theta = refine_places(drawn, np.linspace(curve.carrier[0], curve.carrier[-1], 721))
     degrees, gears = np.degrees(theta), found.train.gears(theta)
     figure = style.new_figure(6.2)
     top, bottom = figure.subplots(2, 1, sharex=True)
@@ -36,7 +44,6 @@ def ratios(found: Training) -> Figure:
     top.plot(np.degrees(curve.carrier), np.degrees(curve.relative), "o", color=style.PAPER,
              markeredgecolor=style.BLUE, markersize=4)  # fmt: skip
     top.set_ylabel("arm less carrier / deg")
-    named = (("i", "total"), ("i1", "stage 1"), ("i2", "stage 2"))
     for index, (name, label) in enumerate(named):
         bottom.plot(degrees, gears[name], color=style.PALETTE[index], label=label)
     bottom.axhline(1, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
@@ -97,13 +104,19 @@ def tip_path(found: Training) -> Figure:
     """The path of the tip as the train drives it, carrier and arm on the way, and the poses."""
     assert found.dyad is not None
     assert found.poses is not None
-    motion = found.train.motion(found.dyad)
-    places = MM * motion["places"]
+    curve, vector = found.train.curve, found.dyad.vector
+
+    def drawn(theta: Array) -> Array:
+        """Tip and moving hinge (4, n) [mm]."""
+        return MM * model.arm(theta, curve.at(theta) + theta, vector)
+
+    theta = refine_places(drawn, found.train.motion(found.dyad)["theta"])
+    places = drawn(theta)
     figure = style.new_figure(6.4)
     axes = figure.subplots()
     axes.plot(*places[2:], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 3)), label="moving hinge")
     axes.plot(*places[:2], color=style.BLUE, linewidth=1.5, label="tip")
-    _arms(axes, motion["theta"], places, MM * found.dyad.centre)
+    _arms(axes, theta, places, MM * found.dyad.centre)
     axes.plot(*MM * found.dyad.centre, "^", color=style.INK, markersize=6)
     poses(axes, found.poses)
     style.drawing_board(axes, "X / mm", "Y / mm")

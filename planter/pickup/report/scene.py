@@ -12,18 +12,29 @@ from planter.pickup.model import Train
 from planter.pickup.report.figures import locking_arcs
 from planter.pickup.requirements import push
 from planter.pickup.tray import Cell, Entry
+from planter.view.sampling import refine_places
 from planter.view.scene import Body, Curve, Event, Outline, Point, Scene
 
 MOMENTS = 360
+"""Moments of a turn from which those that are drawn are refined."""
 DENSE = 361
 _MM = 1000.0
 
 
 def scene(machine: Pickup, train: Train, before: Array | None = None) -> Scene:
     """The turn of a train from its farthest tip; `before` (n, 2) [m] is a path of value points to compare with."""
-    t = np.arange(MOMENTS) * TURN / MOMENTS
-    found = {name: value * _MM for name, value in train.motion(t).items()}
-    speed = np.hypot(found["vx_S"], found["vy_S"])
+
+    def moved(t: Array) -> tuple[dict[str, Array], Array, Array]:
+        """Places and speeds in mm and mm/s, speed of the tip, slope of the arm's angle."""
+        found = {name: value * _MM for name, value in train.motion(t).items()}
+        return found, np.hypot(found["vx_S"], found["vy_S"]), train.slope(t)
+
+    def drawn(t: Array) -> list[Array]:
+        found, speed, slope = moved(t)
+        return [speed, slope, *(found[name] for name in ("L3", "x_S", "y_S"))]
+
+    t = refine_places(drawn, np.arange(MOMENTS + 1) * TURN / MOMENTS)[:-1]
+    found, speed, slope = moved(t)
     old = [] if before is None else [Body("path before", (Outline(before * _MM, "before"),))]
     return Scene(
         title=f"Seedling pick-up {machine.name}",
@@ -36,10 +47,11 @@ def scene(machine: Pickup, train: Train, before: Array | None = None) -> Scene:
         points=(Point("tip", found["x_S"], found["y_S"], traced=True),),
         curves=(
             Curve("speed of the tip", "mm/s", speed),
-            Curve("slope of the arm's angle over the carrier's", "", train.slope(t)),
+            Curve("slope of the arm's angle over the carrier's", "", slope),
             Curve("distance of the tip from the sun's centre", "mm", found["L3"]),
         ),
         events=_events(train),
+        shares=t / TURN,
     )  # fmt: skip
 
 
