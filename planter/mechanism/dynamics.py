@@ -33,6 +33,12 @@ ON = 1e-12
 ASIDE = 1e-7
 """Step of the implicit integrator's differences, in parts of a state and one."""
 MOST = 30
+MOST_EVALUATIONS = 1_000_000
+"""Evaluations of the accelerations that a motion may need: minutes."""
+LOOKED_AFTER = 10_000
+"""Evaluations after which, again and again, it is asked whether a motion gets on fast enough for that."""
+MOVED = 1e-9
+"""A start is used as stated if it changes by less than this, in parts of it and one."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +91,21 @@ class Dynamics:
         """Names of the constraints: gaps, then slips."""
         return [name.removeprefix("speed_") for name in self._told("speeds")]
 
+    @property
+    def stated(self) -> Array:
+        """The state (2k,) at the start as the statement gives it; what it does not give is zero."""
+        return np.array(list(self.formulas.at("start", data=self.data).values()))
+
     def start(self) -> Array:
         """The state (2k,) that the statement gives, brought onto the constraints."""
-        return self.projected(0.0, np.array(list(self.formulas.at("start", data=self.data).values())))
+        return self.projected(0.0, self.stated)
+
+    def changed(self, start: Array) -> list[int]:
+        """Which entries of the stated state a start (2k,) that keeps the constraints has changed."""
+        stated = self.stated
+        moved = np.abs(start - stated) > MOVED * (1 + np.abs(stated))
+        found: list[int] = np.flatnonzero(moved).tolist()
+        return found
 
     @cached_property
     def function(self) -> ca.Function:
@@ -201,7 +219,7 @@ class Dynamics:
 
         By DOP853, or by the implicit Radau IIA where springs and dampers are ``stiff``. With ``least`` actions of
         joints that hold something twice are those of least squares. Raises ComputationError where the integrator gives
-        up.
+        up, and where the motion would need more than MOST_EVALUATIONS.
         """
         with threadpool_limits(1, "blas"):
             return self._run(times, tolerance, state, least, stiff)
@@ -212,7 +230,10 @@ class Dynamics:
         at = self.projected(times[0], self.start() if state is None else state)
         share = max(RANK, PASSAGE * weakest(self.equations(times[0], at).slopes))
 
+        pace = _Pace(self.file.name, times[0], times[-1])
+
         def rates(time: float, y: Array) -> Array:
+            pace.evaluated(time)
             return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
 
         def by_state(time: float, y: Array) -> Array:
@@ -242,6 +263,25 @@ class Dynamics:
             inputs["actions"], left = reactions.found(inputs)
         results = self.formulas("lane", **inputs)
         return Run(times, states, accelerations, {k: v for k, v in results.items() if least or k not in left}, left)
+
+
+class _Pace:
+    """Watches how far a motion gets: extreme values make steps so short that it would not end."""
+
+    def __init__(self, name: str, start: float, end: float) -> None:
+        self._name, self._start, self._end, self._count = name, start, end, 0
+
+    def evaluated(self, time: float) -> None:
+        """Count an evaluation at a time [s]. Raises ComputationError if there would have to be too many of them."""
+        self._count += 1
+        if self._count % LOOKED_AFTER == 0 and (
+            abs(time - self._start) * MOST_EVALUATIONS < self._count * abs(self._end - self._start)
+        ):
+            raise ComputationError(
+                f"{self._name}: after {self._count} evaluations the motion is only at {time:.6g} s of {self._end:.6g} "
+                "s: its values are extreme, or stiff, or the time is long; --stiff, a larger --tolerance or a smaller "
+                "--until may help"
+            )
 
 
 def independent(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:

@@ -10,7 +10,7 @@ import numpy as np
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.results import Course, Energy
+from planter.mechanism.results import ChangedStart, Course, Energy
 from planter.mechanism.results import Motion as Result
 from planter.mechanism.small import eigenvalues, equilibrium
 
@@ -53,11 +53,23 @@ def move(
         redundant_constraints=dynamics.redundant(run.states[:, 0]),
         dependent_constraints=dynamics.dependent(run.states[:, 0]),
         undetermined_actions=list(run.undetermined),
+        changed_start=_changed(dynamics, run.states[:, 0]),
         **(_rest(dynamics) if rest else {}),
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in told}
     places = dynamics.formulas("places", time=run.times, data=dynamics.data, state=run.states)
     return Motion(run.times, columns, meanings, places, result)
+
+
+def _changed(dynamics: Dynamics, start: Array) -> list[ChangedStart]:
+    """What starts elsewhere than stated, in shown units."""
+    entries, stated = dynamics.formulas.sidecar["vectors"]["start_state"], dynamics.stated
+    found = []
+    for place in dynamics.changed(start):
+        key = units.key(entries[place]["name"], entries[place]["unit"])
+        ends = (float(state[place] / units.factor(key)) for state in (stated, start))
+        found.append(ChangedStart(key, units.unit(key), *ends))
+    return found
 
 
 def _course(key: str, values: Array) -> Course:

@@ -80,9 +80,20 @@ class Energy(Record):
 
 
 @dataclass(frozen=True)
+class ChangedStart(Record):
+    """A coordinate or a rate that does not start as stated, because the constraints do not allow it."""
+
+    quantity: str
+    unit: str
+    stated: float
+    used: float
+
+
+@dataclass(frozen=True)
 class Motion(Record):
     """A free motion; eigenvalues are pairs of real and imaginary part, at the state of rest.
 
+    `changed_start` has what starts elsewhere than stated: the nearest start, by inertia, that keeps the constraints.
     `dependent_constraints` follow from one another, `redundant_constraints` of them are too many;
     `undetermined_actions` are of joints that hold something twice.
     """
@@ -94,6 +105,7 @@ class Motion(Record):
     redundant_constraints: int
     dependent_constraints: list[str]
     undetermined_actions: list[str]
+    changed_start: list[ChangedStart]
     equilibrium: dict[str, float] | None = None
     eigenvalues_per_s: list[tuple[float, float]] | None = None
 

@@ -10,6 +10,7 @@ from planter.report.labels import name
 from planter.terminal.console import Console
 
 HEAD = ("quantity", "min", "at", "max", "at", "mean", "rms", "unit")
+CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used"
 ROUNDING = 1e-12
 """Means below this share of the root mean square are shown as zero."""
 
@@ -37,6 +38,9 @@ def motion(console: Console, found: Motion) -> None:
     console.table(
         f"{found.machine}: motion until {found.until_s:g} s", ("quantity", "min", "max", "last", "unit"), rows
     )
+    if found.changed_start:
+        changed = [(name(one.quantity), one.stated, one.used, one.unit) for one in found.changed_start]
+        console.table(CHANGED_START, ("quantity", "stated", "used", "unit"), changed)
     _values(console, "Energy of weights, springs and motion", found.energy.table())
     if found.redundant_constraints:
         names = ", ".join(found.dependent_constraints)

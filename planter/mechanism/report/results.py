@@ -13,6 +13,7 @@ from planter.mechanism.report import optimum_file, page
 from planter.mechanism.report.figures import Course
 from planter.mechanism.report.scene import scene
 from planter.mechanism.results import Optimum
+from planter.mechanism.tables import CHANGED_START
 from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
 from planter.report.html import Block, Items, Keys, Section, Table, Text
@@ -80,6 +81,10 @@ def _motion(found: Motion) -> Iterator[Section]:
     result = found.result
     rows = [(key, found.meanings[key], q.unit, q.min, q.max, q.last) for key, q in result.quantities.items()]
     yield Section("Motion", [Table(("quantity", "meaning", "unit", "min", "max", "last"), rows)])
+    if result.changed_start:
+        changed = [(one.quantity, one.unit, one.stated, one.used) for one in result.changed_start]
+        yield Section("Start", [Text(f"{CHANGED_START}.", "warning"),
+                                Table(("quantity", "unit", "stated", "used"), changed)])  # fmt: skip
     yield Section("Energy", [_keys(result.energy.table())])
     if result.equilibrium is not None and result.eigenvalues_per_s is not None:
         values = Table(("real / 1/s", "imaginary / 1/s"), result.eigenvalues_per_s)

@@ -10,10 +10,11 @@ import pytest
 import scipy.integrate
 
 from derive.__main__ import main as derive
-from planter.errors import InputError
+from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
+from planter.mechanism.motion import move
 from planter.mechanism.small import eigenvalues, equilibrium
 from planter.records import schema
 from tests.support.cli import answer
@@ -83,6 +84,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("own")
     twice = "m.constrain('again', x - q.l * cos(a) / 2, start={})"
     texts = {"swing": ANGLE, "held": LOOP.replace("MORE", ""), "twice": LOOP.replace("MORE", twice), "disc": DISC}
+    texts["off"] = LOOP.replace("MORE", "m.begin({x: q.l / 8 + q.l * cos(Rational(1, 2)) / 2})")
     for name, text in texts.items():
         (place / f"{name}.py").write_text(text.replace("NAME", name), encoding="utf-8")
         assert derive([str(place / f"{name}.py")]) == 0
@@ -157,6 +159,31 @@ def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
     assert found["redundant_constraints"] == 0
     assert len(found["eigenvalues_per_s"]) == 2
     assert {"values.csv", "report.html"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_changed_start_is_reported(folder: Path) -> None:
+    """Half as long again, the rod's centroid cannot start where the statement says; the angle moves with it."""
+    stated = np.array([-0.5, 0.2 * np.cos(0.5), -0.2 * np.sin(0.5)])
+    begun = dynamics(folder, "held")
+    assert begun.changed(begun.start()) == []
+    result = move(begun, 0.01, 3, 1e-9).result
+    assert result.changed_start == []
+    moved = dynamics(folder, "off")
+    used = moved.start()
+    assert moved.stated[:3] == pytest.approx([-0.5, 0.05 + stated[1], stated[2]])
+    changes = move(moved, 0.01, 3, 1e-9).result.changed_start
+    assert [one.quantity for one in changes] == ["a_deg", "x_mm", "y_mm"]
+    assert [one.used for one in changes] == pytest.approx([np.degrees(used[0]), 1e3 * used[1], 1e3 * used[2]])
+    assert changes[1].stated == pytest.approx(1e3 * (0.05 + stated[1]))
+    assert 1e3 * 0.2 * np.cos(np.radians(changes[0].used)) == pytest.approx(changes[1].used)
+
+
+@pytest.mark.parametrize("stiff", [False, True])
+def test_motion_that_would_not_end_is_given_up(folder: Path, stiff: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("planter.mechanism.dynamics.LOOKED_AFTER", 500)
+    rod = dynamics(folder, "swing", g_m_s2=1e15)
+    with pytest.raises(ComputationError, match="evaluations"):
+        rod.run(np.array([0.0, 1.0]), stiff=stiff)
 
 
 def test_each_command_sends_to_the_other(folder: Path) -> None:
