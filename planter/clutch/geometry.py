@@ -97,16 +97,34 @@ def _linkage(clutch: Clutch, values: dict[str, float]) -> Iterator[tuple[Crank, 
             yield _turned(unreached, linkage, way, values), None
 
 
+def control_motion(clutch: Clutch, values: dict[str, float]) -> dict[str, float] | None:
+    """Return how crank and link turn while the own linkage makes the sleeve's own travel; None if the rod cannot.
+
+    Keys: `rotation` of the crank, `lift` of the link, `alpha_max`, its inclination then [rad], and the teeth `n`.
+    """
+    linkage = Linkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
+    way = clutch.si("sleeve.travel_mm")
+    if not linkage.makes(way):
+        return None
+    limit = model().at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])
+    return {"rotation": limit["theta_Amax"], "n": limit["n"], **_drive(values, limit["theta_Amax"])}
+
+
+def _drive(values: dict[str, float], rotation: float) -> dict[str, float]:
+    """The link, for a rotation of the crank [rad]."""
+    span = values["r_A"] + values["r_D"]
+    return model().at("drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation)
+
+
 def _turned(unreached: Crank, linkage: Linkage, way: float, values: dict[str, float]) -> Crank:
-    rotation, span = linkage.rotation(way), values["r_A"] + values["r_D"]
-    lift = model().at("drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation)["lift"]
+    rotation = linkage.rotation(way)
     teeth, printed = (
         model(name).at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])["n"] for name in MODELS
     )
     return replace(
         unreached,
         crank_rotation_deg=math.degrees(rotation),
-        link_lift_deg=math.degrees(lift),
+        link_lift_deg=math.degrees(_drive(values, rotation)["lift"]),
         teeth=teeth,
         printed_teeth=printed,
     )

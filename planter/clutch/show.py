@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -33,6 +34,7 @@ class ReuleauxClutch:
 
     def __init__(self, clutch: Clutch) -> None:
         self.clutch, self.name = clutch, clutch.name
+        self._latest: tuple[float, Scene] | None = None
 
     @cached_property
     def controls(self) -> Sequence[Control]:
@@ -41,33 +43,66 @@ class ReuleauxClutch:
         return controls(self.clutch, paths, {}, {})
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
-        """The body as it turns in the smallest sleeve that lets it."""
+        """The body as it turns in the smallest sleeve that lets it, which only its width changes."""
         from planter.clutch.geometry import SIDES, VERTICES
         from planter.clutch.report.scene import scene
         from planter.clutch.rotor import Rotor
 
-        return [scene(Rotor(VERTICES, SIDES, self._geometry(values).R_mm * 1e-3), self.name)]
+        width = self._geometry(values).R_mm
+        if self._latest is None or self._latest[0] != width:
+            self._latest = width, scene(Rotor(VERTICES, SIDES, width * 1e-3), self.name)
+        return [self._latest[1]]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Single numbers of what `planter clutch geometry` tells."""
-        return singles(self._geometry(values).table())
+        """Return the single numbers of the shape, teeth and travel, and the loads of an engagement in one mode."""
+        from planter.clutch.engage.modal import modal
+        from planter.clutch.geometry import control_motion, geometry, travel
+        from planter.clutch.model import given
+
+        clutch = self._clutch(values)
+        numbers, shape, loads = given(clutch), geometry(clutch), modal(clutch.si).extremes
+        control = control_motion(clutch, numbers) or {}
+        angles = {key: math.degrees(control[key]) if control else None for key in ("rotation", "lift", "alpha_max")}
+        return [
+            *singles(shape.table()),
+            Reading("least radius of the tips", "mm", shape.tooth.b1_min_mm),
+            Reading("least radius of the roots", "mm", shape.tooth.b2_min_mm),
+            Reading("angle of the faces at the tips", "deg", shape.tooth.xi_deg),
+            Reading("least travel of the sleeve", "mm", 1e3 * travel(numbers, clutch.si("sleeve.axial_angle_deg"))),
+            Reading("time of the sleeve's travel", "s", clutch.sleeve.travel_mm / clutch.sleeve.switching_speed_mm_s),
+            Reading("rotation of the crank", "deg", angles["rotation"]),
+            Reading("teeth that the crank gear turns through", "", control.get("n")),
+            Reading("lift of the link", "deg", angles["lift"]),
+            Reading("inclination of the link after the travel", "deg", angles["alpha_max"]),
+            Reading("load as the teeth meet, in one mode", "N", loads["N_0"]),
+            Reading("largest load of an engagement, in one mode", "N", loads["N_max"]),
+            Reading("time of the largest load", "ms", loads["t_max"] * 1e3),
+        ]
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
-        """None that have a margin."""
-        return []
+        """Return the inequalities of a clutch that works."""
+        rows = self._geometry(values).conditions
+        return [Check(one.condition, one.unit, None, one.margin, one.holds) for one in rows]
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
-        """None: its report has more."""
-        return []
+        """Return the rotation of the crank at the angles and with the rods of the field test."""
+        head = ("axial angle / deg", "rod / mm", "crank rotation / deg", "lift of the link / deg", "teeth")
+        rows = [(f"{one.axial_angle_deg:g}", one.rod_mm, one.crank_rotation_deg, one.link_lift_deg, one.teeth)
+                for one in self._geometry(values).linkage]  # fmt: skip
+        return [Table("Linkage, for the printed travel", head, rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
-        return written(self.clutch, changed(self.clutch, values))
+        return written(self.clutch, self._clutch(values))
+
+    def _clutch(self, values: Values) -> Clutch:
+        found: Clutch = changed(self.clutch, values)
+        return found
 
     def _geometry(self, values: Values) -> Geometry:
         from planter.clutch.geometry import geometry
 
-        return geometry(changed(self.clutch, values))
+        return geometry(self._clutch(values))
 
 
 class Kind:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 OFFERED = ("bars", "law", "carrier", "noncircular_stage", "tray", "needle")
 """Tables of the file whose numbers a hand is offered."""
+TEETH_ALONE = ("noncircular_stage.ha1", "noncircular_stage.alpha0_deg")
+"""Numbers that only the exported gears depend on: nothing that is shown follows them."""
 POINTS = "path.points_mm"
 REACH_MM = 40.0
 """How far a point of the path can be drawn to either side."""
@@ -45,7 +47,7 @@ class PickUp:
         """Numbers of bars, law, carrier, gears, tray and needle, then the points of its path."""
         own = self.machine.numbers()
         points = {path: (own[path] - REACH_MM, own[path] + REACH_MM) for path in own if path.startswith(POINTS)}
-        paths = [path for path in own if path.partition(".")[0] in OFFERED]
+        paths = [path for path in own if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE]
         return controls(self.machine, [*paths, *points], {}, points)
 
     @cached_property

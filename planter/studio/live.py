@@ -20,7 +20,7 @@ from planter.studio.remote import GivenUpError, RemoteSession, Request
 from planter.studio.search import search
 from planter.studio.session import Message, sources
 
-RESTS: Mapping[Request, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4}
+RESTS: Mapping[Request, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
 """What is computed when a hand rests, and for how much longer it must [s]."""
 LONGEST_MESSAGE = 2 * LIMIT_BYTES
 """Characters of a message: those of a file, with signs that JSON writes by two."""

@@ -22,7 +22,7 @@ GRACE_S = 1.0
 """Time that an answer may still take which nobody waits for any more."""
 LONGEST_LINE = 2**27
 """Bytes of an answer."""
-Request = Literal["seen", "finished", "checked", "details", "file", "wished", "search", "sought", "works"]
+Request = Literal["seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works"]
 
 
 class GivenUpError(ComputationError):

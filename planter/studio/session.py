@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +20,14 @@ from planter.view.channels import course, packed
 from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Searching, Shown, Values, Wishing, opened
+from planter.view.subject import STEPS, Searching, Shown, Values, Wishing, farthest, opened
 
 LARGEST = 1_000_000
 """Letters of a file that is taken."""
 OWN, PLACE = "functions", "folder"
 """Keys of a file that say which Python code belongs to it, and in which folder that is."""
+ENDS_S = 4.0
+"""Time that finding the ends of all numbers may take, as far as the first one tells."""
 OPENED = "opened.toml"
 """Name of a loaded file that has none."""
 Message = Mapping[str, Any]
@@ -99,6 +103,25 @@ class Session:
             "details": [asdict(one) for one in self._open.details(values, model)],
             "beside": [{"model": name, **self._beside(values, name)} for name in others],
         }
+
+    def ends(self, message: Message) -> dict[str, Any]:
+        """How far each number can be moved from where the others are; nothing where finding that takes too long."""
+        values, model = self._asked(message)
+
+        def attempt(path: str, number: float) -> None:
+            self._open.readings({**values, path: number}, model)
+
+        first = self._open.controls[0]
+        self._open.readings(values, model)  # what is computed once is not counted
+        begun = time.process_time()
+        attempt(first.path, values[first.path] + (first.upper - values[first.path]) / STEPS)
+        if 2 * len(values) * (time.process_time() - begun) > ENDS_S:
+            return {}
+        found = {}
+        for one in self._open.controls:
+            try_number = partial(attempt, one.path)
+            found[one.path] = [farthest(values[one.path], end, try_number) for end in (one.lower, one.upper)]
+        return {"ends": found}
 
     def _beside(self, values: Values, model: str) -> dict[str, Any]:
         readings = [asdict(one) for one in self._open.readings(values, model)]

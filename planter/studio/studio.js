@@ -5,7 +5,9 @@ import { connect } from "./line.js";
 import { Drawing } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
-const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, beside: [], sources: [], opening: null, searching: false };
+const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, beside: [], sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false };
+const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
+const LONGEST_PAST = 50; // steps back that a reload keeps
 
 function say(text, wrong = false) {
   $("said").textContent = text;
@@ -14,17 +16,19 @@ function say(text, wrong = false) {
 
 function take(message) {
   if (message.sources) sources(message.sources);
-  if (message.opened) opened(message.opened);
+  if (message.opened && current(message)) opened(message.opened);
   if (message.scenes && message.id > state.shown) seen(message);
   if (message.finished && message.id === state.id) finished(message.finished);
   if (message.details && message.id === state.id) details(message);
+  if (message.ends && message.id === state.id) ends(message.ends);
   if (message.checks && message.id === state.id) checks(message.checks);
-  if (message.wished) open({ text: message.wished });
+  if (message.wished) open({ text: message.wished, file: `${state.machine.name}.toml` });
   if (message.file) download(message.file);
   if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
   if (message.exporting !== undefined || message.exported) exported(message);
-  if (message.error && (message.id === undefined || message.id === state.id)) {
+  if (message.error && current(message) && (message.id === undefined || message.id === state.id)) {
+    if (message.opening !== undefined) { state.pending = null; choices(); }
     say(message.error, true);
     if (message.work === "search") search(false);
     if (message.work === "export") exported({ exporting: null });
@@ -41,30 +45,61 @@ function lost(anew) {
   say(anew ? `The studio was started anew: open the address that it prints.${kept}` : "The studio does not answer; trying again.", true);
 }
 
+/** Whether a message is not about a machine that something newer has taken the place of. */
+const current = (message) => message.opening === undefined || message.opening === state.opens;
+
 function sources(names) {
   state.sources = names;
-  const first = state.opening?.name ?? (decodeURIComponent(location.hash.slice(1)) || names[0]);
-  $("source").replaceChildren(...names.map((name) => new Option(name, name, false, name === first)));
-  if (!state.opening) open({ name: first });
+  const kept = stored();
+  if (!state.opening && !state.pending) open(kept?.opening ?? { name: decodeURIComponent(location.hash.slice(1)) || names[0] }, kept);
+  choices();
 }
 
-function open(what) {
-  state.opening = what;
-  send({ ask: "open", ...what });
+/** The machines to choose from; the one that is open is chosen. */
+function choices() {
+  const open = state.pending?.what ?? state.opening ?? {};
+  const loaded = state.loaded ? [new Option(`${state.loaded.file ?? "loaded file"} (loaded)`, "", false, open.name === undefined)] : [];
+  if (!loaded.length && open.name === undefined) loaded.push(new Option("", ""));
+  $("source").replaceChildren(...loaded, ...state.sources.map((name) => new Option(name, name, false, name === open.name)));
+}
+
+/** Open a machine; what was `kept` of it is set again, where its own numbers are the same as then. */
+function open(what, kept = null) {
+  state.pending = { what, kept };
+  state.opens += 1;
+  send({ ask: "open", opening: state.opens, ...what });
+}
+
+const own = (machine) => Object.fromEntries(machine.controls.map((one) => [one.path, one.value]));
+const alike = (one, two) => JSON.stringify(Object.entries(one).sort()) === JSON.stringify(Object.entries(two).sort());
+
+/** What a page has to set again where its line broke, or it was loaded anew. */
+function keepable() {
+  const { opening, values, model, past } = state;
+  return state.machine && { opening, own: own(state.machine), values, model, past: past.slice(-LONGEST_PAST) };
+}
+
+/** What this tab had before it was loaded anew; null where there is nothing, or the browser keeps nothing. */
+function stored() {
+  try { return JSON.parse(sessionStorage.getItem(STORED)); } catch { return null; }
 }
 
 function opened(machine) {
-  const again = state.machine?.name === machine.name && machine.controls.every((one) => one.path in state.values);
-  state.machine = machine;
-  if (!again) {
-    state.values = Object.fromEntries(machine.controls.map((one) => [one.path, one.value]));
-    state.past = [];
+  const { what, kept } = state.pending ?? { what: state.opening, kept: null };
+  const again = kept !== null && alike(kept.own, own(machine));
+  const here = again && state.machine !== null;
+  Object.assign(state, { machine, opening: what, pending: null, shown: state.id });
+  if (what.name === undefined) state.loaded = what;
+  choices();
+  if (again) Object.assign(state, { values: kept.values, past: kept.past, model: kept.model });
+  else Object.assign(state, { values: own(machine), past: [], model: machine.models[0] });
+  remember(null);
+  if (!here) {
     Object.assign(state, { b: null, beside: [] });
     $("drawings").replaceChildren();
     $("drawings").className = "";
     drawings.length = 0;
   }
-  state.model = machine.models.includes(state.model) ? state.model : machine.models[0];
   $("model").replaceChildren(...machine.models.map((name) => new Option(name, name, false, name === state.model)));
   offer(machine.exports);
   $("optimise").hidden = !machine.search;
@@ -72,6 +107,7 @@ function opened(machine) {
   $("wish").hidden = !machine.wishes;
   controls();
   ask();
+  if (kept && !again) say(`${machine.name} has other numbers than before: what was moved here is gone.`, true);
 }
 
 function controls() {
@@ -109,6 +145,13 @@ function control(one) {
   return box;
 }
 
+/** How far the numbers can be moved from where they are. */
+function ends(found) {
+  for (const one of state.machine.controls) [one.from, one.to] = found[one.path] ?? [one.lower, one.upper];
+  reflect();
+  document.body.dataset.ended = state.id;
+}
+
 function remember(values) {
   if (values) state.past.push(values);
   $("undo").disabled = state.past.length === 0;
@@ -125,6 +168,7 @@ function reflect() {
     const one = state.machine.controls.find((known) => known.path === box.dataset.path);
     const value = state.values[one.path];
     const [slider, field] = box.querySelectorAll("input");
+    for (const input of [slider, field]) Object.assign(input, { min: Math.min(one.from ?? one.lower, value), max: Math.max(one.to ?? one.upper, value) });
     if (document.activeElement !== slider) slider.value = value;
     if (document.activeElement !== field) field.value = value;
     box.classList.toggle("moved", value !== one.value);
@@ -176,7 +220,7 @@ function take_hold(event, machine, x, y) {
   const matrix = machine.getScreenCTM().inverse();
   const within = (path, value) => {
     const one = state.machine.controls.find((known) => known.path === path);
-    return Math.min(Math.max(value, one.lower), one.upper);
+    return Math.min(Math.max(value, one.from ?? one.lower), one.to ?? one.upper);
   };
   const move = (now) => {
     const at = new DOMPoint(now.clientX, now.clientY).matrixTransform(matrix);
@@ -340,7 +384,11 @@ $("export").addEventListener("click", () => {
   if (exporting()) { send({ ask: "cancel", work: "export" }); exported({ exporting: null }); say("The export was given up."); }
   else send({ ask: "export", values: state.values, model: state.model, ...chosen() });
 });
-$("source").addEventListener("change", () => open({ name: $("source").value }));
+$("source").addEventListener("change", () => {
+  const name = $("source").value;
+  if (name) open({ name });
+  else if (state.loaded) open(state.loaded);
+});
 $("model").addEventListener("change", () => { Object.assign(state, { model: $("model").value, beside: [] }); ask(); });
 $("undo").addEventListener("click", undo);
 $("reset").addEventListener("click", reset);
@@ -350,11 +398,18 @@ $("wish").addEventListener("click", () => send({ ask: "wish", values: state.valu
 $("save").addEventListener("click", () => send({ ask: "file", values: state.values }));
 $("load").addEventListener("change", async () => {
   const [file] = $("load").files;
-  if (file) open({ text: await file.text() });
+  if (file) open({ text: await file.text(), file: file.name });
   $("load").value = "";
 });
 const send = connect({
   heard: take,
-  back: () => { say(""); if (state.opening) send({ ask: "open", ...state.opening }); },
+  back: () => {
+    say("");
+    if (state.pending) open(state.pending.what, state.pending.kept);
+    else if (state.opening) open(state.opening, keepable());
+  },
   lost,
+});
+addEventListener("pagehide", () => {
+  try { sessionStorage.setItem(STORED, JSON.stringify(keepable())); } catch { return; } // a browser that keeps nothing
 });

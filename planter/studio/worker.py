@@ -18,7 +18,7 @@ from planter.studio.session import Message, Session
 
 MEMORY_BYTES = 2 * 2**30
 """Address space of a process, with what its libraries take; none of the machines needs half of it."""
-REQUESTS = ("open", "seen", "finished", "checked", "details", "file", "wished", "search", "sought", "works")
+REQUESTS = ("open", "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works")
 """Methods of a session that a line may name."""
 ECHOED = ("id", "opening")
 """Keys of a message by which the page knows what an answer belongs to."""

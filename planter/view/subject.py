@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from planter import rooms
-from planter.errors import InputError
+from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document
 from planter.files.text import parse_toml, read_text
@@ -20,6 +20,8 @@ from planter.view.scene import Scene
 
 Values = Mapping[str, float]
 """Numbers by path, in the units [that their keys end in]."""
+STEPS = 512
+"""Steps from a number to an end beyond which the file does not allow it."""
 REACH = 0.5
 """A number without bounds can be moved by this share of its value, to either side."""
 
@@ -56,11 +58,11 @@ class Reading:
 
 @dataclass(frozen=True)
 class Check:
-    """A requirement with its margin, and whether it is met."""
+    """A requirement with its margin, and whether it is met; `value` is None where only the margin is known."""
 
     name: str
     unit: str
-    value: float
+    value: float | None
     margin: float
     met: bool
 
@@ -192,14 +194,38 @@ def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, 
 def controls(
     document: Document, paths: Iterable[str], meanings: Mapping[str, str], bounds: Mapping[str, tuple[float, float]]
 ) -> list[Control]:
-    """Controls for numbers of a file, within bounds by path where there are any."""
+    """Return controls for numbers of a file, within bounds by path if there are any, as far as the file allows.
+
+    A number for which the file allows no other value has none.
+    """
     numbers, found = document.numbers(), []
     for path in paths:
         value = float(numbers[path])
-        lower, upper = bounds.get(path) or _about(value)
-        found.append(Control(path, meanings.get(path, ""), units.unit(path), value, min(lower, value),
-                             max(upper, value)))  # fmt: skip
+        ends = (_allowed_end(document, path, value, end) for end in bounds.get(path) or _about(value))
+        lower, upper = min(value, next(ends)), max(value, next(ends))
+        if lower < upper:
+            found.append(Control(path, meanings.get(path, ""), units.unit(path), value, lower, upper))
     return found
+
+
+def _allowed_end(document: Document, path: str, value: float, end: float) -> float:
+    return farthest(value, end, lambda number: document.with_numbers({path: number}))
+
+
+def farthest(value: float, end: float, attempt: Callable[[float], object]) -> float:
+    """Return the farthest of `STEPS` numbers from a value towards an end at which an attempt succeeds, by bisection.
+
+    An attempt that raises PlanterError has not succeeded; at the value itself it does.
+    """
+    allowed, refused, step = 0, STEPS + 1, STEPS
+    while refused - allowed > 1:
+        try:
+            attempt(end if step == STEPS else value + (end - value) * step / STEPS)
+            allowed = step
+        except PlanterError:
+            refused = step
+        step = (allowed + refused) // 2
+    return end if allowed == STEPS else value + (end - value) * allowed / STEPS
 
 
 def _about(value: float) -> tuple[float, float]:

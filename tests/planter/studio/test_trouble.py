@@ -11,6 +11,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
 
+from planter.files.examples import example
+from planter.planting.file import load
+from planter.planting.model import Device
+from planter.planting.simulation import simulate
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio
 
 NONSENSE = (
@@ -84,6 +88,63 @@ def test_a_line_that_breaks_is_mended_and_nothing_is_lost(address: str) -> None:
         expect(page.locator("#said")).to_have_text("")
         page.click("#undo")
         expect(objective).to_have_text(first)
+
+
+def load_file(page: Page, name: str, text: str) -> None:
+    page.set_input_files("#load", {"name": name, "mimeType": "application/toml", "buffer": text.encode()})
+
+
+def test_loaded_file_replaces_everything(address: str) -> None:
+    """A file of the same name with another number; then one that is not valid TOML, which changes nothing."""
+    text = example("wang2017").replace("R3_mm = 30.916", "R3_mm = 30.7  ")
+    assert text != example("wang2017")
+    known = simulate(Device(load("wang2017", {"design.R3_mm": 30.7}))).result
+    with page_of(address, "wang2017") as page:
+        for path, value in (("design.R3_mm", "30.8"), ("mass.planet_kg", "1.5")):
+            page.fill(f'[data-path="{path}"] input[type="number"]', value)
+            page.keyboard.press("Tab")
+        page.click("#keep")
+        load_file(page, "own.toml", text)
+        force = page.locator("#readings tbody tr", has_text="range of the support force").locator("td").nth(1)
+        expect(force).to_have_text(f"{known.support_force.range_N:.6g}", timeout=60_000)
+        assert (field(page), page.locator("#undo").is_disabled()) == ("30.7", True)
+        expect(page.locator("#source option:checked")).to_have_text("own.toml (loaded)")
+        expect(page.locator("#kept")).to_have_count(0)
+        load_file(page, "bad.toml", text + "\nopen = [1,")
+        expect(page.locator("#said")).to_contain_text("bad.toml: end of document: this is not valid TOML")
+        page.fill('[data-path="design.R3_mm"] input[type="number"]', "30.53")
+        page.keyboard.press("Tab")
+        expect(force).not_to_have_text(f"{known.support_force.range_N:.6g}", timeout=60_000)
+        assert page.locator("#said").inner_text() == ""
+
+
+def test_reload_keeps_what_was_moved(address: str) -> None:
+    """Machine, model, numbers and the steps back; numbers of a file that has changed since are its own."""
+    with page_of(address, "wang2017") as page:
+        page.select_option("#source", "wang2017-wide")
+        expect(page.locator("body")).to_have_attribute("data-shown", re.compile("[2-9]"), timeout=60_000)
+        page.select_option("#model", "printed")
+        page.fill('[data-path="design.R3_mm"] input[type="number"]', "30.8")
+        page.keyboard.press("Tab")
+        objective = page.locator("#readings tbody tr").first.locator("td").nth(1)
+        page.wait_for_function("() => Number(document.body.dataset.shown) >= 4")
+        moved = objective.inner_text()
+        page.reload()
+        expect(objective).to_have_text(moved, timeout=60_000)
+        chosen = [page.locator(name).input_value() for name in ("#source", "#model")]
+        assert (field(page), chosen) == ("30.8", ["wang2017-wide", "printed"])
+        page.click("#undo")
+        expect(objective).not_to_have_text(moved)
+        page.evaluate("""() => addEventListener("pagehide", () => {
+            const key = `planter studio ${location.pathname}`, kept = JSON.parse(sessionStorage.getItem(key));
+            kept.own["design.R3_mm"] = 30.9;
+            sessionStorage.setItem(key, JSON.stringify(kept));
+        })""")
+        page.fill('[data-path="design.R3_mm"] input[type="number"]', "30.8")
+        page.keyboard.press("Tab")
+        page.reload()
+        expect(page.locator("#said")).to_contain_text("other numbers than before", timeout=60_000)
+        assert field(page) != "30.8"
 
 
 @pytest.mark.long
