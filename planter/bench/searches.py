@@ -37,10 +37,11 @@ def compiled(case: Case, model: str) -> Device:
 def printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, list[float]]]:
     """The printed model has one basin: durations of each method, and the objectives it reached."""
     device = compiled(case, "printed")
+    samples = device.machine.objective.samples
     reached: dict[str, list[float]] = {name: [] for name in BUILT}
 
     def run(name: Any, starts: int | None) -> Callable[[Any], None]:
-        return lambda seed: reached[name].append(search.run(device, name, None, seed, starts).objective)
+        return lambda seed: reached[name].append(search.run(device, name, samples, seed, starts).objective)
 
     calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
     for name in ("ipopt", "hybrid"):  # whatever they compile on the way is not counted either
@@ -55,10 +56,10 @@ def exact(case: Case, rounds: int) -> Basins:
 
 
 def _met(device: Device, seed: int) -> Seed:
-    sought, begun = problem_of(device), time.perf_counter()
+    sought, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
     wanted = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
-    problem, begun = problem_of(device), time.perf_counter()
+    problem, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
     best, starts = float("inf"), 0
     for minimum in descents(problem, MOST_STARTS, seed):
         best, starts = min(best, minimum.objective), starts + 1

@@ -52,7 +52,8 @@ def _build(device: Device) -> None:
     from planter.planting.turns import Turns
 
     Turns(device)
-    device.compile()
+    for refined in (False, True):
+        device.compile(refined)
     for kernel in _used(device):
         kernel.compile()
     for thread in threading.enumerate():
@@ -63,7 +64,7 @@ def _build(device: Device) -> None:
 def _used(device: Device) -> tuple[Kernel, ...]:
     force = device.force
     return (device.hoisting_kernel, device.prologue_kernel, device.prologue_hessian_kernel, force.value_kernel,
-            force.slopes_kernel, force.hessian_kernel)  # fmt: skip
+            force.slopes_kernel, force.rate_kernel, force.rates_kernel, force.hessian_kernel)  # fmt: skip
 
 
 def _kernels(

@@ -95,11 +95,15 @@ class Device:
             pair.check_radius(own)
         return found
 
-    def compile(self) -> None:
-        """Run what an optimiser calls again and again in the fastest way that there is here."""
-        for kernel in (self.prologue_kernel, self.prologue_hessian_kernel):
-            kernel.compile()
-        self.force.compile()
+    def compile(self, refined: bool = False) -> None:
+        """Run what a search calls again and again in the fastest way that there is here.
+
+        The search is over samples or, `refined`, over true extremes and integrals.
+        """
+        self.prologue_kernel.compile()
+        if not refined:
+            self.prologue_hessian_kernel.compile()
+        self.force.compile(refined)
         self.compiled = True
 
     @cached_property

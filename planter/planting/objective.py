@@ -18,8 +18,8 @@ def weights(machine: Machine) -> Weights:
     return Weights(settings.weight_range, settings.weight_variance, settings.kind)
 
 
-def problem(device: Device, sampling: Sampling | None = None, constraints: Constraints | None = None) -> Problem:
-    """The device's objective over `sampling`, the machine file's samples where it is None, under constraints if any.
+def problem(device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None) -> Problem:
+    """The device's objective over true extremes and integrals, or that many samples, under constraints if any.
 
     Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
     force jump: a jump that passes a sample has no gradient.
@@ -28,5 +28,4 @@ def problem(device: Device, sampling: Sampling | None = None, constraints: Const
     if any(event.order == 0 for event in response.events):
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
-    chosen = device.machine.objective.samples if sampling is None else sampling
-    return range_and_spread.problem(response, weights(device.machine), chosen, constraints)
+    return range_and_spread.problem(response, weights(device.machine), sampling, constraints)

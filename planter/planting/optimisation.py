@@ -19,6 +19,7 @@ from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem
 from planter.planting.results.optimised import FrontPoint, OptimisationFound, OptimumFound, Scores
+from planter.planting.scores import sampled_score, true_extremes
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 from planter.progress import Listener
@@ -74,12 +75,12 @@ def optimise(
 ) -> Optimisation:
     """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
 
-    Raises InputError for `samples` that is neither a number of angles nor "refined"; Interrupted with what was found so
-    far when the user stops it.
+    `samples` is "refined", the default, for true extremes and integrals, or a number of angles of a cycle. Raises
+    InputError for `samples` that are neither, Interrupted with what was found so far when the user stops the search.
     """
-    sampling = sampling_of(device, samples)
+    sampling = sampling_of(samples)
     device = Device(device.machine, device.model)
-    device.compile()
+    device.compile(sampling == "refined")
     found = search.run(device, method, sampling, seed, starts, progress, keep)
     try:
         return scored(device, found)
@@ -103,17 +104,19 @@ def scored(device: Device, found: Optimum) -> Optimisation:
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
-    start = problem(device, sampling).reference.look
+    tasks = {model: problem(other, sampling) for model, other in devices.items()}
+    start = tasks[device.model].reference.look
     result = OptimisationFound(
         machine=device.machine.name,
         model=device.model,
         **vars(shown),
-        samples=sampling,
+        sampled=sampled_score(device, found.design),
+        refined=true_extremes(device, found.design),
         seed=found.seed,
         start_design=device.named(device.design),
         start_range_N=start.range,
         start_variance_N2=start.variance,
-        cross={model: _scores(problem(other, sampling), found.design) for model, other in devices.items()},
+        cross={model: _scores(task, found.design) for model, task in tasks.items()},
         statement=statement(start.range, shown, device.size),
         designer=designer.of(device, found.design),
         start_designer=designer.of(device, device.design),
@@ -132,15 +135,16 @@ def statement(start_range_N: float, found: OptimumFound, parameters: int) -> str
     if not sure:
         told.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
     word = "certified" if sure else "not certified"
-    return f"range {start_range_N:#.4g} to {found.range_N:#.4g} N, {share:+.1f} %, {word}; {'; '.join(told)}"
+    over = "" if found.samples == "refined" else f" over {found.samples} samples"
+    return f"range {start_range_N:#.4g} to {found.range_N:#.4g} N{over}, {share:+.1f} %, {word}; {'; '.join(told)}"
 
 
-def sampling_of(device: Device, text: str | None) -> Sampling:
-    """Samples of a turn, as a number or "refined"; the machine file's where none are given."""
-    if text == "refined":
+def sampling_of(text: str | None) -> Sampling:
+    """A number of samples of a cycle, or "refined", the default, for its true extremes and integrals."""
+    if text is None or text == "refined":
         return "refined"
     try:
-        return checked_samples(device.machine.objective.samples if text is None else int(text))
+        return checked_samples(int(text))
     except ValueError:
         allowed = "it must be a number of angles or refined"
         raise InputError(f"--samples = {text} is not allowed: {allowed}") from None

@@ -66,6 +66,6 @@ def made(
     """The problem of a machine given as a table, its kernels compiled if asked for, with whole teeth if any."""
     device = Device(Machine.model_validate(machine), model)
     if compiled:
-        device.compile()
+        device.compile(sampling == "refined")
     lengths = None if wanted is None else Lengths(device, Wanted(**wanted))
     return problem(device, sampling, Required.of(device), lengths)

@@ -32,6 +32,7 @@ class Planting:
         self.prologue = device.prologue
         force = device.force
         self.support, self.support_slopes = force.value, force.slopes
+        self.support_rate, self.support_rates = force.rate, force.rates
         self.support_hessian, self.support_hessians = force.hessian, force.hessians
 
     def _kernel(self, name: str, outputs: Callable[[], dict[str, ca.SX]]) -> Kernel:
@@ -73,15 +74,6 @@ class Planting:
 
     def _inputs(self, at: Any, phi: Array) -> dict[str, Any]:
         return {"phi": phi, "x": at.x, "c": self.device.constants, "h": at.h}
-
-    def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """F [N] and dF/dphi at angles, (n,) each."""
-        force, first, _ = self.device.force.rates(at, phi)
-        return force, first
-
-    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """dF/dphi and d2F/dphi2 at angles, (n,) each."""
-        return self.device.force.rates(at, phi)[1:]
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """g of every event of side 1 and its derivative in phi, (k, n) each."""

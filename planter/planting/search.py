@@ -48,6 +48,7 @@ class Optimum(Result):
         """The optimum as results show it; `scale` (p,) is SI per shown unit."""
         return OptimumFound(
             method=self.method,
+            samples=self.sampling,
             objective=self.objective,
             design=dict(zip(self.names, (self.design / scale).tolist(), strict=True)),
             range_N=self.evaluation.look.range,
@@ -92,7 +93,7 @@ class Interrupted(errors.Interrupted):
 def run(
     device: Device,
     method: Method = "hybrid",
-    samples: Sampling | None = None,
+    samples: Sampling = "refined",
     seed: int = 0,
     starts: int | None = None,
     progress: Listener | None = None,
@@ -102,30 +103,29 @@ def run(
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
 
-    `samples` angles of a turn, or "refined" for true extremes and integrals; None: as the machine file says. `starts`
-    is the number of descents, `progress` is told how far the search is, `keep` the best so far as it is found. With
-    `lengths` the pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
+    `samples` is "refined" for true extremes and integrals, or a number of angles of a cycle. `starts` is the number of
+    descents, `progress` hears how far the search is, `keep` gets the best so far as it is found. With `lengths` the
+    pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
 
     Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
     """
     if method not in METHODS:
         raise InputError(f"method = {method!r} is not allowed: it must be one of {', '.join(METHODS)}")
-    sampling = device.machine.objective.samples if samples is None else samples
     count = DEFAULT_STARTS if starts is None else starts
     required = Required.of(device)
-    task = problem(device, sampling, required, lengths)
+    task = problem(device, samples, required, lengths)
     search = Search(task, device.machine.genetic_algorithm, seed, count)
-    with _beside(device, method, sampling, seed, count, lengths) as beside:
-        best_so_far = _Keeper(device, task, method, lambda: search.best(beside), keep)
+    with _beside(device, method, samples, seed, count, lengths) as beside:
+        best_so_far = _Keeper(device, task, method, samples, lambda: search.best(beside), keep)
         search.progress = _both(progress, best_so_far)
         try:
             known = [] if task.constraints is None else [kept(task, required, seed, lengths)]
             known += [beside_design(task, x).u for x in near]
-            return _optimum(device, required, lengths, sampling, search.run(method, beside, known))
+            return _optimum(device, required, lengths, samples, search.run(method, beside, known))
         except KeyboardInterrupt:
             best = search.so_far(method, beside)
-            optimum = None if best is None else _optimum(device, required, lengths, sampling, best)
+            optimum = None if best is None else _optimum(device, required, lengths, samples, best)
             raise Interrupted(optimum, device.scale) from None
 
 
@@ -133,10 +133,11 @@ class _Keeper:
     """Hands over the best point of a search whenever it is told that there may be a better one."""
 
     def __init__(
-        self, device: Device, task: Problem, method: str, best: Callable[[], Best | None],
+        self, device: Device, task: Problem, method: str, samples: Sampling, best: Callable[[], Best | None],
         keep: Callable[[Table], None] | None,
     ) -> None:  # fmt: skip
-        self.device, self.task, self.method, self.best, self.keep = device, task, method, best, keep
+        self.device, self.task, self.method, self.samples = device, task, method, samples
+        self.best, self.keep = best, keep
         self.begun, self.last, self.least = time.perf_counter(), 0.0, float("inf")
 
     def __call__(self, step: Progress) -> None:
@@ -155,7 +156,7 @@ class _Keeper:
         look = self.task.score(x).look
         return {
             "machine": self.device.machine.name, "model": self.device.model, "method": self.method,
-            "objective": best.objective, "design": self.device.named(x), "range_N": look.range,
+            "samples": self.samples, "objective": best.objective, "design": self.device.named(x), "range_N": look.range,
             "variance_N2": look.variance, "start_objective": self.task.reference.objective, "seconds": seconds,
         }  # fmt: skip
 
@@ -191,8 +192,7 @@ def _beside(
 
 
 def front(
-    device: Device, samples: Sampling | None = None, points: int = 15, progress: Listener | None = None
+    device: Device, samples: Sampling = "refined", points: int = 15, progress: Listener | None = None
 ) -> list[Compromise]:
     """The Pareto front of range against variance of a device's force, from least range to least variance."""
-    sampling = device.machine.objective.samples if samples is None else samples
-    return pareto.sweep(Planting(device), sampling, points, progress)
+    return pareto.sweep(Planting(device), samples, points, progress)

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise.refined import Panels, Refined
+from planter.optimise.refined import Panels
 from planter.optimise.samples import Samples
 from planter.optimise.spread import Weighed
 from planter.planting import cycle as planting
@@ -25,9 +25,9 @@ from planter.planting.results.simulated import (
     CentreDistances,
     SensitivityFound,
     SimulationFound,
-    TrueExtremes,
     Work,
 )
+from planter.planting.scores import curve_angles, true_extremes
 from planter.records import frames
 
 if TYPE_CHECKING:
@@ -60,8 +60,9 @@ class Simulation:
         from planter.report import style
         from planter.report.html import inlined
 
-        found, turn = self.result, self.cycle.columns()
-        figure = support_force({found.model: (turn["phi_deg"], turn["support_N"])}, found.weight_N)
+        found, device = self.result, self.device
+        at, phi = device.prologue(device.design), curve_angles(device, device.design)
+        figure = support_force({found.model: (np.degrees(phi), device.support(at, phi))}, found.weight_N)
         return found._repr_html_() + inlined(
             style.svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
         )
@@ -82,7 +83,6 @@ def simulate(
     turn = planting.cycle(device, prologue, planting.angles(count))
     objective = weights(device.machine)
     sampled = planting.statistics(turn.support)
-    found = Refined(Planting(device)).look(device.design)
     result = SimulationFound(
         machine=device.machine.name,
         model=device.model,
@@ -93,9 +93,7 @@ def simulate(
         support_force=sampled,
         objective=objective.value(sampled.range_N, sampled.variance_N2),
         warnings=[*plausible.warnings(device.machine), *planting.warnings(device, device.design, turn)],
-        refined=TrueExtremes(
-            found.high, found.low, found.range, found.variance, objective.value(found.range, found.variance)
-        ),
+        refined=true_extremes(device, device.design),
         work=work(device),
         at=at(device, at_deg),
         designer=designer.of(device, device.design),
@@ -142,7 +140,7 @@ def sensitivity(device: Device, samples: int | None = None) -> SensitivityFound:
     value, gradient = objective_gradient(device, count)
     named = dict(zip(device.names, (gradient * device.scale).tolist(), strict=True))
     felt = response.sensitivity(device, device.design, count)
-    return SensitivityFound(value, named, felt.effective_parameters, felt.named)
+    return SensitivityFound(count, value, named, felt.effective_parameters, felt.named)
 
 
 def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:

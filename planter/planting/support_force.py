@@ -116,11 +116,17 @@ class SupportForce:
         return self.shares.kernel("slopes", {"force": self.shares.share, "g": self.shares.gradient}, "dh")
 
     @cached_property
+    def rate_kernel(self) -> Kernel:
+        return self.shares.kernel("rate", {"force": self.shares.share, "first": self._rate})
+
+    @cached_property
     def rates_kernel(self) -> Kernel:
-        phi = self.shares.functions.phi
-        first = ca.gradient(self.shares.share, phi)
-        outputs = {"force": self.shares.share, "first": first, "second": ca.gradient(first, phi)}
-        return self.shares.kernel("rates", outputs)
+        second = ca.gradient(self._rate, self.shares.functions.phi)
+        return self.shares.kernel("rates", {"first": self._rate, "second": second})
+
+    @cached_property
+    def _rate(self) -> ca.SX:
+        return ca.gradient(self.shares.share, self.shares.functions.phi)
 
     @cached_property
     def hessian_kernel(self) -> Kernel:
@@ -134,10 +140,16 @@ class SupportForce:
         outputs = dict(zip(("packed", "slope"), self.shares.hessian(self.shares.weight), strict=True))
         return self.shares.kernel("bending" if summed else "bendings", outputs, "dh", "weight", summed=summed)
 
-    def compile(self) -> None:
-        """Compile what an optimiser calls again and again; the Hessian, which takes longest, in the background."""
-        self.hessian_kernel.compile(wait=False)
-        for kernel in (self.value_kernel, self.slopes_kernel):
+    def compile(self, refined: bool = False) -> None:
+        """Compile what a search calls again and again, over samples or, `refined`, over true extremes and integrals.
+
+        The Hessian takes longest: it is compiled in the background, and not for the few times that a search over true
+        extremes needs it.
+        """
+        if not refined:
+            self.hessian_kernel.compile(wait=False)
+        kernels = [self.value_kernel, self.slopes_kernel]
+        for kernel in (*kernels, self.rate_kernel, self.rates_kernel) if refined else kernels:
             kernel.compile()
 
     def entries(self, at: Prologue) -> Array:
@@ -149,11 +161,15 @@ class SupportForce:
         """The force (n,)."""
         return self._folded(self.value_kernel(**self._inputs(at, phi))["force"])[0]
 
-    def rates(self, at: Prologue, phi: Array) -> tuple[Array, Array, Array]:
-        """The force and its first two derivatives in phi, (n,) each."""
+    def rate(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
+        """The force [N] and its derivative in phi [N/rad], (n,) each."""
+        found = self.rate_kernel(**self._inputs(at, phi))
+        return self._folded(found["force"])[0], self._folded(found["first"])[0]
+
+    def rates(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
+        """The force's first two derivatives in phi [N/rad, N/rad2], (n,) each."""
         found = self.rates_kernel(**self._inputs(at, phi))
-        force, first, second = (self._folded(found[name])[0] for name in ("force", "first", "second"))
-        return force, first, second
+        return self._folded(found["first"])[0], self._folded(found["second"])[0]
 
     def slopes(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
         """The force (n,) and its Jacobian in (phi, x), (n, 1 + p)."""

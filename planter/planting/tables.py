@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from planter import legible
 from planter.files import units
+from planter.planting import force_tables
 from planter.planting.designer import shown
 from planter.planting.whole import tables as whole
 from planter.terminal.console import Console
@@ -30,19 +31,10 @@ def design(console: Console, values: Mapping[str, float], title: str = "Design")
 
 def simulation(console: Console, result: SimulationFound) -> None:
     """Support force, work, warnings, single angles."""
-    print(f"{result.machine}, {result.model} model, {result.samples} samples\n")
+    print(f"{result.machine}, {result.model} model\n")
     design(console, result.design)
-    sampled, refined = result.support_force, result.refined
-    rows = [
-        ("largest", sampled.max_N, refined.max_N, "N"),
-        ("least", sampled.min_N, refined.min_N, "N"),
-        ("range", sampled.range_N, refined.range_N, "N"),
-        ("mean", sampled.mean_N, None, "N"),
-        ("variance", sampled.variance_N2, refined.variance_N2, "N2"),
-        ("objective (31)", result.objective, refined.objective, ""),
-        ("weight", result.weight_N, None, "N"),
-    ]
-    console.table("Vertical support force", ("", "sampled", "refined", "unit"), rows)
+    force = force_tables.simulated(result.table())
+    console.table(force.title, force.head, [*force.rows, ("weight", result.weight_N, None, "N")])
     work = (("input", result.work.input_J), ("friction", result.work.friction_J))
     console.table("Work over a turn", ("", "J"), work)
     if result.at:
@@ -115,7 +107,11 @@ def warnings(console: Console, found: Sequence[Warned]) -> None:
 def sensitivity(console: Console, result: SensitivityFound) -> None:
     """Gradient and the directions that the support force does not feel."""
     rows = ((n, v, f"1/{units.unit(n)}" if units.unit(n) else "") for n, v in result.gradient.items())
-    console.table(f"Gradient of the objective, {result.objective:.6g}", ("parameter", "slope", "unit"), rows)
+    console.table(
+        f"Gradient of the objective over {result.samples} samples, {result.objective:.6g}",
+        ("parameter", "slope", "unit"),
+        rows,
+    )
     print(f"{result.effective_parameters} of {len(result.gradient)} parameters matter to the support force.")
     for direction in result.insensitive:
         text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
@@ -133,12 +129,8 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
         note = "without effect" if name in free else f"at its {bounds[name]} bound" if name in bounds else ""
         rows.append((name, start, result.design[name], units.unit(name), note))
     console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
-    values = [
-        ("objective (31)", result.start_objective, result.objective, ""),
-        ("range", result.start_range_N, result.range_N, "N"),
-        ("variance", result.start_variance_N2, result.variance_N2, "N2"),
-    ]
-    console.table("Support force", ("", "start", "optimum", "unit"), values)
+    force = force_tables.optimised(result.table())
+    console.table(force.title, force.head, force.rows)
     peaks = shown.beside(result.start_designer, result.designer)
     console.table(peaks.title, peaks.head, peaks.rows)
     requirements(console, result.requirements)

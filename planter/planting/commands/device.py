@@ -110,7 +110,7 @@ def optimise(
         str | None,
         typer.Option(
             metavar="N|refined",
-            help="angles of the cycle, or true extremes and integrals [default: the machine file's]",
+            help="true extremes and integrals of the cycle, or a number of samples [default: refined]",
             show_default=False,
         ),
     ] = None,
@@ -122,7 +122,10 @@ def optimise(
     least: LeastOption = None,
     hold: HoldOption = None,
     prove: Annotated[
-        bool, typer.Option("--prove", help="also prove how much better any design within the bounds can be at most")
+        bool,
+        typer.Option(
+            "--prove", help="also prove how much better, over samples, any design within the bounds can be at most"
+        ),
     ] = False,
     prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
     module: ModuleOption = None,
@@ -156,10 +159,6 @@ def optimise(
             if out is not None:
                 report.write_partial(out, device, so_far, interrupted)
 
-        if prove:
-            from planter.planting import proof
-
-            proof.check(optimisation.sampling_of(device, samples))
         try:
             found = run.optimise(device, whole, method.value, samples, seed, starts, console.progress, keep)
         except Interrupted as stop:
@@ -174,6 +173,8 @@ def optimise(
                 if out is not None:
                     report.write_optimum(out, device, found)
             if prove:
+                from planter.planting import proof
+
                 found = proof.with_proof(found, prove_seconds, console.progress)
                 if out is not None:
                     report.write_optimum(out, device, found)

@@ -18,7 +18,7 @@ from planter.planting import cycle, search
 from planter.planting.file import Machine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import problem, weights
+from planter.planting.objective import problem
 from planter.planting.search import Optimum
 
 _IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
@@ -48,12 +48,15 @@ class Both:
     @cached_property
     def optima(self) -> dict[Model, Optimum]:
         """The optimum of each model, by IPOPT from the machine's own design."""
-        return {model: search.run(device, "ipopt", None, 0, 1) for model, device in self.devices.items()}
+        return {model: search.run(device, "ipopt", starts=1) for model, device in self.devices.items()}
 
     def headlines(self, model: Model) -> dict[str, float]:
-        """Extremes, range, mean, variance and objective of the machine's own design."""
-        found = cycle.statistics(self.turns[model].support)
-        return {**found.table(), "objective": weights(self.machine).value(found.range_N, found.variance_N2)}
+        """True extremes, range, mean, variance and objective of the machine's own design."""
+        device = self.devices[model]
+        found = problem(device).score(device.design)
+        look = found.look
+        return {"max_N": look.high, "min_N": look.low, "range_N": look.range, "mean_N": look.mean,
+                "variance_N2": look.variance, "objective": found.objective}  # fmt: skip
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
@@ -94,7 +97,7 @@ def felt(name: str, model: Model, paths: Sequence[str], share: float) -> float:
 
 @formula("support force")
 def support_force(inputs: Inputs) -> float:
-    """Extreme or variance of the support force in the printed model of a built-in machine at its own samples."""
+    """True extreme or variance of the support force in the printed model of a built-in machine."""
     return _assuming(inputs).headlines("printed")[inputs["part"]]
 
 

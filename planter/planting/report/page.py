@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.explain import dictionary
 from planter.files import units
-from planter.planting import quantities
+from planter.planting import force_tables, quantities
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary
 from planter.planting.report.whole import whole_teeth
@@ -192,12 +192,16 @@ def warnings(found: Sequence[Summary]) -> Block:
 
 def results(summary: Summary) -> Iterator[Block]:
     """Every single number of a summary, then its groups: the keys say the units."""
+    elsewhere = {*_ELSEWHERE, *force_tables.KEYS} if "refined" in summary else {*_ELSEWHERE}
+    if "refined" in summary:
+        force = (force_tables.optimised if "sampled" in summary else force_tables.simulated)(summary)
+        yield Table(force.head, force.rows, force.title)
     single = {labels.label(key): value for key, value in summary.items()
-              if not isinstance(value, dict | list) and key not in _ELSEWHERE}  # fmt: skip
+              if not isinstance(value, dict | list) and key not in elsewhere}  # fmt: skip
     if single:
         yield Keys(single)
     for key, value in summary.items():
-        if isinstance(value, Mapping) and key not in _ELSEWHERE:
+        if isinstance(value, Mapping) and key not in elsewhere:
             rows = [(labels.name(k), labels.flat(v), units.unit(k) or units.unit(key)) for k, v in value.items()]
             yield Table(("quantity", "value", "unit"), rows, labels.name(key))
     if "cross" in summary:

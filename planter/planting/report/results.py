@@ -16,6 +16,7 @@ from planter.planting.report import figures
 from planter.planting.report.gearing import gearing, ratios
 from planter.planting.report.page import device_page
 from planter.planting.report.scene import scene
+from planter.planting.scores import curve_angles
 from planter.report import files
 from planter.report.folder import renews
 from planter.view.block import Motion
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from planter.planting.simulation import Simulation
     from planter.records import Record
 
-DENSE = np.linspace(0, 2 * np.pi, 721)
-"""Carrier angles of a figure's curves [rad]."""
 MOVING = (
     "The device over a turn, both sides, with the path of the tip. How wide the nozzle is drawn is a sketch: the "
     "machine file holds its length only; beside it, seen across, the halves that the cam opens."
@@ -124,7 +123,7 @@ def _moving(device: Device, x: Array, before: Array | None = None) -> Motion:
 
 
 def _columns(device: Device, x: Array) -> dict[str, Array]:
-    return cycle.cycle(device, device.prologue(x), DENSE).columns()
+    return cycle.cycle(device, device.prologue(x), curve_angles(device, x)).columns()
 
 
 def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None) -> dict[str, Figure]:

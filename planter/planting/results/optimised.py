@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from planter.planting.designer.results import DesignersSummary
+from planter.planting.results.simulated import TrueExtremes
 from planter.planting.results.stated import Design, Direction, Requirement
 from planter.planting.whole.results import WholeTeeth
 from planter.records import Record
@@ -51,9 +53,26 @@ class Proof(Record):
 
 
 @dataclass(frozen=True)
-class GlobalBound(Record):
-    """No design of the box has an objective below `lower_bound`: the gap to the optimum, and how it is said."""
+class SampledScore(Record):
+    """A design scored over the machine file's number of samples."""
 
+    samples: int
+    objective: float
+    range_N: float
+    variance_N2: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class GlobalBound(Record):
+    """No design of the box has an objective below `lower_bound`.
+
+    `kind` is that of this objective: "sampled", over `samples` angles; nothing follows for true extremes then.
+    `objective` is that of the incumbent `design`, the best that is known; `gap` is the difference.
+    """
+
+    kind: Literal["sampled", "true"]
+    samples: int
+    design: Design
     objective: float
     lower_bound: float
     gap: float
@@ -65,9 +84,10 @@ class GlobalBound(Record):
 
 @dataclass(frozen=True)
 class OptimumFound(Record):
-    """An optimum, less its scores in both models."""
+    """An optimum, less its scores in both models; `samples` names the kind of all objectives, ranges and variances."""
 
     method: str
+    samples: int | str
     objective: float
     design: Design
     range_N: float
@@ -100,11 +120,16 @@ class FrontPoint(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class OptimisationFound(Record):
-    """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth where asked for."""
+    """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth where asked for.
+
+    `samples` names the kind of objectives, ranges and variances, whole teeth and front included: "refined" for true
+    extremes and integrals, else a number of angles. `sampled` and `refined` are the optimum's in either kind.
+    """
 
     machine: str
     model: str
     method: str
+    samples: int | str
     objective: float
     design: Design
     range_N: float
@@ -116,7 +141,8 @@ class OptimisationFound(Record):
     effective_parameters: int
     insensitive: list[Direction]
     requirements: list[Requirement] | None = None
-    samples: int | str
+    sampled: SampledScore
+    refined: TrueExtremes
     seed: int
     start_design: Design
     start_range_N: float

@@ -84,7 +84,10 @@ class Lifted(Record):
 
 @dataclass(frozen=True)
 class SimulationFound(Record):
-    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any."""
+    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any.
+
+    `objective` and `support_force` are those of so many `samples`, `refined` those of true extremes and integrals.
+    """
 
     machine: str
     model: str
@@ -105,8 +108,12 @@ class SimulationFound(Record):
 
 @dataclass(frozen=True)
 class SensitivityFound(Record):
-    """`planter sensitivity`: gradient per shown unit, and a basis of the directions that the force does not feel."""
+    """`planter sensitivity`: gradient per shown unit, and a basis of the directions that the force does not feel.
 
+    `objective` and `gradient` are those of so many `samples`.
+    """
+
+    samples: int
     objective: float
     gradient: Design
     effective_parameters: int

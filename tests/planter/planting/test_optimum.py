@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import resource
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
@@ -66,6 +69,37 @@ def test_what_is_written_goes_back_into_every_command(case: str, commented: str,
     assert again["start_objective"] == pytest.approx(found["objective"], rel=1e-12)
     assert again["objective"] <= found["objective"] * (1 + 1e-9)
     assert called("validate", written)["valid"] is True
+
+
+def test_the_true_optimum_is_found_by_default() -> None:
+    """Over 360 samples the design with k6 = 0.0308 seems better; its true objective is not."""
+    found = called("optimise", "wang2017", *SHORT[:4])
+    assert found["samples"] == "refined"
+    assert found["objective"] == pytest.approx(1.9044107, abs=1e-6)
+    assert found["design"]["k6"] == pytest.approx(0.03, abs=1e-9)
+    assert found["refined"]["objective"] == pytest.approx(found["objective"], rel=1e-12)
+    assert found["refined"]["range_N"] == pytest.approx(found["range_N"], rel=1e-12)
+    sampled, start = found["sampled"], called("simulate", "wang2017")
+    assert sampled["samples"] == start["samples"]
+    assert found["start_objective"] == pytest.approx(start["refined"]["objective"], rel=1e-12)
+    design = [f"--set={name}={value!r}" for name, value in found["design"].items()]
+    again = called("simulate", "wang2017", *design)
+    assert sampled["objective"] == pytest.approx(again["objective"], rel=1e-12)
+    assert sampled["range_N"] == pytest.approx(again["support_force"]["range_N"], rel=1e-12)
+    other = called("optimise", "wang2017", *SHORT[:4], "--samples", "360")
+    assert (other["samples"], other["sampled"]["objective"]) == (360, pytest.approx(other["objective"], rel=1e-12))
+    assert other["objective"] < sampled["objective"] < found["objective"] < other["refined"]["objective"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(5))
+def test_every_seed_finds_the_true_optimum_in_a_minute(seed: int) -> None:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--seed", str(seed), "--json"]
+    found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
+    assert found["objective"] == pytest.approx(1.9044107, abs=1e-6)
+    assert found["certificate"]["agreeing_starts"] == found["certificate"]["starts"]
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 60
 
 
 def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:

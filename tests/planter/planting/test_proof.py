@@ -20,7 +20,7 @@ from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.progress import Progress
 from tests.support import xp_arb
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer
 from tests.support.machines import device, machine
 from tests.support.sampled import sampled
 
@@ -186,8 +186,10 @@ def test_a_small_box_is_proved_and_a_false_claim_of_no_effect_is_not() -> None:
 def test_the_command_gives_the_gap_that_it_reaches() -> None:
     found = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
     told = found["proof"]
-    assert set(told) == {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement"}
-    assert told["objective"] == found["objective"]
+    keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
+    assert set(told) == keys
+    assert (told["kind"], told["samples"]) == ("sampled", found["samples"])
+    assert (told["objective"], told["design"]) == (found["objective"], found["design"])
     assert told["proved"] == (told["gap"] <= 1e-6 * told["objective"])
     assert not told["proved"]
     assert told["lower_bound"] < told["objective"]
@@ -195,8 +197,22 @@ def test_the_command_gives_the_gap_that_it_reaches() -> None:
     assert told["statement"].startswith("not proved to 1e-06 of the objective in ")
 
 
-def test_a_proof_is_of_samples_only() -> None:
-    assert "--prove" in refusal("optimise", "wang2017", "--samples", "refined", "--prove")
+def test_the_true_optimum_is_not_claimed_by_a_sampled_proof() -> None:
+    """Over the file's samples another design of the box is better: that one is the incumbent, and is named so."""
+    options = ("--method", "ipopt", "--starts", "1", "--prove", "--prove-seconds", "0", "--set", f"samples={COUNT}")
+    found = answer("optimise", "wang2017", *options)
+    told = found["proof"]
+    assert found["samples"] == "refined"
+    assert (told["kind"], told["samples"]) == ("sampled", COUNT)
+    assert told["objective"] < found["sampled"]["objective"] - 1e-6
+    assert told["design"] != found["design"]
+    assert f"over {COUNT} samples" in told["statement"]
+    scored = answer("simulate", "wang2017", "--set", f"samples={COUNT}",
+                    *(f"--set={name}={value!r}" for name, value in told["design"].items()))  # fmt: skip
+    assert scored["objective"] == pytest.approx(told["objective"], rel=1e-12)
+
+
+def test_a_proof_is_made_where_it_is_asked_for() -> None:
     assert "proof" not in answer("optimise", "wang2017", *SHORT)
 
 
