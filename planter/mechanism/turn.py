@@ -13,6 +13,8 @@ from planter.mechanism.model import LAW, PIVOTS, STATES, Model
 from planter.mechanism.periodicity import Periodicity, periodicity
 from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
+from planter.numerics.angles import turn_deg
+from planter.numerics.extremes import first_extreme
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     result = Result(
         machine=model.file.name,
         samples=count,
-        quantities={key: _quantity(key, values, degrees, ends.get(key), repeats) for key, values in columns.items()},
+        quantities={key: _quantity(key, values, angles, ends.get(key), repeats) for key, values in columns.items()},
         work=_works(model, found, repeats),
         laws=_laws(model, found),
         warnings=[*repeats.warnings(), *lifting.warnings(model, angles, found, not repeats.changes)],
@@ -68,17 +70,17 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     return Turn(model.angle, degrees, columns, ends, meanings, model.places(angles), seconds, result)
 
 
-def _quantity(key: str, values: Array, degrees: Array, end: float | None, repeats: Periodicity) -> Quantity:
-    low, high = int(np.argmin(values)), int(np.argmax(values))
+def _quantity(key: str, values: Array, angles: Array, end: float | None, repeats: Periodicity) -> Quantity:
+    low, high = (turn_deg(float(angles[first_extreme(angles, values, sign)])) for sign in (-1, 1))
     mean, square = (None, None) if key in repeats.changes or end is None else _means(values, end)
     return Quantity(
         unit=units.unit(key),
-        min=float(values[low]),
-        max=float(values[high]),
+        min=float(values.min()),
+        max=float(values.max()),
         mean=mean,
         rms=None if square is None else float(np.sqrt(square)),
-        min_deg=float(degrees[low]),
-        max_deg=float(degrees[high]),
+        min_deg=low,
+        max_deg=high,
     )
 
 

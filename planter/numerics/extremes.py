@@ -22,6 +22,10 @@ Function = Callable[[Array], Array]
 
 TRIED = 3
 """Local extremes among the samples that are refined, the best first."""
+TIE_TOLERANCE = 1e-9
+"""Values tie that differ by less than this share of the largest size: rounding alone may decide between them."""
+SAME_ANGLE = 1e-3
+"""Places closer than this belong to one extreme [rad]."""
 CLOSE = 1e-9
 """How close an extreme is looked for, as a share of the samples' spacing."""
 
@@ -50,6 +54,20 @@ def largest(function: Function, places: Array, closed: bool = False) -> Extreme:
     """The largest value, as `least` has the least."""
     found = least(lambda x: -function(x), places, closed)
     return Extreme(found.place, -found.value)
+
+
+def first_extreme(angles: Array, values: Array, sign: int) -> int:
+    """Return the index of the largest (+1) or least (-1) of values (n,) at angles (n,) [rad] of a cycle.
+
+    Of extremes that tie the one at the smallest angle in [0, 2 pi) counts, so that it does not hang on rounding.
+    """
+    signed = sign * values
+    tied = np.flatnonzero(signed >= signed.max() - TIE_TOLERANCE * np.abs(values).max())
+    folded = np.mod(angles[tied] + SAME_ANGLE, 2 * np.pi) - SAME_ANGLE
+    if len(tied) == len(values):
+        return int(tied[folded.argmin()])
+    near = tied[folded <= folded.min() + SAME_ANGLE]
+    return int(near[signed[near].argmax()])
 
 
 def each(function: Callable[[float], float]) -> Function:

@@ -14,7 +14,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics import quadrature, roots
 from planter.numerics.arrays import Integers
-from planter.numerics.extremes import Extreme
+from planter.numerics.extremes import Extreme, first_extreme
 
 Rates = Callable[[Array], tuple[Array, Array]]
 """Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second derivatives."""
@@ -110,7 +110,6 @@ class _Owned:
 
 
 def _best(inside: Array, found: Array, places: Array, values: Array, sign: int) -> Extreme:
-    """The largest (+1) or least (-1) of values at stationary places and at known ones."""
+    """The largest (+1) or least (-1) of values at stationary places and at known ones; of ties the first place."""
     at, every = np.append(places, inside), np.append(values, found)
-    best = int(np.argmax(sign * every))
-    return Extreme(float(at[best]), float(every[best]))
+    return Extreme(float(at[first_extreme(at, every, sign)]), sign * float((sign * every).max()))

@@ -9,6 +9,7 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
+from planter.numerics.extremes import first_extreme
 from planter.planting import quantities
 from planter.planting.functions import Prologue
 from planter.planting.model import Device
@@ -103,7 +104,7 @@ def warnings(device: Device, x: Array, turn: Cycle) -> list[Warned]:
 def _lost(turn: Cycle, key: str, name: str, text: str) -> Warned:
     force = turn.sides[0][key]
     pulled = force < 0
-    worst = int(np.argmin(force))
+    worst = first_extreme(turn.phi, force, -1)
     share = 100 * pulled.mean()
     message = (
         f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.angles import turn_deg
+from planter.numerics.extremes import first_extreme
 from planter.planting.cycle import statistics
 from planter.planting.drive import run
 from planter.planting.drive.model import Driven, Motor, State
@@ -73,15 +75,15 @@ def drive(
 
 
 def _speed(turn: Course, mean: float) -> Speed:
-    high, low = int(np.argmax(turn.omega)), int(np.argmin(turn.omega))
-    most, least = float(turn.omega[high]), float(turn.omega[low])
+    high, low = (turn_deg(float(turn.phi[first_extreme(turn.phi, turn.omega, sign)])) for sign in (1, -1))
+    most, least = float(turn.omega.max()), float(turn.omega.min())
     return Speed(
         mean_rpm=mean * RPM,
         max_rpm=most * RPM,
         min_rpm=least * RPM,
         fluctuation=(most - least) / mean,
-        max_deg=float(np.degrees(turn.phi[high])),
-        min_deg=float(np.degrees(turn.phi[low])),
+        max_deg=high,
+        min_deg=low,
     )
 
 

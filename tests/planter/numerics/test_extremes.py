@@ -8,6 +8,7 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics import extremes
+from planter.numerics.extremes import first_extreme
 
 PERIOD = np.arange(48) * 2 * np.pi / 48
 
@@ -92,3 +93,30 @@ def test_a_jump_between_pieces_is_no_stationary_place() -> None:
     joined = np.array([True, False, True])
     found, _ = extremes.stationary(lambda x: (np.sign(x - 1), np.zeros_like(x)), places, slopes, joined)
     assert len(found) == 0
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("noise", [0.0, 1e-14, -1e-14])
+def test_of_ties_the_first_angle_counts(sign: int, noise: float) -> None:
+    """A force that repeats every half cycle: rounding must not decide between its two peaks."""
+    angles = 2 * np.pi * np.arange(360) / 360
+    values = sign * (3 + np.cos(2 * angles - 0.7))
+    values[200] += noise
+    assert first_extreme(angles, values, sign) == 20
+    values[210] += sign
+    assert first_extreme(angles, values, sign) == 210
+
+
+def test_a_tie_at_zero_is_not_a_cycle_later() -> None:
+    angles = np.array([np.pi - 1e-13, 2 * np.pi - 1e-13, 1.0])
+    assert first_extreme(angles, np.array([1.0, 1.0, 0.0]), 1) == 1
+    assert first_extreme(angles, np.array([1.0, 0.5, 0.0]), 1) == 0
+
+
+def test_a_constant_has_its_extreme_where_the_cycle_begins() -> None:
+    assert first_extreme(np.arange(6.0), np.full(6, 7.0) + 1e-15 * np.arange(6), 1) == 0
+
+
+def test_beside_a_peak_its_own_place_counts() -> None:
+    angles = np.array([0.5 - 1e-5, 0.5, 0.5 + np.pi, 1.0])
+    assert first_extreme(angles, np.array([1 - 1e-11, 1.0, 1.0, 0.0]), 1) == 1

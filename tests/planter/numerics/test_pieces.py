@@ -56,3 +56,20 @@ def test_without_breaks_the_turn_is_one_piece() -> None:
 
 def test_breaks_on_top_of_each_other_are_one() -> None:
     assert len(Pieces(functions, np.array([1.0, 1.0 + 1e-12, 4.0])).breaks) == 2
+
+
+@pytest.mark.parametrize("noise", [1e-14, -1e-14])
+def test_of_peaks_that_tie_the_first_is_named(noise: float) -> None:
+    """A device whose second side repeats the first half a cycle later, each evaluated with its own rounding."""
+
+    def repeated(phi: Array) -> tuple[Array, Array]:
+        later = np.where(np.mod(phi, TURN) > np.pi, noise, 0.0)
+        return (np.sin(2 * phi + 0.4) + later)[None], 2 * np.cos(2 * phi + 0.4)[None]
+
+    def bends(phi: Array) -> tuple[Array, Array]:
+        return repeated(phi)[1], -4 * np.sin(2 * phi + 0.4)[None]
+
+    low, high = Pieces(repeated, np.empty(0)).extremes(np.array([0]), bends)[0]
+    assert high.place == pytest.approx(np.pi / 4 - 0.2, abs=1e-7)
+    assert low.place == pytest.approx(3 * np.pi / 4 - 0.2, abs=1e-7)
+    assert high.value == pytest.approx(1 + max(noise, 0), abs=1e-15)

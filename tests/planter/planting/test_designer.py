@@ -170,11 +170,12 @@ def test_every_sentence_of_an_optimisation_is_computed() -> None:
     assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; the box binds in 0 of 10"
     alone = _optimum({"range_N": 3.2, "certificate": {**proof, "agreeing_starts": 1}})
     assert "+2.6 %, not certified" in optimisation.statement(3.12, alone, 10)
+    assert "to 3.200 N over 60 samples" in optimisation.statement(3.12, dataclasses.replace(alone, samples=60), 10)
 
 
 def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
     counts = {"objective": 1, "gradient": 1, "hessian": 1}
-    own = {"method": "ipopt", "objective": 1.0, "design": {}, "range_N": 1.0, "variance_N2": 1.0,
+    own = {"method": "ipopt", "samples": "refined", "objective": 1.0, "design": {}, "range_N": 1.0, "variance_N2": 1.0,
            "start_objective": 2.0, "evaluations": counts, "seconds": 1.0, "certificate": {},
            "effective_parameters": 8, "insensitive": []}  # fmt: skip
     return optimisation.OptimumFound.read({**own, **changes})

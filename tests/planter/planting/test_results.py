@@ -14,6 +14,7 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import optimise
 from planter.planting.report import results as report
+from planter.planting.scores import curve_angles
 from planter.planting.simulation import sensitivity, simulate
 from planter.report import files
 from planter.report.folder import NAME
@@ -56,7 +57,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(optimisation, "FRONT_POINTS", 2)
-    monkeypatch.setattr(Device, "compile", lambda self: None)  # not worth it for one start
+    monkeypatch.setattr(Device, "compile", lambda self, refined: None)  # not worth it for one start
     device = Device(load("wang2017"))
     found = optimise(device, "ipopt", "60", starts=1)
     numbers = {"summary.json", "cycle.csv", "optimum.toml"}
@@ -78,6 +79,22 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     ranges = [one.range_N for one in with_front.result.front]
     assert ranges == sorted(ranges)
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
+
+
+def test_one_report_has_one_range_of_a_design(tmp_path: Path) -> None:
+    """True extremes stand in table and figure; those of samples stand beside them, under their number."""
+    device = Device(load("wang2017"))
+    found = simulate(device)
+    report.write_simulation(tmp_path, device, found)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    true, sampled = found.result.refined.range_N, found.result.support_force.range_N
+    assert f"{true:.6g}" in page
+    assert f"{found.result.samples} samples" in page
+    drawn = report._forces({"exact": device}, device.design)["support_force"].axes[0].get_title()
+    assert f"{true:.4g}" != f"{sampled:.4g}"
+    assert drawn == f"range: exact {true:.4g} N"
+    phi = curve_angles(device, device.design)
+    assert np.ptp(device.support(device.prologue(device.design), phi)) == pytest.approx(true, rel=1e-12)
 
 
 def test_the_device_that_is_optimised_stays_as_it_is() -> None:
