@@ -40,6 +40,7 @@ class Kernel:
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
         self.work = Work(function, self.lanes, summed)
         self._way = backends.virtual_machine(self.work)
+        self._compiling: threading.Thread | None = None
 
     @property
     def way(self) -> str:
@@ -60,7 +61,14 @@ class Kernel:
         if wait or backends.kept(self.work):
             self._way = backends.fastest(self.work)
         else:
-            threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True).start()
+            self._compiling = threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True)
+            self._compiling.start()
+
+    def settle(self) -> None:
+        """Wait for what is compiled in the background: from then on all calls are evaluated the same way."""
+        if self._compiling is not None:
+            self._compiling.join()
+            self._compiling = None
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column each."""

@@ -98,6 +98,7 @@ class Planting:
         """Prologue and lanes in machine code; None where any of them is not compiled."""
         device, force = self.device, self.device.force
         offsets = force.shares.offsets
+        force.hessian_kernel.settle()
         prologue, curvature = device.prologue_kernel.compiled, device.prologue_hessian_kernel.compiled
         kernels = (force.value_kernel, force.slopes_kernel, force.hessian_kernel)
         value, slopes, bending = (kernel.interface(angles * len(offsets)) for kernel in kernels)

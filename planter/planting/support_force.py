@@ -177,7 +177,11 @@ class SupportForce:
         return self._folded(found["force"])[0], self._folded(found["g"]).T
 
     def hessian(self, at: Prologue, phi: Array, weights: Array) -> Array:
-        """Weighted sum over the angles of the Hessian in (phi, x), (1 + p, 1 + p)."""
+        """Weighted sum over the angles of the Hessian in (phi, x), (1 + p, 1 + p).
+
+        The first one waits for the compiler: else it would hang on a race which rounding a search goes on with.
+        """
+        self.hessian_kernel.settle()
         found = self.hessian_kernel(dh=self.entries(at), weight=self._tiled(weights), **self._inputs(at, phi))
         return self._with_prologue(at, found["packed"][:, 0], found["slope"][:, 0])
 

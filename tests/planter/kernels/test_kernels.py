@@ -159,6 +159,15 @@ class TestCompiled:
         assert kernel(x=[3.0])["y"][0, 0] == 9
         assert backends.kept(kernel.work)
 
+    def test_settled_it_is_evaluated_one_way(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
+        x = ca.SX.sym("x")
+        kernel = Kernel(ca.Function("settled", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+        kernel.compile(wait=False)
+        kernel.settle()
+        assert kernel.way == "lanes"
+        kernel.settle()
+
     def test_a_kept_one_is_there_at_once(self, kernel: Kernel) -> None:
         kernel.compile()
         other = Kernel(kernel.function, lanes=["phi"])

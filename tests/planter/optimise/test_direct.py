@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 import pytest
 
+from planter.kernels import backends
+from planter.kernels.work import Work
 from planter.optimise import direct, ipopt
 from planter.optimise.descent import descend
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.range_and_spread import problem as over_turn
-from planter.planting import file
+from planter.planting import file, search
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.planting.objective import problem as problem_of
@@ -88,3 +91,19 @@ def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.M
 
 def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
     assert direct.functions(programme(Device(file.load("wang2017")))) is None
+
+
+def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Hessian is compiled in the background: a search that began before its end took other steps."""
+    known = search.run(device, "ipopt", SAMPLES, starts=1).evaluations
+    late, fastest = Device(device.machine, device.model), backends.fastest
+
+    def slow(work: Work) -> backends.Way:
+        time.sleep(1.0 if work.function.name() == "bending" else 0.0)
+        return fastest(work)
+
+    monkeypatch.setattr(backends, "kept", lambda work: False)
+    monkeypatch.setattr(backends, "fastest", slow)
+    late.compile()
+    assert late.force.hessian_kernel.way == "casadi-vm"
+    assert search.run(late, "ipopt", SAMPLES, starts=1).evaluations == known
