@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
+from typing import Any, Never
 
 import casadi as ca
 import numpy as np
@@ -41,6 +42,10 @@ class Kernel:
         self.work = Work(function, self.lanes, summed)
         self._way = backends.virtual_machine(self.work)
         self._compiling: threading.Thread | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As its function: where it is loaded it is evaluated by the virtual machine until it is compiled there."""
+        return Kernel, (self.function, self.lanes, self.work.summed)
 
     @property
     def way(self) -> str:
@@ -162,6 +167,11 @@ class Bound:
         shapes = ((height, width * columns) for height, width in sizes)
         self.outputs: dict[str, Array] = dict(zip(kernel.outputs, map(np.zeros, shapes), strict=True))
         self._prepare()
+
+    def __reduce__(self) -> Never:
+        raise TypeError(
+            f"{self._kernel._name} is bound to arrays of this process: pickle the kernel, and bind it there"
+        )
 
     def __call__(self) -> dict[str, Array]:
         """The outputs at what stands in the inputs now."""

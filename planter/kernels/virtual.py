@@ -6,7 +6,6 @@ are put together one at a time, and a fork waits for that: its child has no lock
 
 from __future__ import annotations
 
-import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -16,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from planter.kernels import forks
 from planter.kernels.interrupts import uninterrupted
 from planter.kernels.work import Array, Work
 
@@ -23,10 +23,7 @@ KEPT_BYTES = 16_000_000
 """Memory that a kernel keeps in each thread for the numbers of lanes it was last called with; the last always."""
 
 _PUT_TOGETHER = threading.RLock()
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(
-        before=_PUT_TOGETHER.acquire, after_in_parent=_PUT_TOGETHER.release, after_in_child=_PUT_TOGETHER.release
-    )
+forks.guard(_PUT_TOGETHER)
 
 
 class VirtualMachine:

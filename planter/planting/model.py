@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
 from collections.abc import Mapping
 from functools import cached_property
@@ -86,14 +85,18 @@ class Device:
 
         Raises GeometryError where the machine's own design has no gears; the corners of its bounds are not looked at.
         """
-        found = copy.copy(self)
-        found.__dict__.pop("force", None)
+        found = Device.__new__(Device)
+        vars(found).update({name: value for name, value in vars(self).items() if name != "force"})
         found._take(machine)
         for index, pair in enumerate(self.stages):
             own = Candidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
             pair.check_parameters(own)
             pair.check_radius(own)
         return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As its machine, model and numbers: where it is loaded it is built, and compiled if it was."""
+        return _rebuilt, (self.machine, self.model, self.compiled, self.design, self.constants)
 
     def compile(self, refined: bool = False) -> None:
         """Run what a search calls again and again in the fastest way that there is here.
@@ -218,3 +221,12 @@ class Device:
     def support_slopes(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
         """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI unit of x]."""
         return self.force.slopes(at, phi)
+
+
+def _rebuilt(machine: Machine, model: Model, compiled: bool, design: Array, constants: Array) -> Device:
+    """A device that was pickled."""
+    found = Device(machine, model)
+    found.design, found.constants = design, constants
+    if compiled:
+        found.compile()
+    return found

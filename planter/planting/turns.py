@@ -63,6 +63,10 @@ class Turns:
         """How a turn is evaluated: `lanes`, or the fastest of the other ways that there is."""
         return "lanes" if self._native else self.device.force.slopes_kernel.way
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As its device and samples: where it is loaded, memory and compiled functions are its own."""
+        return Turns, (self.device, self.samples)
+
     def copy(self) -> Turns:
         """The same with memory of its own."""
         return Turns(self.device, self.samples)

@@ -1,5 +1,6 @@
 """The strict call layer, in CasADi's virtual machine and compiled."""
 
+import pickle
 import signal
 import threading
 from pathlib import Path
@@ -187,3 +188,16 @@ def test_without_compiler_or_cache_it_works_all_the_same(
     assert kernel(phi=0.0, x=[2.0, 3.0])["y"][0, 0] == 3
     assert [r.levelname for r in caplog.records] == ["WARNING"]
     assert not backends.kept(kernel.work)
+
+
+def test_a_pickled_kernel_is_the_same_function(kernel: Kernel) -> None:
+    again = pickle.loads(pickle.dumps(kernel))
+    assert (again.lanes, again.names, again.way) == (kernel.lanes, kernel.names, "casadi-vm")
+    inputs = {"phi": [0.0, 1.0], "x": [2.0, 3.0]}
+    assert again(**inputs)["y"].tolist() == kernel(**inputs)["y"].tolist()
+
+
+def test_a_bound_kernel_says_what_to_pickle(kernel: Kernel) -> None:
+    bound = kernel.bind(phi=np.zeros((1, 2)), x=np.ones((2, 1), order="F"))
+    with pytest.raises(TypeError, match="pickle the kernel"):
+        pickle.dumps(bound)

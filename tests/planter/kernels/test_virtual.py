@@ -93,8 +93,17 @@ def test_threads_compute_at_the_same_time_in_memory_of_their_own(kernel: Kernel)
 
 FORK = """
 import os, sys, threading
+from functools import cached_property
 import casadi as ca, numpy as np
 from planter.kernels import Kernel, virtual
+
+class Lazy:
+    def __init__(self, compute):
+        self.compute = compute
+
+    @cached_property
+    def value(self):
+        return self.compute()
 
 x = ca.SX.sym("x")
 kernel = Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]), lanes=["x"])
@@ -114,7 +123,7 @@ inside.wait()
 {before}
 child = os.fork()
 if child == 0:
-    os._exit(0 if kernel(x=[1.0, 3.0, 4.0])["y"].tolist() == [[1.0, 9.0, 16.0]] else 3)
+    os._exit(0 if Lazy(dict).value == dict() and kernel(x=[1.0, 3.0, 4.0])["y"].tolist() == [[1.0, 9.0, 16.0]] else 3)
 out.set()
 thread.join()
 sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
@@ -123,6 +132,8 @@ IN_A_KERNEL = """
     kernel(x=[1.0, 2.0])
     kernel._way._calls[2]._run = wait
     kernel(x=[1.0, 2.0])"""
+COMPUTING_A_PROPERTY = """
+    Lazy(wait).value"""
 PUTTING_TOGETHER = """
     with virtual._PUT_TOGETHER:
         wait()"""
@@ -131,8 +142,8 @@ PUTTING_TOGETHER = """
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 @pytest.mark.parametrize(
     ("occupied", "before"),
-    [(IN_A_KERNEL, ""), (PUTTING_TOGETHER, "threading.Timer(0.2, out.set).start()")],
-    ids=["in a kernel", "putting a function together"],
+    [(IN_A_KERNEL, ""), (COMPUTING_A_PROPERTY, ""), (PUTTING_TOGETHER, "threading.Timer(0.2, out.set).start()")],
+    ids=["in a kernel", "computing a cached property", "putting a function together"],
 )
 def test_a_fork_while_another_thread_works(occupied: str, before: str) -> None:
     program = FORK.format(occupied=occupied, before=before)

@@ -1,5 +1,6 @@
 """The objective over a turn and its derivatives: against other engines, differences, and across the ways."""
 
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from types import SimpleNamespace
@@ -258,3 +259,20 @@ def test_without_a_compiler_it_works_with_one_warning(
     expected = turns("wang2017", "exact", "casadi-vm", EVEN)
     assert subject.gradient(subject.device.design)[0] == expected.gradient(subject.device.design)[0]
     assert len(caplog.records) == 1
+
+
+def test_pickled_turns_are_those_of_their_machine() -> None:
+    """Another machine, model and number of samples than the built-in ones, and data that were changed afterwards."""
+    device = made("compact", "printed")
+    device.constants = device.constants * 1.01
+    turns = Turns(device, EVEN)
+    again = pickle.loads(pickle.dumps(turns))
+    assert (again.samples, again.device.model, again.device.machine) == (EVEN, "printed", device.machine)
+    assert (
+        again.value(device.design)
+        == turns.value(device.design)
+        != Turns(made("compact", "printed"), EVEN).value(device.design)
+    )
+    alike = device.like(device.machine)
+    assert alike.force is not device.force
+    assert pickle.loads(pickle.dumps(alike)).named(alike.design) == alike.named(alike.design)
