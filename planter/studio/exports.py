@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,15 +46,22 @@ class Work:
     there: Path
     command: Sequence[str]
 
-    def files(self, folder: Path) -> list[dict[str, Any]]:
-        """What was written, by paths below the exports of a studio's folder, with sizes."""
-        found = sorted(path for path in self.there.rglob("*") if path.is_file())
+    def state(self) -> dict[Path, tuple[int, int]]:
+        """What is there, each file with marks that change if it is written again."""
+        found = ((path, path.stat()) for path in self.there.rglob("*") if path.is_file())
+        return {path: (stat.st_mtime_ns, stat.st_ino) for path, stat in found}
+
+    def files(self, folder: Path, before: Mapping[Path, tuple[int, int]]) -> list[dict[str, Any]]:
+        """What was written since, by paths below the exports of a studio's folder, with sizes."""
+        found = sorted(path for path, marks in self.state().items() if before.get(path) != marks)
         root = folder / FOLDER
         return [{"path": path.relative_to(root).as_posix(), "bytes": path.stat().st_size} for path in found]
 
 
 async def export(process: Process, folder: Path, works: Sequence[Work]) -> None:
-    """Write exports, and send the files of each when they are there; each replaces what it wrote before.
+    """Write exports, and send the files of each when they are there.
+
+    A command replaces what it wrote before, and refuses to replace anything else.
 
     Raises ComputationError with the sentence of the first command that does not succeed, InputError where its folder
     cannot be written into.
@@ -63,6 +70,8 @@ async def export(process: Process, folder: Path, works: Sequence[Work]) -> None:
     for work in works:
         output_folder(work.there)
         await process.send({"exporting": work.name})
-        await process.command(*work.command)
-        await process.send({"exported": work.name, "folder": str(work.there.parent), "files": work.files(folder)})
+        before = work.state()
+        await process.command(work.command)
+        files = work.files(folder, before)
+        await process.send({"exported": work.name, "folder": str(work.there.parent), "files": files})
     await process.send({"exporting": None})

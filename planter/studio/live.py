@@ -117,8 +117,8 @@ class Live:
 
     async def _search(self, message: Message) -> None:
         machine = self._opening
-        (command,) = (await self.front.ask("search", machine, message)).table().values()
-        answer = await search(self.search, command)
+        asked = (await self.front.ask("search", machine, message)).table()
+        answer = await search(self.search, asked["command"], asked["labels"])
         found = await self.front.ask("sought", machine, {"answer": answer})
         await self.search.send(found.table())
 

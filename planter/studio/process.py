@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from planter import legible, workers
 from planter.errors import ComputationError, PlanterError
+from planter.studio.words import to_page_words
 
 Send = Callable[[dict[str, Any]], Awaitable[None]]
 
@@ -37,8 +39,8 @@ class Process:
             self._process.terminate()
         self._process = self._work = None
 
-    async def command(self, *words: str) -> str:
-        """What `planter WORDS` prints; its progress is sent line by line.
+    async def command(self, words: Sequence[str], labels: Mapping[str, str] = MappingProxyType({})) -> str:
+        """What `planter WORDS` prints; its progress is sent line by line, files called by their `labels`.
 
         Raises ComputationError with the sentence of a command that does not succeed.
         """
@@ -49,11 +51,11 @@ class Process:
         last = ""
         while part := await process.stderr.read(4096):
             for line in _lines(part.decode("utf-8", "replace")):
-                last = line
-                await self.send({"progress": line})
+                last = to_page_words(line, labels)
+                await self.send({"progress": last})
         text = await answer
         if await process.wait():
-            raise ComputationError(last or f"{words[0]} was given up")
+            raise ComputationError(last.removeprefix("planter: ") or f"{words[0]} was given up")
         return text.decode("utf-8")
 
     async def _done(self, work: Coroutine[Any, Any, None]) -> None:

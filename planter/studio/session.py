@@ -16,6 +16,7 @@ from planter.files.derivation import GENERATED
 from planter.files.text import parse_toml, read_text
 from planter.report import files
 from planter.studio import exports
+from planter.studio.words import to_page_words
 from planter.view.channels import course, packed
 from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
@@ -54,10 +55,7 @@ class Session:
 
     def in_page_words(self, error: PlanterError) -> str:
         """Return the sentence of an error with files called as the page calls them."""
-        sentence = error.message
-        for place, label in self._labels.items():
-            sentence = sentence.replace(place, label)
-        return sentence
+        return to_page_words(error.message, self._labels)
 
     def open(self, message: Message) -> dict[str, Any]:
         """A machine by name, or by the text of its file: what a page needs to show it."""
@@ -147,7 +145,7 @@ class Session:
             raise InputError(f"{machine.name} has nothing to search for")
         place = self._put_aside("search", "machine.toml", machine.text(self._asked(message)[0]))
         chosen = ("--model", model) if len(machine.models) > 1 else ()
-        return {"command": [*machine.search, str(place), *chosen, "--json"]}
+        return {"command": [*machine.search, str(place), *chosen, "--json"], "labels": {str(place): machine.name}}
 
     def sought(self, message: Message) -> dict[str, Any]:
         """What the search has found, from the result of its command."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from planter import legible
 from planter.errors import InputError
 
 
@@ -42,7 +43,9 @@ class Export:
         for one in self.asks:
             value = numbers.get(one.option, one.value)
             if not (isinstance(value, int | float) and 0 < value < float("inf")):
-                raise InputError(f"{one.option} {value} is not allowed: it must be a number above zero")
+                raise InputError(
+                    f"{one.meaning} = {legible.value(value)} is not allowed: it must be a number above zero"
+                )
             told += [one.option, repr(float(value))]
         return [*told, "--out", str(folder / self.file)]
 

@@ -69,6 +69,32 @@ def test_what_is_written_is_what_the_command_writes(motion: list[dict[str, Any]]
     assert (own / table).read_text().splitlines()[-361:] == known[table].read_text().splitlines()[-361:]
 
 
+def test_exports_leave_the_files_of_the_user(address: str, folder: Path, motion: list[dict[str, Any]]) -> None:
+    """Notes in the folder of an export stay, and are not offered as its files."""
+    notes = folder / "exports" / "wang2017" / "motion-csv" / "notes.txt"
+    notes.write_text("mine", encoding="utf-8")
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="wang2017")
+        again = exported(talk, names=["motion-csv"], values=VALUES, model="printed")
+    assert notes.read_text(encoding="utf-8") == "mine"
+    assert {one["path"] for one in again} == {one["path"] for one in motion}
+
+
+@pytest.mark.parametrize("place", ["shi2021", "shi2021/animation"])
+def test_a_file_in_the_place_of_a_folder_is_reported(address: str, folder: Path, place: str) -> None:
+    standing = folder / "exports" / place
+    standing.parent.mkdir(parents=True, exist_ok=True)
+    standing.write_text("mine", encoding="utf-8")
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name="shi2021")
+        sentence = exported(talk, names=["animation"])
+        assert isinstance(sentence, str)
+        assert str(standing) in sentence
+        assert answer(talk, "file", ask="file", values={})
+    assert standing.read_text(encoding="utf-8") == "mine"
+    standing.unlink()
+
+
 def test_what_was_written_can_be_fetched_and_nothing_else(
     address: str, folder: Path, motion: list[dict[str, Any]]
 ) -> None:
@@ -101,8 +127,11 @@ def test_an_export_can_be_given_up(address: str) -> None:
     ("message", "sentence"),
     [
         ({"names": ["../report"]}, r"^\.\./report is not allowed: it must be one of report, optimum, gears"),
-        ({"names": ["cam"], "numbers": {"--roller-mm": None}}, "--roller-mm None is not allowed: it must be a number"),
-        ({"names": ["cam"], "numbers": {"--roller-mm": float("inf")}}, "--roller-mm inf is not allowed"),
+        (
+            {"names": ["cam"], "numbers": {"--roller-mm": None}},
+            "radius of the roller.* = null is not allowed: it must be a number",
+        ),
+        ({"names": ["cam"], "numbers": {"--roller-mm": float("inf")}}, "radius of the roller.* = inf is not allowed"),
         ({"names": ["report"], "values": {"design.R3_mm": 0}}, "it must be between"),
     ],
 )

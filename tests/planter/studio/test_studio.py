@@ -15,6 +15,7 @@ from playwright.sync_api import expect
 from websockets.exceptions import InvalidStatus
 
 from planter.errors import InputError
+from planter.files.examples import example
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
@@ -184,6 +185,18 @@ def test_numbers_beyond_their_ends_are_refused(tmp_path: Path, values: dict[str,
     session.open({"name": "wang2017"})
     with pytest.raises(InputError, match=sentence):
         session.seen({"values": values})
+
+
+def test_errors_are_in_the_words_of_a_page(tmp_path: Path) -> None:
+    """Neither the command line, which nobody used, nor a temporary file is named."""
+    session = Session(tmp_path, tmp_path / "scratch")
+    session.open({"text": example("yu2023"), "file": "own.toml"})
+    with pytest.raises(InputError, match=r"bars\.L2_mm = 120") as refused:
+        session.seen({"values": {"bars.L1_mm": 139, "bars.L2_mm": 120}})
+    assert "command line" in str(refused.value)
+    sentence = session.in_page_words(refused.value)
+    assert sentence.startswith("own.toml: bars.L2_mm = 120")
+    assert not [word for word in ("command line", "--", str(tmp_path)) if word in sentence]
 
 
 MEASURED = """async () => {
