@@ -1,19 +1,26 @@
 """Arithmetic of a turn against what the core can do at most.
 
-Counted is the arithmetic of the lanes' graph: every operation once (a select and its comparison are one each, signs and
-copies are free), a sine or cosine as the series that is printed for it. A fused multiply-add is two, in the peak as
-well, so that a share of 100 % would need nothing but these. What the prologue and the statistics need is left out.
+Counted is what is executed: of compiled lanes the arithmetic of the vector loop in their machine code, since a
+compiler removes what cancels and what another step computes too; of CasADi's virtual machine, which executes all of
+it, every operation of the graph once (a select and its comparison are one each, signs and copies are free). A fused
+multiply-add is two, in the peak as well, so that a share of 100 % would need nothing but these. Left out is what the
+prologue and the statistics need, and what a function of a library does, such as the arc tangent of vectors.
 """
 
 from __future__ import annotations
 
 import ctypes
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
 from importlib import resources
+from pathlib import Path
 
 from planter.bench.case import Case
 from planter.bench.clock import timed
 from planter.bench.results import Arithmetic, Rate
-from planter.kernels import Kernel, toolchain
+from planter.kernels import Kernel, backends, toolchain
 from planter.kernels.loops import Graph, functions
 from planter.kernels.loops.graph import Assignment
 from planter.kernels.loops.operations import Operation
@@ -27,11 +34,47 @@ ROUNDS, CYCLES, FUSED = 9, 200_000, 200_000
 
 
 def operations(kernel: Kernel) -> int:
-    """Arithmetic operations of a lane."""
+    """Arithmetic operations of a lane's graph."""
     graph = Graph.of(kernel.function, kernel.lanes)
     found = [a for a in graph.varying if isinstance(a.source, Operation)]
     turned = {a.arguments for a in found if _text(a) in SERIES}
     return sum(_cost(_text(a)) for a in found) + REDUCTION * len(turned)
+
+
+_INSTRUCTION = re.compile(r"^\s+([0-9a-f]+):\s+(\S+)\s*(.*)$", re.MULTILINE)
+_PACKED = re.compile(r"v(add|sub|mul|div|sqrt|max|min|cmp\w*|blend\w*|round|rndscale)pd|(vfn?m(add|sub)\d+pd)")
+_WIDTHS = ("zmm", "ymm")
+
+
+def executed_operations(library: Path, name: str) -> int | None:
+    """Arithmetic operations of a lane in the vector loop of a compiled function, from its machine code.
+
+    None without objdump (GNU binutils), on processors other than x86-64, and where there is no loop in vectors.
+    """
+    tool = shutil.which("objdump")
+    if tool is None:
+        return None
+    command = [tool, "-d", "--no-show-raw-insn", f"--disassemble={name}", str(library)]
+    text = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    instructions = [(address, code, operands) for address, code, operands in _INSTRUCTION.findall(text)]
+    counts = [_vector_operations(body) for body in _loop_bodies(instructions)]
+    return max(counts, default=0) or None
+
+
+def _loop_bodies(instructions: list[tuple[str, str, str]]) -> Iterator[list[tuple[str, str, str]]]:
+    """Instructions from the target of each jump back to that jump."""
+    places = {address: index for index, (address, _, _) in enumerate(instructions)}
+    for index, (_, code, operands) in enumerate(instructions):
+        target = places.get(operands.partition(" ")[0], index) if code.startswith("j") else index
+        if target < index:
+            yield instructions[target : index + 1]
+
+
+def _vector_operations(body: list[tuple[str, str, str]]) -> int:
+    """Operations of the packed arithmetic of a loop on its widest registers; a fused multiply-add is two."""
+    packed = [(found, operands) for _, code, operands in body if (found := _PACKED.fullmatch(code))]
+    widest = next((width for width in _WIDTHS if any(width in operands for _, operands in packed)), None)
+    return sum(2 if found[2] else 1 for found, operands in packed if widest and widest in operands)
 
 
 def _text(assignment: Assignment) -> str:
@@ -62,16 +105,19 @@ class Peak:
         return 64 * self.lanes
 
     def table(self, case: Case, medians_us: dict[str, dict[str, float]]) -> Arithmetic:
-        """Operations a cycle of the ways that evaluate the lanes' graph, from medians by work and way."""
+        """Operations a cycle of the ways whose operations can be counted, from medians by work and way."""
         force, turn = case.device.force, len(case.lanes)
-        counts = {
-            "cycle": turn * operations(force.value_kernel),
-            "cycle+gradient": turn * operations(force.slopes_kernel),
-        }
-        rows = [
-            Rate(work, way, counts[work], rate := counts[work] / (median * 1e-6 * self.hertz),
-                 rate / self.operations_per_cycle)
-            for work, medians in medians_us.items() if work in counts
-            for way, median in medians.items() if way in ("casadi-vm", "casadi-c", "lanes")
-        ]  # fmt: skip
+        kernels = {"cycle": force.value_kernel, "cycle+gradient": force.slopes_kernel}
+        rows = []
+        for work, kernel in kernels.items():
+            counts = {"casadi-vm": operations(kernel), "lanes": _compiled_operations(kernel)}
+            for way, median in medians_us.get(work, {}).items():
+                if count := counts.get(way):
+                    rate = turn * count / (median * 1e-6 * self.hertz)
+                    rows.append(Rate(work, way, turn * count, rate, rate / self.operations_per_cycle))
         return Arithmetic(self.hertz / 1e9, self.operations_per_cycle, rows)
+
+
+def _compiled_operations(kernel: Kernel) -> int | None:
+    kernel.compile()
+    return executed_operations(backends.lane_library(kernel.work), kernel.function.name())

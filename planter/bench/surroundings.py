@@ -22,12 +22,17 @@ def machine() -> Surroundings:
 
 
 def _processor() -> str:
+    """Name of the processor, with family, model and stepping where the system tells them: names alone may not say."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
         return platform.processor()
-    names = [line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")]
-    return names[0] if names else platform.processor()
+    first = text.partition("\n\n")[0]
+    known = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in first.splitlines())}
+    if "model name" not in known:
+        return platform.processor()
+    numbers = [f"{key.split()[-1]} {known[key]}" for key in ("cpu family", "model", "stepping") if key in known]
+    return f"{known['model name']} ({', '.join(numbers)})" if numbers else known["model name"]
 
 
 def versions() -> dict[str, str]:

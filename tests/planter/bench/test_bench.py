@@ -3,6 +3,8 @@
 import itertools
 import json
 import math
+import platform
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -20,7 +22,7 @@ from planter.bench.case import Absent, Case, Contender
 from planter.bench.clock import Disagreement, agree, race
 from planter.bench.results import Benchmark, Skipped
 from planter.errors import ComputationError
-from planter.kernels import Kernel, toolchain
+from planter.kernels import Kernel, backends, toolchain
 from planter.planting.simulation import objective_gradient
 from planter.records import schema
 from tests.support.cli import below
@@ -220,6 +222,23 @@ def test_operations_are_counted() -> None:
     assert rate.operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
     turned = ca.Function("g", [x], [ca.sin(x) + ca.cos(x)], ["x"], ["z"])
     assert rate.operations(Kernel(turned, lanes=["x"])) == 1 + rate.REDUCTION + sum(rate.SERIES.values())
+
+
+@pytest.mark.skipif(not has_compiler() or not shutil.which("objdump"), reason="there is no C compiler or no objdump")
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="machine code of another processor is not counted")
+def test_only_executed_operations_are_counted() -> None:
+    """A product that cancels is in the graph and not in the loop; two sums and two products remain, fused or not."""
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    kept = x * y + x + y * y
+    for function, cancelled in ((ca.Function("kept_part", [x, y], [kept], ["x", "y"], ["z"]), 0),
+                                (ca.Function("with_rest", [x, y], [kept + (x * 3.5 + y) - y - x * 3.5],
+                                             ["x", "y"], ["z"]), 1)):  # fmt: skip
+        kernel = Kernel(function, lanes=["x", "y"])
+        kernel.compile()
+        count = rate.executed_operations(backends.lane_library(kernel.work), function.name())
+        assert count == 4
+        assert rate.operations(kernel) >= 4 + cancelled
+    assert rate.executed_operations(Path("no_such_library.so"), "f") is None
 
 
 @pytest.mark.skipif(not has_compiler(), reason="there is no C compiler")
