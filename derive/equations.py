@@ -89,10 +89,14 @@ Claimed = Balance | Claim | ClaimOf | Definition
 
 @dataclass(frozen=True)
 class Witness:
-    """Values that a source prints of an equation's symbols: digits, in units that the equation allows."""
+    """Values that a source prints of an equation's symbols: digits, in units that the equation allows.
+
+    ``between`` bounds symbols that it prints nothing of by what follows from the values of others, lower bound first.
+    """
 
     where: str
     values: tuple[tuple[Quantity, str], ...]
+    between: tuple[tuple[Quantity, Expr, Expr], ...] = ()
 
 
 @dataclass(frozen=True)

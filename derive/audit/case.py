@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -35,6 +35,11 @@ class Choice:
     @property
     def meaning(self) -> str:
         return "; ".join(answer.meaning for answer in self.answers)
+
+    @property
+    def because(self) -> str:
+        """The places in the paper that admit the answers."""
+        return "; ".join(dict.fromkeys(answer.because for answer in self.answers if answer.because))
 
     @property
     def printed(self) -> dict[sp.Symbol, Expr]:
@@ -110,6 +115,42 @@ class Case:
         open_to = [q.readings for q in self.paper.questions if number in q.numbers]
         return [Choice(answers) for answers in product(*open_to)] if open_to else []
 
+    def linked(self, number: str) -> tuple[str, ...]:
+        """The equations that share a question with this one, directly or through others, in the order of the paper."""
+        found = {number}
+        while more := {n for q in self.paper.questions if found & {*q.numbers} for n in q.numbers} - found:
+            found |= more
+        return tuple(n for n in self.paper.equations if n in found)
+
+    def joint_choices(self, numbers: Collection[str]) -> list[dict[str, Choice]]:
+        """Every way to read linked equations together: each question has one answer, wherever it is asked."""
+        asked = [q for q in self.paper.questions if not {*numbers}.isdisjoint(q.numbers)]
+        return [
+            {n: Choice(tuple(a for q, a in zip(asked, answers, strict=True) if n in q.numbers)) for n in numbers}
+            for answers in product(*(q.readings for q in asked))
+        ]
+
+    def choices_by(self, answers: Mapping[str, str]) -> dict[str, Choice]:
+        """How equations are read, by the meanings of their answers; as they are read first where none is known."""
+        ways = {n: self.choices(n) for n in answers}
+        return {n: next((c for c in ways[n] if c.meaning == told), ways[n][0]) for n, told in answers.items()}
+
+    def read_chains(self, chosen: Mapping[str, Choice]) -> tuple[Chain, Chain]:
+        """The executable chains with their equations as they are read; raises ValueError where the paper has none."""
+        if self.chains is None:
+            raise ValueError(f"{self.paper.name} has no executable chains")
+        side, frame = (
+            replace(chain, equations={n: _chosen(e, chosen.get(n, AS_READ)) for n, e in chain.equations.items()})
+            for chain in self.chains
+        )
+        return side, frame
+
+    @property
+    def executed(self) -> tuple[str, ...]:
+        """The equations that the chains solve, of which the paper leaves something open."""
+        spent = frozenset[str]().union(*(chain.spent for chain in self.chains or ()))
+        return tuple(n for n in self.paper.equations if n in spent and self.choices(n))
+
     @cached_property
     def directions(self) -> frozenset[Quantity]:
         """Angles that are directions: they come in nowhere but by their sines and cosines."""
@@ -165,6 +206,11 @@ class Case:
         here = self.paper.equations[number].residual.free_symbols
         meant = sorted(self.reading_of(number).items(), key=str)
         return joined("; ", (Said(s, " read as ", e) for s, e in meant if s in here))
+
+
+def _chosen(printed: Equation, choice: Choice) -> Equation:
+    residual = printed.residual if choice.text is None else choice.text
+    return replace(printed, residual=residual.xreplace(choice.printed))
 
 
 def _states_a_sum(printed: Equation, derived: Equation) -> bool:

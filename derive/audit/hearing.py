@@ -47,14 +47,29 @@ class Outcome:
 
 
 def heard(case: Case, number: str) -> Outcome:
-    """An equation's outcome; of equally kind readings the one that stands first.
+    """An equation's outcome under the kindest joint reading of all equations that are linked with it."""
+    return heard_together(case, number)[number]
 
-    A reading under which judging raises an error is `not judged`, and the least kind.
+
+def heard_together(case: Case, number: str) -> dict[str, Outcome]:
+    """Outcomes of an equation and of those that share questions with it, under one answer to each question.
+
+    Taken is the joint answer with the least sum of severities; of equally kind ones that which stands first. A reading
+    under which judging raises an error is `not judged`, and the least kind.
     """
-    every = tuple(_attempted(case, number, choice) for choice in case.choices(number))
-    if not every:
-        return Outcome(_attempted(case, number, AS_READ))
-    return Outcome(min(every, key=lambda hearing: hearing.judgement.severity), every)
+    if not case.choices(number):
+        return {number: Outcome(_attempted(case, number, AS_READ))}
+    numbers = case.linked(number)
+    every = {n: tuple(_attempted(case, n, choice) for choice in case.choices(n)) for n in numbers}
+
+    def under(joint: Mapping[str, Choice]) -> dict[str, Hearing]:
+        return {n: next(h for h in every[n] if h.choice == choice) for n, choice in joint.items()}
+
+    def severity(hearings: Mapping[str, Hearing]) -> tuple[int, ...]:
+        return tuple(map(sum, zip(*(h.judgement.severity for h in hearings.values()), strict=True)))
+
+    kindest = min(map(under, case.joint_choices(numbers)), key=severity)
+    return {n: Outcome(hearing, every[n]) for n, hearing in kindest.items()}
 
 
 def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
@@ -89,6 +104,7 @@ def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
         return {}
     said = found.edits[-1].result if found.verdict == "misprint" else solved(hearing.printed, symbol)
     held = case.subject.held(hearing.printed.claims, said)
+    held = {name: left.xreplace(hearing.choice.derived) for name, left in held.items()}
     return {name: left for name, left in held.items() if any(abs(point(left)) > TOLERANCE for point in case.points)}
 
 

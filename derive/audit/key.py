@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from importlib.util import resolve_name
@@ -99,7 +99,17 @@ def _file(module: str) -> Path | None:
 
 
 def of_equation(case: Case, number: str) -> str:
-    """Key of the finding on one equation: the judging code, both sides, the vocabulary, every value that is used."""
+    """Key of the finding on one equation, which is judged with those that it shares questions with."""
+    return of_linked(number, [of_sides(case, other) for other in case.linked(number)])
+
+
+def of_linked(number: str, keys: Sequence[str]) -> str:
+    """Key of the finding on one equation by what each depends on that is judged with it, this one among them."""
+    return keys[0] if len(keys) == 1 else _hashed([number, *keys])
+
+
+def of_sides(case: Case, number: str) -> str:
+    """What the finding on one equation depends on: the judging code, both sides, the vocabulary, every value used."""
     pairs = [pair for choice in case.choices(number) or [AS_READ] for pair in case.footings(number, choice)]
     kept, printed = case.lifted(number), case.paper.equations[number]
     sides = [printed, *(side for pair in pairs for side in pair if side), *([kept] if kept else [])]
@@ -123,10 +133,14 @@ def of_equation(case: Case, number: str) -> str:
     )
 
 
-def of_laws(case: Case) -> str:
-    """Key of the findings on chains as a whole: the code of trial and subject, the subject's files, the equations."""
+def of_laws(case: Case, chosen: Mapping[str, Choice]) -> str:
+    """Key of the findings on chains as a whole: the code of trial and subject, the subject's files, the equations.
+
+    ``chosen`` says how equations are read that can be read in several ways.
+    """
     parts = [engine(f"{__package__}.trial", type(case.subject).__module__)]
     parts += map(_content, case.subject.files())
+    parts += [f"{number} {_choice(choice)}" for number, choice in chosen.items()]
     for chain in case.chains or ():
         parts += [equation(e) for e in chain.equations.values()]
         parts += map(str, chain.order)
@@ -138,13 +152,14 @@ def equation(found: Equation) -> str:
     """An equation as text that says all of it, in canonical order."""
     names = [_name(s) for s in _sorted(found.residual.free_symbols)]
     said = [found.number, found.legibility, str(found.claims), str(found.defines), found.relation]
-    said += [str(found.stated), *found.rebuilt, *(f"{w.where} {w.values}" for w in found.witnesses)]
+    said += [str(found.stated), *found.rebuilt, *(f"{w.where} {w.values} {w.between}" for w in found.witnesses)]
     return "\n".join([*said, *names, sp.srepr(found.residual)])
 
 
 def _choice(choice: Choice) -> str:
     maps = (f"{symbol} {sp.srepr(e)}" for given in (choice.printed, choice.derived) for symbol, e in given.items())
-    return "\n".join([choice.meaning, *maps, sp.srepr(choice.text)])
+    because = (answer.because for answer in choice.answers)
+    return "\n".join([choice.meaning, *because, *maps, sp.srepr(choice.text)])
 
 
 def _name(symbol: sp.Symbol) -> str:

@@ -15,8 +15,9 @@ HEAD = ("| equation | claims to be | legibility | verdict | it hangs on |", "|--
 SOURCE = (
     "What is judged is the machine-read text of each paper. Pieces that could not be read were completed and are",
     "named (`confirmed as rebuilt`); where the text is lost, the derivation stands alone (`reconstructed`). A finding",
-    "that one character decides may be an error of reading. Where a paper leaves open what a symbol means, the",
-    "verdict is that of the reading which is kindest to it, and the others stand beside.",
+    "that one character decides may be an error of reading. Where a paper leaves open what a symbol means, every",
+    "admissible reading is tried. Equations that share a symbol are judged under one meaning of it: the joint reading",
+    "that is kindest to all of them together decides, and the verdicts under the others are listed with it.",
 )
 
 
@@ -112,10 +113,10 @@ def _paragraph(record: Record) -> list[str]:
 
 def _depends(readings: Sequence[Record]) -> Iterator[str]:
     if readings:
-        yield "| reading | verdict | finding |"
-        yield "|---|---|---|"
+        yield "| reading | admitted by | verdict | finding |"
+        yield "|---|---|---|---|"
         for one in readings:
-            yield f"| {one['reading']} | {one['verdict']} | {one['finding']} |"
+            yield f"| {' | '.join(one[key] for key in ('reading', 'because', 'verdict', 'finding'))} |"
         yield ""
 
 
@@ -148,14 +149,20 @@ def _laws(records: Sequence[Record]) -> list[str]:
     lines = ["## Laws of each chain as a whole", "", "Each printed chain, executed over the reference cycle; a law is"]
     lines += ["laid to the smallest set of equations whose repair restores it. A search is exhaustive if every smaller"]
     lines += ["set, and every other of that size, was tried; one by elimination may have missed a smaller set.", ""]
-    lines += ["| paper | law | broken by | unit | laid to | search |", "|---|---|---|---|---|---|"]
+    for paper, reading in {r["paper"]: r["reading"] for r in records if r["reading"]}.items():
+        lines += [
+            f"{paper} is read under the kindest joint reading: {reading}. Read literally: what the generated printed"
+        ]
+        lines += ["model computes, in which each symbol means what the equation that gives it says.", ""]
+    lines += ["| paper | law | broken by | read literally | unit | laid to | search |", "|---|---|---|---|---|---|---|"]
     for record in records:
         sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
         laid = " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
         if record["violation"] is None:
             laid = record["owed"]
-        size = _number(record["violation"], LAW_DIGITS, "unknown")
-        lines += [f"| {record['paper']} | {record['law']} | {size} | {record['unit']} | {laid} | {record['search']} |"]
+        sizes = (_number(record[key], LAW_DIGITS, "unknown") for key in ("violation", "violation_literal"))
+        cells = (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
+        lines += [f"| {' | '.join(cells)} |"]
     lines += ["", "What each of these equations does: what its repair alone takes away, what it alone leaves when all"]
     lines += [
         "others are repaired, and its Shapley value, the mean over all orders of repair. These values add up to",

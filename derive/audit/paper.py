@@ -17,18 +17,24 @@ class Reading:
     """One of the things that a print may be meant to say.
 
     ``printed`` and ``derived`` replace symbols of the print and of its derivation; ``text`` is another way to read the
-    characters, as a residual.
+    characters, as a residual; ``because`` names the place in the paper that admits it.
     """
 
     meaning: str
     printed: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
     derived: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
     text: Expr | None = None
+    because: str = ""
+
+    @property
+    def rereads(self) -> bool:
+        """Whether the print itself says something else under this reading."""
+        return bool(self.printed) or self.text is not None
 
 
 @dataclass(frozen=True)
 class Question:
-    """What a paper leaves open of some of its equations, and every admissible answer."""
+    """What a paper leaves open of some of its equations, and every admissible answer: one holds for all of them."""
 
     numbers: tuple[str, ...]
     readings: tuple[Reading, ...]
@@ -107,7 +113,10 @@ class Paper:
             self.reading.update(meaning)
 
     def admits(self, numbers: Sequence[str], *readings: Reading) -> None:
-        """Every reading that the paper admits of some equations: a verdict is given under each."""
+        """Every reading that the paper admits of some equations, the literal one first: one of them holds for all.
+
+        A verdict is given under each. A symbol that may mean another thing elsewhere has a question of its own there.
+        """
         for number in numbers:
             self._known(number)
         self.questions.append(Question(tuple(numbers), readings))
@@ -116,11 +125,18 @@ class Paper:
         """Pieces of a transcription that cannot be read and were completed."""
         self.equations[number] = replace(self._known(number), rebuilt=pieces)
 
-    def shows(self, number: str, where: str, **values: str) -> None:
-        """Values that the paper prints of an equation's symbols: digits by the symbol's name."""
+    def shows(
+        self, number: str, where: str, between: Mapping[Quantity, tuple[Expr, Expr]] | None = None, **values: str
+    ) -> None:
+        """Values that the paper prints of an equation's symbols: digits by the symbol's name.
+
+        ``between`` holds the least and the largest value that others allow of a symbol without printed values.
+        """
         known = self._known(number)
-        named = {str(s): s for s in known.residual.free_symbols if isinstance(s, Quantity)}
-        witness = Witness(where, tuple((named[name], digits) for name, digits in values.items()))
+        bounds = tuple((symbol, sp.sympify(low), sp.sympify(high)) for symbol, (low, high) in (between or {}).items())
+        asked = known.residual.free_symbols.union(*(low.free_symbols | high.free_symbols for _, low, high in bounds))
+        named = {str(s): s for s in asked if isinstance(s, Quantity)}
+        witness = Witness(where, tuple((named[name], digits) for name, digits in values.items()), bounds)
         self.equations[number] = replace(known, witnesses=(*known.witnesses, witness))
 
     def refers(self, symbols: Sequence[Quantity], *numbers: str) -> None:

@@ -17,7 +17,7 @@ from ..evaluate import Point
 from . import mathml
 from .case import Case
 from .causes import causes
-from .hearing import Outcome, faced, heard, is_fragile, reasons
+from .hearing import Outcome, faced, heard_together, is_fragile, reasons
 from .judgement import Judgement, unjudged
 from .terms import expanded, value
 from .vanishing import Vanished, vanished
@@ -44,8 +44,21 @@ def reusable(known: Record | None, key: str) -> bool:
 
 def equation(case: Case, number: str, key: str) -> Record:
     """The finding on an equation of a paper; `not judged` with the reason where any step of it raises an error."""
+    return equations(case, {number: key})[0]
+
+
+def equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
+    """The findings on equations that are judged together; ``keys`` are theirs, by number."""
     try:
-        return _recorded(case, number, key, heard(case, number))
+        outcomes = heard_together(case, next(iter(keys)))
+    except Exception as error:  # one question must not end the audit of the others
+        return [not_judged(case, number, key, error) for number, key in keys.items()]
+    return [_attempted(case, number, key, outcomes[number]) for number, key in keys.items()]
+
+
+def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
+    try:
+        return _recorded(case, number, key, outcome)
     except Exception as error:  # one equation must not end the audit of the others
         return not_judged(case, number, key, error)
 
@@ -69,6 +82,7 @@ def not_judged(case: Case, number: str, key: str, error: Exception) -> Record:
         "finding": found.finding,
         "fragile": False,
         "reading": "",
+        "answer": "",
         "robust": True,
         "reasons": [],
         "printed": text,
@@ -90,8 +104,8 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     missing, unexplained = _ordered(found.missing), _ordered(found.unexplained)
     lost = printed.legibility == "lost" and printed.residual == 0
     read = _read_as(case, number, outcome)
-    depends = [{"reading": h.choice.meaning, "verdict": h.judgement.verdict, "finding": _told(h.judgement)}
-               for h in outcome.every]  # fmt: skip
+    depends = [{"reading": h.choice.meaning, "because": h.choice.because, "verdict": h.judgement.verdict,
+                "finding": _told(h.judgement)} for h in outcome.every]  # fmt: skip
     return {
         "paper": case.paper.name,
         "equation": number,
@@ -103,6 +117,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "fragile": is_fragile(found),
         "correction": [str(text) for text in corrections],
         "reading": str(read),
+        "answer": outcome.kindest.choice.meaning,
         "depends": [{part: str(text) for part, text in one.items()} for one in depends],
         "robust": outcome.robust,
         "reasons": list(reasons(found, printed, case.subject.actions())),

@@ -294,13 +294,25 @@ def _attempted(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
         return untried(paper, law.name, law.unit, error)
 
 
+def violation(trial: Trial, law: Law) -> float:
+    """Return by how much the chain breaks a law, in four digits; zero where that is rounding."""
+    return float(f"{trial.size(law):.{DIGITS - 1}e}") if trial.broken(law) else 0.0
+
+
+def attempted_violation(trial: Trial, law: Law) -> float | None:
+    """Return by how much the chain breaks a law, None where it cannot be executed."""
+    try:
+        return violation(trial, law)
+    except Exception:  # a law that cannot be tried says nothing of the others
+        return None
+
+
 def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
-    broken = trial.broken(law)
-    causes = trial.causes(law) if broken else Causes([])
+    causes = trial.causes(law) if trial.broken(law) else Causes([])
     return {
         "paper": paper,
         "law": law.name,
-        "violation": float(f"{trial.size(law):.{DIGITS - 1}e}") if broken else 0.0,
+        "violation": violation(trial, law),
         "unit": law.unit,
         "caused_by": list(causes.sets[0]) if causes.sets else [],
         "or_by": [list(chosen) for chosen in causes.sets[1:]],

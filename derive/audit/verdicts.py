@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -17,14 +17,12 @@ from .case import Case
 from .causes import told
 from .judgement import UNJUDGED
 from .references import references
-from .trial import Trial, findings, untried
+from .trial import Trial, attempted_violation, findings, untried
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
 """What is written: the findings, their formulas typeset, and the findings to read."""
 Place = tuple[str, str]
 """Name and file of a module, to load it again in another process."""
-Numbered = tuple[str, str]
-"""Name of a module and number of an equation of its paper."""
 
 
 def cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
@@ -75,33 +73,62 @@ def judged(
     known: Mapping[tuple[str, str], record.Record],
     known_laws: Sequence[record.Record],
 ) -> tuple[list[record.Record], list[record.Record]]:
-    """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel."""
+    """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel.
+
+    A chain is held to its laws as its equations are read, which their judgement decides: those come first.
+    """
     found = cases(modules)
     for case in found.values():
         _ = case.points, case.cycle  # what has no values at all is an error of the subject, not of an equation
-    keys: dict[Numbered, str] = {}
-    records: dict[Numbered, record.Record | None] = {}
-    for m, n in [(m, n) for m, case in found.items() for n in case.paper.equations]:
+    keys, records = {}, {}
+    for m, case in found.items():
+        keys[m], failed = _keys(case)
+        records[m] = {n: failed.get(n) or known.get((case.paper.name, n)) for n in keys[m]}
+    laws = {m: [r for r in known_laws if r["paper"] == case.paper.name] for m, case in found.items() if case.chains}
+    places = [(m, str(sys.modules[m].__file__)) for m in found]
+    with ProcessPoolExecutor(initializer=load, initargs=(places,)) as pool:
+        trials: dict[str, Future[list[record.Record]]] = {}
+        tasks = {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in laws}
+        for m, case in found.items():
+            if m in laws:
+                records[m] |= _results(tasks[m])
+                answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
+                law_key = key.of_laws(case, case.choices_by(answers))
+                if not (laws[m] and all(record.reusable(r, law_key) for r in laws[m])):
+                    trials[m] = pool.submit(_laws, m, answers, law_key)
+        tasks |= {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in found if m not in laws}
+        for m, started in tasks.items():
+            records[m] |= _results(started)
+        laws |= {m: trial.result() for m, trial in trials.items()}
+    judged_equations = [r for of_paper in records.values() for r in of_paper.values() if r is not None]
+    return judged_equations, [_with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper]
+
+
+def _keys(case: Case) -> tuple[dict[str, str], dict[str, record.Record]]:
+    """Keys of all equations of a paper, and records of those that cannot be compared: their key is empty."""
+    alone, failed = dict[str, str](), dict[str, record.Record]()
+    for number in case.paper.equations:
         try:
-            keys[m, n] = key.of_equation(found[m], n)
-            records[m, n] = known.get((found[m].paper.name, n))
+            alone[number] = key.of_sides(case, number)
         except ClaimError:
             raise
         except Exception as error:  # without a key there is no comparison to judge: one line, not the end
-            keys[m, n], records[m, n] = "", record.not_judged(found[m], n, "", error)
-    law_keys = {m: key.of_laws(case) for m, case in found.items() if case.chains}
-    laws = {m: [r for r in known_laws if r["paper"] == found[m].paper.name] for m in law_keys}
-    open_equations = [one for one, old in records.items() if not record.reusable(old, keys[one])]
-    open_laws = [m for m, old in laws.items() if not (old and all(record.reusable(r, law_keys[m]) for r in old))]
-    if open_equations or open_laws:
-        places = [(m, str(sys.modules[m].__file__)) for m in found]
-        with ProcessPoolExecutor(initializer=load, initargs=(places,)) as pool:
-            trials = {m: pool.submit(_laws, m, law_keys[m]) for m in open_laws}
-            new = pool.map(_equation, open_equations, [keys[one] for one in open_equations])
-            records |= zip(open_equations, new, strict=True)
-            laws |= {m: trial.result() for m, trial in trials.items()}
-    judged_equations = [r for r in records.values() if r is not None]
-    return judged_equations, [_with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper]
+            alone[number], failed[number] = str(error), record.not_judged(case, number, "", error)
+    return {n: "" if n in failed else key.of_linked(n, [alone[o] for o in case.linked(n)]) for n in alone}, failed
+
+
+def _submitted(
+    pool: Executor, module: str, case: Case, keys: Mapping[str, str], old: Mapping[str, record.Record | None]
+) -> list[Future[list[record.Record]]]:
+    """Judgement of every equation without a record that still holds, those together that share questions."""
+    still_open = [n for n in keys if not record.reusable(old[n], keys[n])]
+    together = dict.fromkeys(case.linked(n) for n in still_open)
+    return [pool.submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in together]
+
+
+def _results(tasks: Iterable[Future[list[record.Record]]]) -> dict[str, record.Record]:
+    """Records by the number of their equation."""
+    return {str(r["equation"]): r for task in tasks for r in task.result()}
 
 
 def _with_sentence(law: record.Record, equations: Iterable[record.Record]) -> record.Record:
@@ -120,25 +147,29 @@ def load(places: Iterable[Place]) -> None:
             spec.loader.exec_module(sys.modules[name])
 
 
-def _equation(one: Numbered, its_key: str) -> record.Record:
-    module, number = one
-    return record.equation(_case(module), number, its_key)
+def _equations(module: str, keys: Mapping[str, str]) -> list[record.Record]:
+    return record.equations(_case(module), keys)
 
 
-def _laws(module: str, its_key: str) -> list[record.Record]:
-    """The findings on the chains of a case as a whole; none if its subject states no laws.
+def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[record.Record]:
+    """The findings on the chains of a case as a whole, as they are read; none if its subject states no laws.
 
     Where the chains cannot be executed at all there is one record, `not judged`, with the reason.
     """
     case = _case(module)
+    chosen = case.choices_by(answers)
+    told = dict.fromkeys(answer.meaning for choice in chosen.values() for answer in choice.answers if answer.rereads)
     try:
         dynamics = case.subject.dynamics()
         if case.chains is None or dynamics is None:
             return []
-        found = findings(case.paper.name, Trial(*case.chains, dynamics))
+        literal = Trial(*case.chains, dynamics)
+        found = findings(case.paper.name, Trial(*case.read_chains(chosen), dynamics) if told else literal)
+        sizes = [attempted_violation(literal, law) for law in dynamics.laws]
     except Exception as error:  # equations are judged one by one, whatever becomes of their chain
-        found = [untried(case.paper.name, "laws of the chain as a whole", "", error)]
-    return [law | {"key": its_key} for law in found]
+        found, sizes = [untried(case.paper.name, "laws of the chain as a whole", "", error)], [None]
+    as_told = {"reading": "; ".join(told), "key": its_key}
+    return [law | {"violation_literal": size} | as_told for law, size in zip(found, sizes, strict=True)]
 
 
 def _case(module: str) -> Case:

@@ -12,7 +12,7 @@ from ..audit.case import Case
 from ..audit.paper import Paper, Reading
 from ..equations import Definition
 from ..model import System
-from ..systems.clutch import beam, model
+from ..systems.clutch import beam, model, motion
 from ..systems.clutch.quantities import *
 from ..systems.clutch.subject import SUBJECT
 from ..systems.clutch.vocabulary import ClutchClaim
@@ -118,17 +118,58 @@ PAPER.defines("Y1", Y1, S1 - S2, Definition("lag distance at engagement"))
 PAPER.defines("Y2", Y2, S3 - S4, Definition("lag distance at cut-off"))
 PAPER.defines("time", t_c, c / v_c, ClutchClaim.SWITCHING_TIME)
 
-# What the paper leaves open: which mass m2 is, and whether phi is the taper's whole angle.
+# What the paper leaves open: which mass m2 is, how the bearing holds the shaft, what moves at the start of contact,
+# against what rotations of the crank gear count, and whether phi is the taper's whole angle.
 PAPER.admits(
     ["B1", "B2", "12"],
     Reading("m2 is the mass of all of the overhanging shaft"),
-    Reading("m2 is the modal mass of the shaft", {m2: M_1}),
-    Reading("m2 is the mass of the shaft's end, as if all of it were at the contact", {m2: M_1}),
+    Reading("m2 is the modal mass of the shaft", {m2: M_1}, because="(9) takes the first mode alone"),
+    Reading(
+        "m2 is the mass of the shaft's end, as if all of it were at the contact",
+        {m2: M_1},
+        because="the list below (10) calls it the mass of the cantilever's end",
+    ),
+)
+PAPER.admits(
+    ["9", "10"],
+    Reading(
+        "the bearing clamps the shaft",
+        derived={fixity: Integer(1)},
+        because="3.1 calls what overhangs a cantilever, where it names m2",
+    ),
+    Reading("the bearing holds the shaft elastically", because="3.1 names a bearing and no stiffness of it"),
+    Reading(
+        "the shaft turns freely in its bearing",
+        derived={fixity: Integer(0)},
+        because="3.1 puts the origin in a bearing and states no condition for the slope there",
+    ),
+)
+PAPER.admits(
+    ["start"],
+    Reading("the shaft's end starts with the speed at which it leaves the impact together with the body"),
+    Reading(
+        "the shaft's end starts with the speed of the body",
+        derived={rho: Integer(0)},
+        because="(8) is the equation of a beam, whose end has no mass of its own: no impulse is needed to move it",
+    ),
+)
+PAPER.admits(
+    ["6", "7a", "7b"],
+    Reading(
+        "rotations of the crank gear count absolutely",
+        {theta_Amax: (1 + k) * theta_Amax},
+        because="the list below (6) names a rotation of the crank gear, and nothing that it is counted against",
+    ),
+    Reading(
+        "rotations of the crank gear count relative to the link",
+        derived={motion.gear_rate(): motion.gear_rate() - 1},
+        because="(7) gives the largest of them by the angle between crank and guide, which the link carries",
+    ),
 )
 PAPER.admits(
     ["4b", "4c", "4d", "5a", "5c", "5d"],
     Reading("phi is the inclination of the surface to the axis"),
-    Reading("phi is the whole angle of the taper", {phi: 2 * phi}),
+    Reading("phi is the whole angle of the taper", {phi: 2 * phi}, because="2.3 says axial angle; fig. 6 is lost"),
 )
 
 PAPER.shows("k", "the radii for a ratio of 0.3", r_A="14", r_D="46", k="0.3")

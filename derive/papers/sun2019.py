@@ -10,7 +10,7 @@ from sympy import Abs, Integer, S, pi
 
 from ..audit.case import Case
 from ..audit.paper import Paper, Reading
-from ..equations import Claimed, Definition
+from ..equations import Claimed
 from ..systems.mapping.quantities import *
 from ..systems.mapping.subject import SUBJECT
 from ..systems.mapping.vocabulary import MappingClaim
@@ -73,7 +73,7 @@ PAPER.equation(
 PAPER.defines("real solutions", n_real, Integer(2), MappingClaim.REAL_SOLUTIONS)
 
 # step 3: angle curve and total ratio
-PAPER.equation("y", Abs(y_rel) - Abs(theta - phi), Definition("ordinate of the angle curve"))
+PAPER.defines("y", y_rel, theta - phi, MappingClaim.CURVE_ORDINATE)
 PAPER.equation("first and last y", Abs(y_last - y_first) - 2 * pi, MappingClaim.CURVE_ENDS)
 lost("i", MappingClaim.TOTAL_RATIO)
 PAPER.defines("i by slope", i, -1 / slope, MappingClaim.TOTAL_RATIO_BY_SLOPE)
@@ -93,10 +93,28 @@ lost("polar angle 3", MappingClaim.POLAR_ANGLE.of("second driver"))
 PAPER.defines("r4", r4, a - r3, MappingClaim.PITCH_RADIUS.of(r4))
 lost("polar angle 4", MappingClaim.POLAR_ANGLE.of("second follower"))
 
-PAPER.shows("y", "the ends of the curve, a turn apart", y_rel="6.2832", theta="6.2832", phi="0")
-
-# What the paper leaves open: distances "from" an axis, or "along" it.
-PAPER.admits(["d1"], Reading("d1 is a distance from the X axis"), Reading("d1 is a distance along X", {Y_o: X_o}))
-PAPER.admits(["d2"], Reading("d2 is a distance from the Y axis"), Reading("d2 is a distance along Y", {X_o: Y_o}))
+# What the paper leaves open: distances "from" an axis, or "along" it; which angle is taken from which.
+PAPER.admits(
+    ["y", "i by slope"],
+    Reading(
+        "the difference is the carrier's angle less the arm's",
+        {y_rel: -y_rel, slope: -slope},
+        because="step 3 names the carrier first",
+    ),
+    Reading(
+        "the difference is the arm's angle less the carrier's",
+        {theta: phi, phi: theta},
+        because="step 3 says difference, and takes the negative reciprocal of the slope",
+    ),
+)
+PAPER.admits(
+    ["d1", "d2"],
+    Reading("d1 and d2 are distances from the axes X and Y"),
+    Reading(
+        "d1 and d2 are distances along the axes X and Y",
+        {Y_o: X_o, X_o: Y_o},
+        because="step 2 says distance to an axis; the printed poses and Z values count them along it",
+    ),
+)
 
 CASE = Case(PAPER, SUBJECT)

@@ -229,6 +229,13 @@ PAPER.defines("31", f_total, Rational("0.6") * f_1 + Rational("0.4") * f_2, Defi
 # What the paper says of (29) to (31) besides: Table 1, and the sentence that gives both terms their weights.
 PAPER.shows("29", "Table 1, experiment", F_high="171.96", F_low="24.93", f_1="147.03")
 PAPER.shows("29", "Table 1, theory", F_high="158.94", F_low="36.77", f_1="122.17")
+for source, high, low, square in (
+    ("experiment", "171.96", "24.93", "1033.23"),
+    ("theory", "158.94", "36.77", "1907.32"),
+):
+    # No mean square about the mean exceeds the square of half the range (Popoviciu 1935).
+    spread = {mean_square: (Number.Zero, ((F_high - F_low) / 2) ** 2)}
+    PAPER.shows("30", f"Table 1, {source}", spread, f_2=square, F_high=high, F_low=low)
 PAPER.shows("31", "the weight of the range in the sentence before it", f_1="1", f_2="0", f_total="0.6")
 PAPER.shows("31", "the weight of the variance in the sentence before it", f_1="0", f_2="1", f_total="0.4")
 
@@ -249,17 +256,43 @@ for number in ("x_E", "z_E"):
 PAPER.admits(
     ["x_E"],
     Reading("read as x_A less the arm times the cosine of the rocker's whole angle"),
-    Reading("read as x_A less the arm times the sine of theta1", text=x_E - (x_A - L_AE * sin(theta1))),
+    Reading(
+        "read as x_A less the arm times the sine of theta1",
+        text=x_E - (x_A - L_AE * sin(theta1)),
+        because="the machine-read line below (8), whose parts are out of order",
+    ),
 )
 PAPER.admits(
     ["z_E"],
     Reading("read as z_A plus the arm times the sine of the rocker's whole angle"),
-    Reading("read as z_A less the arm times the cosine of theta1", text=z_E - (z_A - L_AE * cos(theta1))),
+    Reading(
+        "read as z_A less the arm times the cosine of theta1",
+        text=z_E - (z_A - L_AE * cos(theta1)),
+        because="the machine-read line below (8), whose parts are out of order",
+    ),
+)
+PAPER.admits(
+    ["17", "18", "19", "20"],
+    Reading("F_A is the hinge force of the inner half, which (5) to (7) give"),
+    Reading(
+        "F_A is the sum of the hinge forces of both halves",
+        {F_Ax: F_Ax + F_Aox, F_Ay: F_Ay + F_Aoy, F_Az: F_Az + F_Aoz},
+        because="the sentence before (17): the funnel takes the action of the inner and the outer half, known from 2.1",
+    ),
+)
+PAPER.admits(
+    ["7", "19"],
+    Reading("F_Az counts along z', as F_Ax and F_Ay count along x' and y'"),
+    Reading("F_Az counts against z'", {F_Az: -F_Az}, because="the minus before it in (7); fig. 3 is lost"),
 )
 PAPER.admits(
     ["8"],
     Reading("two halves with an ideal coupling, driven by one cam force"),
-    Reading("one half with a cam force of its own", derived={derivation.coupling(): Number.Zero}),
+    Reading(
+        "one half with a cam force of its own",
+        derived={derivation.coupling(): Number.Zero},
+        because="2.1.2 balances the inner half alone and does not say what drives the outer one",
+    ),
 )
 
 PAPER.reads({

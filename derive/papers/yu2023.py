@@ -105,13 +105,13 @@ PAPER.reads({mu_i: u_i, mu_ip1: u_ip1}, "Delta")
 # What the paper leaves open: from where phi5 and phi3 count.
 PAPER.admits(
     ["Y1", "W1", "Z1"],
-    Reading("phi5 counts from the initial position", {phi5: phi5 - phi50}),
-    Reading("phi5 is the direction of OO1"),
+    Reading("phi5 counts from the initial position", {phi5: phi5 - phi50}, because="phi50 is added to it"),
+    Reading("phi5 is the direction of OO1", because="phi5 = phi6 + phi4 in 3.2"),
 )
 PAPER.admits(
     ["Z1"],
     Reading("phi3 is the angle of the arm"),
-    Reading("phi3 counts from the initial position", {phi3: phi3 - phi30}),
+    Reading("phi3 counts from the initial position", {phi3: phi3 - phi30}, because="as phi5 does"),
 )
 
 CASE = Case(PAPER, SUBJECT)

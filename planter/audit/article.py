@@ -70,8 +70,10 @@ def _depends(entry: Entry, readings: Sequence[Entry]) -> Iterator[str]:
     """The verdict under every reading that the paper admits."""
     if readings:
         said = "The same under every reading." if entry["robust"] else "It depends on the reading."
-        rows = [(Raw(one["reading"]), mark(one["verdict"]), Raw(one["finding"])) for one in readings]
-        yield f'<p class="note">{said}</p>{markup.table(("reading", "verdict", "finding"), rows, "tight")}'
+        rows = [(*(Raw(one[key]) for key in ("reading", "because")), mark(one["verdict"]), Raw(one["finding"]))
+                for one in readings]  # fmt: skip
+        head = ("reading", "admitted by", "verdict", "finding")
+        yield f'<p class="note">{said}</p>{markup.table(head, rows, "tight")}'
 
 
 def _formula(label: str, text: str, math: str) -> str:

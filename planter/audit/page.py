@@ -124,9 +124,11 @@ def equations(found: Sequence[Entry], typeset: Entry) -> str:
 
 def laws(found: Sequence[Entry]) -> str:
     """Laws that a printed chain as a whole obeys or breaks, and which equations break them."""
-    rows = [(e["law"], e["violation"], e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
-    head = ("law", "broken by", "unit", "restored by repairing", "search for the smallest set")
-    parts = [markup.table(head, rows, "tight"), *(_shares(law) for law in found if law.get("shares"))]
+    sizes = ("violation", "violation_literal")
+    rows = [(e["law"], *(e[size] for size in sizes), e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
+    head = ("law", "broken by", "read literally", "unit", "restored by repairing", "search for the smallest set")
+    parts = [markup.paragraph(f"{text}.") for text in dict.fromkeys(tables.readings(found))]
+    parts += [markup.table(head, rows, "tight"), *(_shares(law) for law in found if law.get("shares"))]
     parts += [markup.paragraph(f"{_begun(e['law'])}: {e['owed']}.") for e in found if e["violation"] is None]
     return "\n".join(parts)
 

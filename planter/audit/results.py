@@ -29,9 +29,10 @@ class Vanishing(Record):
 
 @dataclass(frozen=True)
 class Depends(Record):
-    """The verdict under one of the readings that the paper admits."""
+    """The verdict under one of the readings that the paper admits; `because` names the place that admits it."""
 
     reading: str
+    because: str
     verdict: str
     finding: str
 
@@ -41,6 +42,8 @@ class Equation(Record):
     """A printed equation: verdict, smallest corrections, missing and unexplained terms, what the verdict hangs on.
 
     The verdict is `not judged` where judging it raises an error; `finding` is the reason.
+
+    `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
     """
 
     paper: str
@@ -53,6 +56,7 @@ class Equation(Record):
     fragile: bool
     correction: list[str]
     reading: str
+    answer: str
     depends: list[Depends]
     robust: bool
     reasons: list[str]
@@ -80,6 +84,9 @@ class Law(Record):
     """A law that the printed equations break as a whole, or keep, and the repairs that restore it.
 
     `violation` is null and `search` is `not judged` where the law cannot be tried; `owed` says why.
+
+    `violation` is under the kindest joint `reading`, empty where the literal one is; `violation_literal` with every
+    symbol read literally, as the printed model computes it.
     """
 
     paper: str
@@ -90,6 +97,8 @@ class Law(Record):
     or_by: list[list[str]]
     search: str
     shares: list[Share]
+    reading: str
+    violation_literal: float | None
     key: str
     owed: str
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
@@ -64,14 +64,23 @@ def _laws(console: Console, found: Sequence[Entry]) -> None:
     """The laws, and what each responsible equation does to those that are broken."""
     if not found:
         return
-    laws = ((e["law"], e["violation"], e["unit"], blamed(e)) for e in found)
-    console.table("Laws", ("law", "broken by", "unit", "restored by repairing"), laws)
+    laws = ((e["law"], e["violation"], e["violation_literal"], e["unit"], blamed(e)) for e in found)
+    console.table("Laws", ("law", "broken by", "read literally", "unit", "restored by repairing"), laws)
+    for text in dict.fromkeys(readings(found)):
+        _say(f"{text}.")
     for law in found:
         if len(law.get("shares", ())) > 1:
             rows = ((s["equation"], s["alone"], s["without"], s["shapley"]) for s in law["shares"])
             console.table(f"{law['law']} [{law['unit']}]", ("", "repaired alone", "left alone", "Shapley"), rows)
         if law.get("owed"):
             _say(f"{law['law'][:1].upper()}{law['law'][1:]}: {law['owed']}")
+
+
+def readings(laws: Iterable[Entry]) -> Iterator[str]:
+    """Return what the chain of each law is read as that is not read literally, as the printed model computes it."""
+    for law in laws:
+        if law["reading"]:
+            yield f"Broken by: under the kindest joint reading, {law['reading']}. Read literally: the printed model"
 
 
 @dataclass

@@ -19,7 +19,7 @@ from ...quantity import Quantity, Vector
 from . import quantities as q
 from .claims import formulas
 from .model import FLATS, edge
-from .motion import mode
+from .motion import held_at_bearing, mode
 from .vocabulary import ClutchClaim
 
 BEND = "beam"
@@ -62,11 +62,16 @@ def clamped_free() -> tuple[Expr, Expr]:
     return root, (cosh(root * Z) - cos(root * Z) - share * (sinh(root * Z) - sin(root * Z))) / 2
 
 
-def static() -> Expr:
-    """A beam clamped at z = 0, free of moment at z = 1, under a load there, of height 1 at the end."""
+def static(fixity: Expr = S.One) -> Expr:
+    """A beam in its bearing at z = 0, free of moment at z = 1, under a load there, of height 1 at the end.
+
+    The bearing clamps it, or holds it elastically with a ``fixity`` from 1 down to 0, where it turns freely.
+    """
     a, b, c, d = sp.symbols("a b c d")
     shape = a + b * Z + c * Z**2 + d * Z**3
-    ends = [shape.subs(Z, 0), shape.diff(Z).subs(Z, 0), shape.diff(Z, 2).subs(Z, 1), shape.subs(Z, 1) - 1]
+    held = held_at_bearing(shape.subs(Z, q.x / q.l)).values()
+    at_bearing = [sp.expand(q.l * left.subs(q.fixity, fixity)) for left in held]
+    ends = [*at_bearing, shape.diff(Z, 2).subs(Z, 1), shape.subs(Z, 1) - 1]
     return shape.subs(sp.solve(ends, (a, b, c, d)))
 
 

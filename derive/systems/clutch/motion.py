@@ -138,10 +138,16 @@ def common_speed() -> Expr:
 
 
 def held_at_bearing(deflection: Expr) -> dict[str, Expr]:
-    """What the bearing holds of a shaft that nothing else holds: its place and its direction there."""
+    """What must vanish at the bearing: the deflection, and what is left of the moments there.
+
+    The virtual work of bending leaves -E I y'' on the slope at x = 0, and a bearing of the stiffness k against turning
+    adds k y': k y' = E I y''. With the fixity c = k l/(k l + E I) this is c y' = (1 - c) l y'', of a clamped end where
+    c is 1, of a hinged one where c is 0, of an elastic one between.
+    """
+    slope, curvature = (deflection.diff(q.x, order).subs(q.x, 0) for order in (1, 2))
     return {
         "deflection at the bearing": deflection.subs(q.x, 0),
-        "slope at the bearing": deflection.diff(q.x).subs(q.x, 0),
+        "slope at the bearing": q.fixity * slope - (1 - q.fixity) * q.l * curvature,
     }
 
 

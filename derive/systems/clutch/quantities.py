@@ -100,6 +100,7 @@ y_max = _found("y_max", "m", "deflection at the contact: the one coordinate of t
 y_4x = _found("y_4x", "1/m3", "fourth derivative of the deflection along the shaft, at x")
 a_x = _found("a_x", "m/s2", "acceleration of the shaft at x")
 a_l = _found("a_l", "m/s2", "acceleration of the shaft at the contact, x = l")
+fixity = _given("fixity", "1", "share k l/(k l + E I) of a bearing with the stiffness k against turning: 1 clamps")
 v_0 = _found("v_0", "m/s", "speed of the shaft at the contact when it begins, x = l and t = 0")
 delta_l = _found("delta_l", "1/m", "Dirac's delta of x - l; where a number is needed, its part in the one mode")
 K_1 = _found("K_1", "N/m", "modal stiffness of the output shaft")

@@ -90,6 +90,11 @@ def _law(machine: Both, law: Mapping[str, Any], measure: str, decisive: bool) ->
     name, unit, found = MEASURES[measure]
     repaired = ", ".join(f"({number})" for number in law["caused_by"])
     said = f"Masses and motion fix this force: with {repaired} repaired, its numbers are those of the exact model."
+    if law["reading"]:
+        said += (
+            f" The printed model reads every symbol literally and breaks this law by {law['violation_literal']:.4g} "
+            f"{unit}; under the kindest joint reading ({law['reading']}) it is broken by {law['violation']:.4g} {unit}."
+        )
     entry = _entry("law", f"{law['law']}: {name}", unit, found(machine, "printed"), found(machine, "exact"))
     return entry | {"rests_on": list(law["caused_by"]), "statement": said if decisive else ""}
 

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +19,7 @@ import sympy as sp
 from derive import papers
 from derive.__main__ import GENERATED
 from derive.audit import key, page, record, verdicts
+from derive.audit.case import Case
 from derive.audit.hearing import reasons
 from derive.audit.judgement import Judgement
 from derive.discovery import loaded, modules
@@ -32,7 +33,7 @@ CASES = verdicts.cases(modules(papers))
 PRINT_KEYS = """
 from derive.audit import key
 from derive.papers import shi2021, wang2017
-print(*(key.of_equation(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.of_laws(wang2017.CASE))
+print(*(key.of_equation(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.of_laws(wang2017.CASE, {}))
 """
 
 Records = tuple[list[record.Record], list[record.Record]]
@@ -51,15 +52,21 @@ class Here:
     def __exit__(self, *_: object) -> None:
         return None
 
-    def map(self, function: Any, cases: list[Any], keys: list[str]) -> Iterator[Any]:
-        for case, its_key in zip(cases, keys, strict=True):
-            self.judged.append(case)
-            yield function(case, its_key)
-
-    def submit(self, function: Any, module: str, its_key: str) -> Future[Any]:
-        self.judged.append("laws")
+    def submit(self, function: Any, module: str, *given: Any) -> Future[Any]:
         found: Future[Any] = Future()
-        found.set_result([{"paper": CASES[module].paper.name, "law": "made up", "key": its_key, "shares": []}])
+        if len(given) == 1:
+            self.judged.extend((module, number) for number in given[0])
+            found.set_result(function(module, *given))
+        else:
+            self.judged.append("laws")
+            made_up = {
+                "paper": CASES[module].paper.name,
+                "law": "made up",
+                "search": "",
+                "key": given[-1],
+                "shares": [],
+            }
+            found.set_result([made_up])
         return found
 
 
@@ -69,10 +76,17 @@ def counting(patch: pytest.MonkeyPatch) -> Here:
     patch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
     patch.setattr(
         verdicts.record,
-        "equation",
-        lambda own, n, its_key: {"paper": own.paper.name, "equation": n, "key": its_key, "mathml": {}},
+        "equations",
+        lambda own, keys: [
+            {"paper": own.paper.name, "equation": n, "key": its_key, "answer": _first(own, n), "mathml": {}}
+            for n, its_key in keys.items()
+        ],
     )
     return here
+
+
+def _first(own: Case, number: str) -> str:
+    return own.choices(number)[0].meaning if own.choices(number) else ""
 
 
 @pytest.fixture
@@ -123,7 +137,9 @@ def test_a_changed_equation_of_the_chain_has_the_laws_tried_again(
     printed = wang2017.PAPER.equations["19"]
     monkeypatch.setitem(wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual))
     audited(first)
-    assert counted.judged == ["laws", (wang2017.__name__, "19")]
+    asked = wang2017.CASE.linked("19")
+    assert set(asked) > {"17", "19"}
+    assert counted.judged == [*((wang2017.__name__, n) for n in asked), "laws"]
 
 
 def test_with_another_engine_all_is_judged_again(
@@ -218,7 +234,7 @@ def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after
 @pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
     own = shi2021.CASE
-    here = [*(key.of_equation(own, n) for n in own.paper.equations), key.of_laws(wang2017.CASE)]
+    here = [*(key.of_equation(own, n) for n in own.paper.equations), key.of_laws(wang2017.CASE, {})]
     there = subprocess.run(
         [sys.executable, "-c", PRINT_KEYS],
         cwd=ROOT, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
@@ -237,7 +253,9 @@ def test_the_committed_records_are_those_of_this_code() -> None:
         if not record.reusable(known.get((own.paper.name, n)), key.of_equation(own, n))
     ]
     assert stale == []
-    assert {law["key"] for law in committed["laws"]} == {key.of_laws(wang2017.CASE)}
+    answers = {r["equation"]: r["answer"] for r in committed["equations"] if r["paper"] == wang2017.PAPER.name}
+    chosen = wang2017.CASE.choices_by({n: answers[n] for n in wang2017.CASE.executed})
+    assert {law["key"] for law in committed["laws"]} == {key.of_laws(wang2017.CASE, chosen)}
 
 
 def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:

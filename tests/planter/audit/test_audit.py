@@ -112,7 +112,8 @@ def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) 
 
 def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) -> None:
     law = {"paper": "yu2023", "law": "momentum", "violation": 2.5, "unit": "N", "caused_by": ["1", "2"], "or_by": [],
-           "search": "exhaustive", "shares": [], "key": "", "owed": ""}  # fmt: skip
+           "search": "exhaustive", "shares": [], "reading": "", "violation_literal": 2.5, "key": "",
+           "owed": ""}  # fmt: skip
     committed = {**generated.sidecar("audit"), "laws": [law]}
     typeset = generated.sidecar("audit_mathml")
     monkeypatch.setattr(generated, "sidecar", lambda name: committed if name == "audit" else typeset)

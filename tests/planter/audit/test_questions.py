@@ -435,14 +435,14 @@ def test_broken_laws_measured_here_are_those_that_were_committed(whole: dict[str
     assert by_law.keys() == {name for name, law in laws.items() if law["caused_by"]}
     for name, entry in by_law.items():
         if "least normal force" in entry["quantity"]:
-            assert laws[name]["violation"] == pytest.approx(-entry["as_printed"], rel=2e-3)
+            assert laws[name]["violation_literal"] == pytest.approx(-entry["as_printed"], rel=2e-3)
             assert entry["as_derived"] > 0
         elif "largest distance" in entry["quantity"]:
-            assert laws[name]["violation"] == pytest.approx(entry["as_printed"], rel=2e-3)
+            assert laws[name]["violation_literal"] == pytest.approx(entry["as_printed"], rel=2e-3)
             assert entry["as_derived"] < 1e-4
     mean = next(e for name, e in by_law.items() if name.startswith("mean"))
     assert mean["as_derived"] - mean["as_printed"] == pytest.approx(
-        laws["mean vertical support force is the weight"]["violation"], rel=2e-3
+        laws["mean vertical support force is the weight"]["violation_literal"], rel=2e-3
     )
 
 
