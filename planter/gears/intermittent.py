@@ -20,8 +20,8 @@ from planter.gears.results import Extent, GearsFound, IncompleteCut, LooseMotion
 from planter.kernels import Array
 from planter.progress import Listener
 
-LARGEST = 1e-15
-"""Area that rounding may let outlines share which touch [m2]."""
+LARGEST = 2.5e-10
+"""Area that rounding may let outlines share which touch, in modules squared."""
 _MM = 1e3
 
 
@@ -55,7 +55,7 @@ def told_of(turn: Turn, machine: str, farther: float = 0.0) -> results.Intermitt
     found, rolling, ratios = turn.gears, turn.gears.rolling, turn.mesh.contact_ratios
     leaning = np.degrees(turn.mesh.pressure_angles(turn.rolled))
     overlap, held = float(turn.rolling.max()), float(turn.held.max())
-    if max(overlap, held) > LARGEST:
+    if max(overlap, held) > LARGEST * found.gear.rack.module**2:
         where = "over the teeth" if overlap > held else "in the dwell"
         raise GeometryError(
             f"{machine}: the gears run into each other by {max(overlap, held) * _MM**2:.3g} mm2 {where}: a smaller "

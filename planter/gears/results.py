@@ -60,7 +60,8 @@ class Ratio(Record):
 class StageCut(Record):
     """A pair of toothed gears, and the proof that they mesh.
 
-    `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, all else is solved exactly.
+    `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, `penetration_modules` is how deep
+    these polygons reach into each other at most, in modules, over the whole period; all else is solved exactly.
     `lost_motion_deg` is how far the second gear turns from its central position to contact on one side, the first
     gear fixed; `lost_motion_total_deg` is what a hand measures, the turn from contact on one side to contact on the
     other, at the same position. `farther_lost_motion_deg`, `farther_total_deg` and `farther_contact_ratio` are those
@@ -85,6 +86,7 @@ class StageCut(Record):
     farther_total_deg: Extent | None
     farther_contact_ratio: Ratio | None
     sliding_max_mm: float
+    penetration_modules: float
     overlap_mm2: float
     polygon_gap_mm: Extent
     positions: int

@@ -23,7 +23,7 @@ def stage(
 
     Raises GeometryError where the polygons of its teeth run into each other.
     """
-    remedies.check_overlap(found)
+    remedies.check_penetration(found)
     apart = found.farther(farther) if farther else None
     return StageCut(
         stage=number,
@@ -43,6 +43,7 @@ def stage(
         farther_total_deg=_extent(np.degrees(apart.lost_motion.sum(axis=1))) if apart else None,
         farther_contact_ratio=_ratio(apart.contact_ratios) if apart else None,
         sliding_max_mm=float(Contacts(found.mesh, found.mesh.ends).sliding.max()) * _MM,
+        penetration_modules=found.deepest.value / found.sized.module,
         overlap_mm2=float(found.overlaps.max()) * _MM**2,
         polygon_gap_mm=_extent(found.polygon_gaps * _MM),
         positions=len(found.mesh.positions),

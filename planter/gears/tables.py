@@ -48,6 +48,7 @@ def _stage(console: Console, one: StageCut, centre_error_mm: float) -> None:
         ("gap of flanks / mm", gap.min, gap.max),
         ("gap of polygons / mm", one.polygon_gap_mm.min, one.polygon_gap_mm.max),
         ("overlap of polygons / mm2", None, one.overlap_mm2),
+        ("penetration of polygons / modules", None, one.penetration_modules),
         *((name, extent.min, extent.max) for name, extent in lost_motions(one)),
     ])  # fmt: skip
     if centre_error_mm and one.farther_contact_ratio is None:

@@ -12,6 +12,7 @@ from planter.gearing.teeth.order import Order
 from planter.kernels import Array
 from planter.numerics.angles import turn_deg
 from planter.numerics.arrays import Flags
+from planter.numerics.extremes import Extreme
 
 TOP_LAND = 0.2
 """Least arc along a tip, in modules."""
@@ -24,8 +25,9 @@ _TRIED = 33
 """Places on each panel of a curve where its curvature is looked at."""
 _TOLD = 6
 """Teeth that are named before the others are counted."""
-_TOUCH = 1e-10
-"""Area that the chords of polygons that touch may share [m2]."""
+PENETRATION = 3e-4
+"""Largest depth, in modules, to which polygons of outlines that touch may reach into each other. Their
+chords stay within half of it where they are hollow; the finest gears of ISO 1328-1 are made to some 1e-3 modules."""
 
 
 def check_rack(order: Order, module: float, name: str) -> None:
@@ -101,13 +103,14 @@ def check_mesh(mesh: Mesh, name: str) -> None:
         )
 
 
-def check_overlap(mesh: Mesh, overlaps: Array, at: Array, name: str) -> None:
-    """Raise GeometryError where the teeth run into each other."""
-    worst = int(np.argmax(overlaps))
-    if overlaps[worst] > _TOUCH:
-        place = _at(mesh.pair.gear, mesh.pair.sense * at[worst])
+def check_penetration(mesh: Mesh, deepest: Extreme, name: str) -> None:
+    """Raise GeometryError where the teeth run into each other: `deepest` is the rolling length and the depth [m]."""
+    module = mesh.gear.rack.module
+    if deepest.value > PENETRATION * module:
+        place = _at(mesh.pair.gear, mesh.pair.sense * deepest.place)
         raise GeometryError(
-            f"{name}: the teeth run into each other by {overlaps[worst] * 1e6:.3g} mm2 {place} of {mesh.gear.name}"
+            f"{name}: the teeth run into each other by {deepest.value / module:.3g} modules, {deepest.value * 1e3:.3g} "
+            f"mm, {place} of {mesh.gear.name}"
         )
 
 

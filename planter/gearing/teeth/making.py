@@ -16,10 +16,11 @@ from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.meshing import Mesh
 from planter.gearing.teeth.order import Order, Sized, sized
 from planter.gearing.teeth.pair import Pair
-from planter.gearing.teeth.polygons import Overlay
+from planter.gearing.teeth.polygons import FINE_CHORDS, Overlay
 from planter.gearing.teeth.rack import RACK
 from planter.kernels import Array
 from planter.numerics import extremes
+from planter.numerics.extremes import Extreme
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,11 @@ class Toothed:
     @cached_property
     def overlay(self) -> Overlay:
         return Overlay.of(self.mesh)
+
+    @cached_property
+    def deepest(self) -> Extreme:
+        """Rolling length at which the gears as polygons reach deepest into each other, and that depth [m]."""
+        return Overlay.of(self.mesh, FINE_CHORDS).deepest
 
     @cached_property
     def overlaps(self) -> Array:

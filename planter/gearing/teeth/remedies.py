@@ -19,10 +19,10 @@ DEEPEST = 0.6
 """Largest clearance that is tried, in modules; rounds and clearances are tried in hundredths."""
 
 
-def check_overlap(found: Toothed) -> None:
+def check_penetration(found: Toothed) -> None:
     """Raise GeometryError where the teeth of a pair run into each other as polygons, with racks that would do."""
     try:
-        limits.check_overlap(found.mesh, found.overlaps, found.mesh.positions, found.name)
+        limits.check_penetration(found.mesh, found.deepest, found.name)
     except GeometryError as error:
         raise GeometryError(f"{error}: {advice(found)}") from error
 
@@ -61,7 +61,7 @@ def passes(found: Toothed, order: Order) -> bool:
     own = replace(order, teeth=found.sized.teeth[0], module=None, keep="size")
     try:
         other = toothed(found.sized.pair, own, found.name, (found.gears[0].name, found.gears[1].name))
-        limits.check_overlap(other.mesh, other.overlaps, other.mesh.positions, found.name)
+        limits.check_penetration(other.mesh, other.deepest, found.name)
     except GeometryError:
         return False
     return True

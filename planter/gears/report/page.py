@@ -67,6 +67,7 @@ def _stage(one: StageCut, centre_error_mm: float) -> Iterator[Block]:
         "gap of flanks, least / mm": one.gap_mm.min,
         "gap of polygons, least / mm": one.polygon_gap_mm.min,
         "overlap of polygons / mm2": one.overlap_mm2,
+        "penetration of polygons / modules": one.penetration_modules,
         "sliding per rotation rate, largest / mm": one.sliding_max_mm,
     })  # fmt: skip
     yield Table(("", "least", "largest"), [(name, extent.min, extent.max) for name, extent in tables.lost_motions(one)],

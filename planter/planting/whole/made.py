@@ -55,7 +55,7 @@ def _made(lengths: Lengths, stage: int, x: Array, order: Order) -> tuple[Toothed
     for way in ways:
         try:
             found = toothed(pair, way, f"stage {stage + 1}", NAMES[stage])
-            limits.check_overlap(found.mesh, found.overlaps, found.mesh.positions, found.name)
+            limits.check_penetration(found.mesh, found.deepest, found.name)
             return found, refused
         except GeometryError as error:
             refused = refused or str(error)

@@ -17,8 +17,8 @@ from planter.gearing.teeth.rack import Rack
 from planter.kernels import Array
 
 _TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
-SAGITTA = 1e-6
-"""How far the chords of an outline may be from it [m]."""
+SAGITTA = 5e-4
+"""How far the chords of an outline may be from it, in modules."""
 _TRIED = 17
 """Places on a piece where its curvature is looked at."""
 
@@ -92,12 +92,17 @@ class IncompleteGear:
     @cached_property
     def points(self) -> Array:
         """Vertices (n, 2) [m] of the outline, in its order."""
-        return np.vstack([piece.at(_shares(piece)[:-1]) for piece in self.pieces])
+        return np.vstack([piece.at(_shares(piece, self._sagitta)[:-1]) for piece in self.pieces])
 
     @cached_property
     def inside(self) -> Array:
         """Vertices (n, 2) [m] of a polygon that the outline encloses and touches: chords, and tangents where hollow."""
-        return np.vstack([_inside(piece) for piece in self.pieces])
+        return np.vstack([_inside(piece, self._sagitta) for piece in self.pieces])
+
+    @property
+    def _sagitta(self) -> float:
+        """Distance of chords from the outline [m]."""
+        return SAGITTA * self.rack.module
 
     @property
     def joins(self) -> float:
@@ -107,17 +112,17 @@ class IncompleteGear:
         return float(np.hypot(*(ends - np.roll(starts, -1, axis=0)).T).max())
 
 
-def _shares(piece: Piece) -> Array:
-    """Ends (n + 1,) of as many chords of a piece as keep within `SAGITTA` of it."""
+def _shares(piece: Piece, sagitta: float) -> Array:
+    """Ends (n + 1,) of as many chords of a piece as stay within a distance of it [m]."""
     tried = np.linspace(0, 1, _TRIED)
     length = float(np.hypot(*np.diff(piece.at(tried), axis=0).T).sum())
-    chords = length * np.sqrt(float(np.abs(piece.curvature(tried)).max()) / (8 * SAGITTA))
+    chords = length * np.sqrt(float(np.abs(piece.curvature(tried)).max()) / (8 * sagitta))
     return np.linspace(0, 1, 1 + max(1, int(np.ceil(chords))))
 
 
-def _inside(piece: Piece) -> Array:
+def _inside(piece: Piece, sagitta: float) -> Array:
     """A piece without its end as chords, and, where it is hollow, as tangents at the ends of what chords would be."""
-    shares = _shares(piece)
+    shares = _shares(piece, sagitta)
     points, tangents, bends = piece.at(shares), piece.tangent(shares), piece.curvature(shares)
     hollow = np.flatnonzero((bends[:-1] < 0) & (bends[1:] < 0))
     chord, start, end = (points[1:] - points[:-1])[hollow], tangents[hollow], tangents[hollow + 1]

@@ -19,8 +19,8 @@ POSITIONS = 720
 """Positions over the teeth, from the first contact of the pitch curves to the last, and as many over the dwell."""
 _WINDOW = 0.45
 """Half the height of what is looked at about the line of centres, in parts of the centre distance."""
-_SEEN = 1e-10
-"""Area that outlines which touch may share before the arcs are said to hold [m2]."""
+_SEEN = 2.5e-5
+"""Area that outlines which touch may share before the arcs are said to hold, in modules squared."""
 FREE = np.radians(20)
 """How far the driven gear is turned at most, to see whether the arcs hold it."""
 _COARSE, _HALVINGS = 9, 10
@@ -140,11 +140,12 @@ class Turn:
         At most 20 deg: then nothing holds it.
         """
         distance, still = self.gears.rolling.pair.distance, np.zeros(gear.shape[1])
+        seen = _SEEN * self.gears.gear.rack.module**2
         one = self._seen(0, gear)
         two = moved(self._seen(1, mate), np.array([still, still - distance, still]))
 
         def blocked(turn: Array) -> Flags:
-            found: Flags = _shared(one, moved(two, np.array([sense * turn, still + distance, still]))) > _SEEN
+            found: Flags = _shared(one, moved(two, np.array([sense * turn, still + distance, still]))) > seen
             return found
 
         low, high = still, still + FREE

@@ -17,7 +17,7 @@ from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.meshing import Mesh
 from planter.gearing.teeth.order import Order
-from planter.gearing.teeth.polygons import Overlay
+from planter.gearing.teeth.polygons import FINE_CHORDS, Overlay
 from planter.kernels import Array
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, circles, involute, stage
@@ -191,8 +191,19 @@ def refused(overlay: Overlay) -> bool:
 def test_half_a_tooth_of_slip_is_found(sound: Toothed) -> None:
     assert not refused(tampered(sound))
     slipped = tampered(sound, phase=0.0)
-    with pytest.raises(GeometryError, match=r"the teeth run into each other by \d+"):
-        limits.check_overlap(slipped.mesh, slipped.overlaps(sound.mesh.positions), sound.mesh.positions, "pair")
+    with pytest.raises(GeometryError, match=r"the teeth run into each other by 0\.\d+ modules"):
+        limits.check_penetration(slipped.mesh, slipped.deepest, "pair")
+
+
+def test_depth_is_that_of_the_axes_brought_nearer() -> None:
+    """Flanks of circles, brought nearer by little, reach into each other by that times the sine of the angle."""
+    mesh, nearer = circles(25, 50, FREE).mesh, 1e-5
+    close = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance - nearer))
+    depths = Overlay.of(close, FINE_CHORDS).depths(mesh.positions[:20])
+    np.testing.assert_allclose(depths, nearer * math.sin(math.radians(20)), rtol=0.1)
+    limits.check_penetration(mesh, Overlay.of(mesh, FINE_CHORDS).deepest, "pair")
+    with pytest.raises(GeometryError, match=r"the teeth run into each other by 0\.001\d+ modules"):
+        limits.check_penetration(close, Overlay.of(close, FINE_CHORDS).deepest, "pair")
 
 
 def test_a_gear_that_is_turned_by_little_is_found(sound: Toothed) -> None:
