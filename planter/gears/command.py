@@ -38,12 +38,12 @@ class Gears:
 def make(gears: Gears, teeth: Teeth, made: Parts, out: Path | None, progress: Listener | None = None) -> GearsFound:
     """What is found of a set of gears; files where a folder is given.
 
-    Raises InputError for a bore that runs into roots or a folder that cannot be written, GeometryError for teeth that
-    run into each other.
+    Raises InputError for a bore that leaves too thin a rim or a folder that cannot be written, GeometryError for teeth
+    that run into each other.
     """
     ready = parts.check(gears.placed, made)
     stages = [
-        summary.stage(k + 1, pair, (gears.placed[2 * k].key, gears.placed[2 * k + 1].key), 1e-3 * teeth.centre_error_mm)
+        summary.stage(k + 1, pair, ready[2 * k : 2 * k + 2], 1e-3 * teeth.centre_error_mm)
         for k, pair in enumerate(gears.pairs)
     ]
     found = GearsFound(

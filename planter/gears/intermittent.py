@@ -15,7 +15,7 @@ from planter.gearing.teeth.incomplete.locking import Intermittent
 from planter.gearing.teeth.incomplete.proof import FREE, POSITIONS, Loose, Turn
 from planter.gears import parts, results
 from planter.gears.asked import Teeth
-from planter.gears.parts import Parts, Placed
+from planter.gears.parts import Part, Parts, Placed
 from planter.gears.results import Extent, GearsFound, IncompleteCut, LooseMotion, LooseTurn, Ratio
 from planter.kernels import Array
 from planter.progress import Listener
@@ -31,14 +31,14 @@ def make(
 ) -> GearsFound:  # fmt: skip
     """What is found of a pair that dwells; files where a folder is given.
 
-    Raises GeometryError where the outlines run into each other, InputError for a bore that runs into roots or a folder
-    that cannot be written.
+    Raises GeometryError where the outlines run into each other, InputError for a bore that leaves too thin a rim or a
+    folder that cannot be written.
     """
     ready = parts.check(_placed(found), made)
     turn = Turn(found)
     told = GearsFound(
         machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm, teeth.centre_error_mm,
-        teeth.process.value, [], None, told_of(turn, machine, teeth.centre_error_mm / _MM), None, [],
+        teeth.process.value, [], None, told_of(turn, machine, ready, teeth.centre_error_mm / _MM), None, [],
     )  # fmt: skip
     if out is None:
         return told
@@ -47,8 +47,10 @@ def make(
     return report.write_dwelling(out, told, turn, ready, provenance, progress)
 
 
-def told_of(turn: Turn, machine: str, farther: float = 0.0) -> results.Intermittent:
-    """A pair, its outlines laid over each other all round the turn; `farther` is an error of the centre distance [m].
+def told_of(turn: Turn, machine: str, ready: Sequence[Part], farther: float = 0.0) -> results.Intermittent:
+    """Return the result of a pair with its gears as they are made, their outlines laid over each other over a turn.
+
+    `farther` is an error of the centre distance [m].
 
     Raises GeometryError where they overlap.
     """
@@ -73,7 +75,7 @@ def told_of(turn: Turn, machine: str, farther: float = 0.0) -> results.Intermitt
         horns_deg=_degrees(tuple(horn.reach for horn in found.phase.horns)),
         apart_mm=found.apart * _MM,
         dwell_deg=float(np.degrees(rolling.dwell)),
-        gears=[_gear(one) for one in found.gears],
+        gears=[_gear(gear, part) for gear, part in zip(found.gears, ready, strict=True)],
         undriven_deg=_degrees(turn.undriven),
         undriven_least_deg=_degrees(found.phase.least),
         unheld_deg=_degrees(turn.unheld),
@@ -108,12 +110,12 @@ def _most(turns: Array) -> float | None:
     return None if most >= FREE else float(np.degrees(most))
 
 
-def _gear(gear: IncompleteGear) -> IncompleteCut:
+def _gear(gear: IncompleteGear, part: Part) -> IncompleteCut:
     margins, lands = gear.row.flanks.margins, gear.row.top_lands
     worst, thin = int(np.argmin(margins)), int(np.argmin(lands))
     return IncompleteCut(
         gear.name, gear.z, float(shapely.Polygon(gear.points).area) * _MM**2, float(margins[worst]),
-        int(gear.row.flanks.tooth[worst]), float(lands[thin]) * _MM, thin, len(gear.pieces), gear.joins * _MM,
+        int(gear.row.flanks.tooth[worst]), float(lands[thin]) * _MM, thin, len(gear.pieces), gear.joins * _MM, part.rim,
     )  # fmt: skip
 
 

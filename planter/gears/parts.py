@@ -11,6 +11,7 @@ import numpy as np
 from planter.files import csv_rows
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.incomplete.gear import IncompleteGear
+from planter.gears.results import Rim
 from planter.kernels import Array
 from planter.workshop import biarcs, bores, courses, drawing, mesh, preview, solids
 from planter.workshop.arcs import Arcs
@@ -18,6 +19,9 @@ from planter.workshop.bores import Bore
 from planter.workshop.drawing import Line
 from planter.workshop.outline import Traced
 
+LEAST_RIM = 0.5
+"""Least rim between a bore, its keyway included, and the roots, in tooth depths: the rim thickness factors of ISO
+6336-3 and AGMA 2001 end there."""
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
 
@@ -79,10 +83,15 @@ class Part:
             return bore
         return replace(bore, keyway=replace(bore.keyway, phase=self.placed.key))
 
-    def check(self) -> None:
-        """Raise InputError where the bore runs into the roots."""
-        if self.bore is not None:
-            bores.check_wall(self.bore, self.teeth, self.placed.gear.name)
+    @cached_property
+    def rim(self) -> Rim | None:
+        """The rim between the bore and the roots, None without a bore. Raises InputError where it is too thin."""
+        if self.bore is None:
+            return None
+        sizes = self.placed.gear.rack.sizes
+        depth = sizes["tip"] + sizes["root"]
+        wall = bores.check_wall(self.bore, self.teeth, self.placed.gear.name, LEAST_RIM * depth)
+        return Rim(wall * 1e3, wall / depth)
 
     def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[Line]:
         """What a drawing shows of it, turned and with its axis at a centre."""
@@ -107,10 +116,10 @@ class Part:
 
 
 def check(gears: Sequence[Placed], made: Parts) -> list[Part]:
-    """The gears as they are made. Raises InputError for a bore that runs into the roots."""
+    """Return the gears as they are made. Raises InputError for a bore that leaves too thin a rim."""
     found = [Part(one, made) for one in gears]
     for part in found:
-        part.check()
+        _ = part.rim
     return found
 
 

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from planter.gearing.teeth import limits, remedies
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.making import Toothed
+from planter.gears.parts import Part
 from planter.gears.results import Extent, GearCut, Ratio, StageCut, Undercut
 from planter.kernels import Array
 
 _MM = 1e3
 
 
-def stage(
-    number: int, found: Toothed, keyways: tuple[float | None, float | None] = (None, None), farther: float = 0.0
-) -> StageCut:
-    """A pair, its mesh solved, with the directions of its shafts' marks in the gears' frames [rad].
+def stage(number: int, found: Toothed, parts: Sequence[Part], farther: float = 0.0) -> StageCut:
+    """Return the result of a pair, its mesh solved, with its two gears as they are made.
 
     `farther` is an error of the centre distance [m].
 
@@ -32,7 +33,7 @@ def stage(
         scale=found.sized.scale,
         centre_distance_mm=found.sized.pair.distance * _MM,
         perimeter_mm=[curve.length * _MM for curve in found.sized.pair.curves],
-        gears=[_gear(gear, key) for gear, key in zip(found.gears, keyways, strict=True)],
+        gears=[_gear(gear, part) for gear, part in zip(found.gears, parts, strict=True)],
         contact_ratio=_ratio(found.mesh.contact_ratios),
         pressure_angle_deg=_extent(np.degrees(found.pressure_angles)),
         transmission_error_rad=float(np.abs(found.contacts.errors).max()),
@@ -50,7 +51,7 @@ def stage(
     )
 
 
-def _gear(gear: Gear, keyway: float | None) -> GearCut:
+def _gear(gear: Gear, part: Part) -> GearCut:
     margins, lands = gear.flanks.margins, gear.top_lands
     worst, thin = int(np.argmin(margins)), int(np.argmin(lands))
     kappa = limits.bends(gear.curve)[1]
@@ -68,7 +69,8 @@ def _gear(gear: Gear, keyway: float | None) -> GearCut:
         curvature_radius_min_mm=_MM / float(kappa.max()),
         hollow_radius_mm=-_MM / float(kappa.min()) if limits.hollow(kappa) else None,
         profile_shift=gear.rack.shift,
-        keyway_phase_deg=None if keyway is None else float(np.degrees(keyway)),
+        keyway_phase_deg=None if part.placed.key is None else float(np.degrees(part.placed.key)),
+        rim=part.rim,
     )
 
 

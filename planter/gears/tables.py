@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 from planter.gears import rubbing
-from planter.gears.results import Extent, GearsFound, Intermittent, LooseMotion, LooseTurn, Ratio, StageCut
+from planter.gears.results import (
+    FULL_RIM,
+    Extent,
+    GearsFound,
+    Intermittent,
+    LooseMotion,
+    LooseTurn,
+    Ratio,
+    Rim,
+    StageCut,
+)
 from planter.terminal.console import Console
 
 
@@ -13,6 +23,10 @@ def show(console: Console, found: GearsFound) -> None:
         _stage(console, one, found.centre_error_mm)
     if found.intermittent:
         _intermittent(console, found.intermittent)
+    for gear in [*(gear for pair in found.stages for gear in pair.gears),
+                 *(found.intermittent.gears if found.intermittent else ())]:  # fmt: skip
+        if gear.rim is not None:
+            print(f"{gear.name}: {describe_rim(gear.rim)}")
     if found.scaled:
         print(f"scaled to the module, the tip's path moves by up to {found.scaled.tip_moved_max_mm:.4g} mm")
         if found.scaled.broken is not None:
@@ -24,6 +38,12 @@ def show(console: Console, found: GearsFound) -> None:
         console.table("Friction of the teeth over a turn", rubbing.HEAD, list(rubbing.rows(found.friction)))
     if found.files:
         print(f"{len(found.files)} files written")
+
+
+def describe_rim(rim: Rim) -> str:
+    """Return the rim of a gear in words, with a warning if it weakens the roots."""
+    weak = f", below {FULL_RIM:g}: it weakens the roots (ISO 6336-3)" if rim.tooth_depths < FULL_RIM else ""
+    return f"the bore leaves a rim of {rim.thickness_mm:.4g} mm, {rim.tooth_depths:.3g} tooth depths{weak}"
 
 
 def _stage(console: Console, one: StageCut, centre_error_mm: float) -> None:

@@ -93,15 +93,21 @@ def standard(diameter: float) -> tuple[float, float]:
     )
 
 
-def check_wall(bore: Bore, outline: Arcs, name: str) -> None:
-    """That a bore and its keyway lie within a part. Raises InputError, with the least distance that there is."""
+def check_wall(bore: Bore, outline: Arcs, name: str, least: float) -> float:
+    """Return the least wall [m] between a bore, its keyway included, and the outline of a part.
+
+    Raises InputError where it is below `least` > 0 [m].
+    """
     from shapely import Polygon
 
     part, edge = (Polygon(arcs.points(_CHORD)) for arcs in (outline, bore.edge))
-    if not part.contains_properly(edge):
+    wall = float(part.exterior.distance(edge)) if part.contains(edge) else 0.0
+    if wall < least:
         roots = float(np.hypot(*outline.vertices.T).min())
         slot = "" if bore.keyway is None else f", with its keyway {bore.reach / _MM:.4g} mm from the axis,"
         raise InputError(
-            f"{name}: a bore of {bore.diameter / _MM:g} mm{slot} is not allowed: it runs into the roots, which come as "
-            f"near to the axis as {roots / _MM:.4g} mm"
+            f"{name}: a bore of {bore.diameter / _MM:g} mm{slot} is not allowed: it leaves a wall of {wall / _MM:.4g} "
+            f"mm, but there must be at least {least / _MM:.4g} mm within an outline that comes as near to the axis as "
+            f"{roots / _MM:.4g} mm"
         )
+    return wall

@@ -7,7 +7,7 @@ from typing import Any
 
 from planter.gearing.teeth.rack import RACK
 from planter.gears import rubbing, tables
-from planter.gears.results import Friction, GearsFound, Intermittent, StageCut
+from planter.gears.results import Friction, GearCut, GearsFound, IncompleteCut, Intermittent, StageCut
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import provenance_section
 
@@ -78,11 +78,18 @@ def _stage(one: StageCut, centre_error_mm: float) -> Iterator[Block]:
     keys = ("name", "teeth", "area_mm2", "margin", "top_land_mm", "root_radius_min_mm", "keyway_phase_deg")
     head = ("gear", "teeth", "area / mm2", "margin", "top land / mm", "root radius / mm", "keyway / deg")
     yield Table(head, [tuple(getattr(gear, key) for key in keys) for gear in one.gears])
+    yield from _rims(one.gears)
     undercut: Sequence[tuple[Any, ...]] = [
         (gear.name, flank.tooth, flank.flank, flank.margin) for gear in one.gears for flank in gear.undercut
     ]
     if undercut:
         yield Table(("gear", "tooth", "flank", "margin"), undercut, "Undercut flanks")
+
+
+def _rims(gears: Sequence[GearCut] | Sequence[IncompleteCut]) -> Iterator[Block]:
+    for gear in gears:
+        if gear.rim is not None:
+            yield Text(f"{gear.name}: {tables.describe_rim(gear.rim)}.")
 
 
 def _dwelling(one: Intermittent) -> Iterator[Section]:
@@ -102,6 +109,7 @@ def _dwelling(one: Intermittent) -> Iterator[Section]:
         }),
         Table(("gear", "teeth", "area / mm2", "margin", "top land / mm"),
               [(gear.name, gear.teeth, gear.area_mm2, gear.margin, gear.top_land_mm) for gear in one.gears]),
+        *_rims(one.gears),
     ])  # fmt: skip
     yield Section("Dwell", [
         Text(

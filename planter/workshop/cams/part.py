@@ -19,6 +19,9 @@ from planter.workshop.cams.lifting import LiftOff
 from planter.workshop.cams.profile import Columns, Profile
 from planter.workshop.drawing import Line, cross
 
+LEAST_WALL = 0.1
+"""Least wall between a bore and the contour, in diameters of the bore: a rule of this program, for which no standard is
+known; a thinner ring gives way under the roller and in the chuck."""
 _STEP = np.radians(1.0)
 _ALIKE = 1e-9
 """Angles nearer than this [rad] are one row of the table."""
@@ -50,7 +53,7 @@ def part(
     lines = [Line("CONTOUR", outline), Line("PITCH", pitch.arcs)]
     if profile.closed:
         if bore is not None:
-            check_wall(bore, outline, profile.name)
+            check_wall(bore, outline, profile.name, LEAST_WALL * bore.diameter)
             lines += bore.lines()
         lines += cross((0.0, 0.0), float(np.hypot(*outline.vertices.T).max()) * 1.1)
     return Part(profile, tuple(lines), _result(profile, kind, tightest, contour, lifted, own_speed))

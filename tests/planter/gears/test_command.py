@@ -22,7 +22,7 @@ from planter.planting import gears
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.report.files import write_cycle_csv
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer, refusal, run
 from tests.support.schemas import committed
 
 STAGE = {
@@ -85,6 +85,18 @@ def test_lost_motion_of_both_sides_at_a_larger_distance(tmp_path: Path, error_mm
     if touches:
         assert stage["farther_total_deg"]["min"] > both["min"]
         assert stage["farther_contact_ratio"]["min"] < stage["contact_ratio"]["min"]
+
+
+def test_rim_is_reported_in_tooth_depths(tmp_path: Path) -> None:
+    file = curve_file(tmp_path / "own.csv", wavy())
+    call = ("gears", "--curve", file, "--teeth", "40", "--keyway-mm", "none", "--bore-mm")
+    (stage,) = answer(*call, "56")["stages"]
+    depth = 2.25 * stage["module_mm"]
+    for gear in stage["gears"]:
+        assert gear["rim"]["thickness_mm"] == pytest.approx(gear["root_radius_min_mm"] - 28, abs=5e-3)
+        assert gear["rim"]["tooth_depths"] == pytest.approx(gear["rim"]["thickness_mm"] / depth, rel=1e-12)
+    assert "weakens the roots" in run(*call, "64")[1]
+    assert "weakens" not in run(*call, "40")[1]
 
 
 def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
@@ -200,7 +212,8 @@ BAD = {
     "--teeth 5,31": "5 teeth are not allowed: there must be 6 to 1000",
     "--teeth 12,31": "sun: the flanks of tooth 0, 1, 2, 3, 4, 5 and 6 more are undercut",
     "--module 2 --backlash-mm 0.5": "play = 0.5 mm is not allowed: it must be at most 0.2 modules, 0.4 mm",
-    "--module 2 --bore-mm 45": "a bore of 45 mm",
+    "--module 2 --bore-mm 45.75 --keyway-mm none": "it leaves a wall of 0.00",
+    "--module 2 --bore-mm 46 --keyway-mm none": "there must be at least 2.25 mm",
     "--module 2 --addendum 0.5": "the contact ratio of tooth",
     "--teeth 31": "--teeth 31 is not allowed: it must be Z1,Z2",
     "--teeth a,b": "--teeth a,b is not allowed",

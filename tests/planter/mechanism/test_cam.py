@@ -63,6 +63,7 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
         (("--y", "y_0+s", "--force", "N_cm"), "--force = N_cm is not allowed: did you mean N_cam?"),
         (("--y", "y_0+s", "--speed-rpm", "3"), "--speed-rpm does not go with --y"),
         (("--y", "y_0+s", "--bore-mm", "70"), "cam_follower: a bore of 70 mm is not allowed"),
+        (("--y", "y_0+s", "--bore-mm", "58"), "it leaves a wall of"),
         (("--y", "s"), "cuts off its own contour"),
     ],
 )

@@ -32,13 +32,15 @@ def test_bores_without_a_standard_keyway_are_refused(bore_mm: float) -> None:
         standard(bore_mm / 1e3)
 
 
-def test_a_bore_into_the_roots_is_refused_with_them() -> None:
+def test_wall_that_a_bore_leaves() -> None:
     part = circle(0.012, (0.003, 0.0))
-    check_wall(Bore(0.0179), part, "sun")
-    check_wall(Bore(0.016, Keyway(0.004, 0.002, 0.0)), part, "sun")
+    assert check_wall(Bore(0.0178), part, "sun", 1e-5) == pytest.approx(1e-4, abs=2e-6)
+    assert check_wall(Bore(0.016, Keyway(0.004, 0.002, 0.0)), part, "sun", 5e-4) == pytest.approx(1e-3, abs=2e-6)
     with pytest.raises(InputError, match=r"sun: a bore of 18.1 mm is not allowed: .* as near to the axis as 9 mm"):
-        check_wall(Bore(0.0181), part, "sun")
+        check_wall(Bore(0.0181), part, "sun", 1e-5)
+    with pytest.raises(InputError, match=r"leaves a wall of 0.\d+ mm, but there must be at least 0.2 mm"):
+        check_wall(Bore(0.0178), part, "sun", 2e-4)
     with pytest.raises(InputError, match=r"with its keyway 10.2 mm from the axis, is not allowed"):
-        check_wall(Bore(0.016, Keyway(0.004, 0.002, np.pi)), part, "sun")
+        check_wall(Bore(0.016, Keyway(0.004, 0.002, np.pi)), part, "sun", 1e-5)
     with pytest.raises(InputError, match=r"a keyway of a width of 9 mm is not allowed"):
         Bore(0.009, Keyway(0.009, 0.001))
