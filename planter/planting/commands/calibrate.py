@@ -51,7 +51,10 @@ def calibrate(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:  # fmt: skip
-    """Fit what a paper does not disclose to the force that it reports, or chosen inputs to a measured curve.
+    """Estimate unknown inputs (masses, offsets ...) from a measured curve, or from the figures a paper reports.
+
+    The 95 % intervals assume white noise; a warning says where neighbouring residuals are correlated. phase_deg shifts
+    the angle: measured(phi) = computed(phi + phase); with bounds of a full period, as phase_deg=0:360, any is tried.
 
     Measured: planter calibrate my.toml --data force.csv --column force --angle angle --fit mass.planet_kg=0.8:1.6
     --fit offset_N=-20:20 --check faster.csv --check-rpm 50 --out fitted
@@ -105,6 +108,8 @@ def _to_data(
     if out is not None:
         with kept(found.result.table()):
             report.write(out, device, found)
+    for warning in found.result.warnings:
+        console.say(f"planter: warning: {warning}")
     console.result(found.result, lambda: tables.measured(console, found.result))
 
 

@@ -14,13 +14,23 @@ from planter.kernels import Array
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
 from planter.planting.measured import reading
-from planter.planting.measured.curve import NUISANCE, SUPPORT, Chosen, MeasuredCurve
+from planter.planting.measured.correlation import Correlation, assess_correlation
+from planter.planting.measured.curve import NUISANCE, OFFSET, PHASE, SUPPORT, Chosen, MeasuredCurve, quantity_unit
 from planter.planting.measured.fit import Fit, searched
 from planter.planting.measured.reading import Columns, Measurement
-from planter.planting.measured.results import FittedInput, MeasuredFound, ModelMeasured, Prediction, Spread
+from planter.planting.measured.results import (
+    FittedInput,
+    MeasuredFound,
+    ModelMeasured,
+    Noise,
+    Outcome,
+    Prediction,
+    Spread,
+)
 from planter.planting.model import Device
 from planter.progress import Listener, Phase
 
+FORCE = "N"
 ROUNDING, TINY = 1e-9, 1e-30
 """Noise below this share of the largest value is that of digits that were written."""
 EXPLAINS = 1.5
@@ -62,16 +72,17 @@ def calibrate(
     """
     if not bounds:
         raise InputError("--fit must name at least one input with its bounds, as --fit mass.planet_kg=0.8:1.6")
-    measured = reading.read(data, columns, machine.si("operation.speed_rpm"))
+    unit = quantity_unit(Device(machine, model), quantity)
+    measured = reading.read(data, columns, machine.si("operation.speed_rpm"), unit)
     phase = Phase("calibration", "model", len(MODELS), progress)
     fits: dict[Model, Fit] = {}
     for one in MODELS:
         device = Device(machine, one)
         fits[one] = searched(MeasuredCurve(device, Chosen.of(device, bounds), measured, quantity), seed)
         phase.next(one)
-    told = {one: _told(fit, measured) for one, fit in fits.items()}
+    results = {one: _describe_fit(fit, measured) for one, fit in fits.items()}
     fitted, why = fitted_machine(fits[model])
-    first, other = told[model], fits[next(one for one in MODELS if one != model)]
+    first, other = results[model], fits[next(one for one in MODELS if one != model)]
     values = measured.values[measured.used]
     return Calibrated(
         measured,
@@ -81,19 +92,29 @@ def calibrate(
             machine=machine.name,
             model=model,
             quantity=quantity,
-            statement=_statement(model, told),
+            unit=unit,
+            outcome=first.outcome,
+            statement=_statement(model, results, measured.noise, unit),
             treatment=[*measured.told, *why],
+            warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
-            noise_N=measured.noise,
-            target=Spread(float(values.std()), len(values)),
-            reached=Spread(first.rms_N, len(values)),
+            noise=Noise("white", measured.noise, 0.0, unit),
+            target=_spread(float(values.std()), len(values), unit),
+            reached=_spread(first.rms, len(values), unit),
             fitted=first.fitted,
             rank=first.rank,
-            models=dict(told.items()),
-            other_model=Spread(other.rms, len(values)),
+            starts=first.starts,
+            agreeing_starts=first.agreeing_starts,
+            models=dict(results.items()),
+            other_model=_spread(other.rms, len(values), unit),
             prediction=None if check is None else _predicted(check, columns, fits, quantity),
+            noise_N=measured.noise if unit == FORCE else None,
         ),
     )
+
+
+def _spread(rms: float, points: int, unit: str) -> Spread:
+    return Spread(rms, points, rms if unit == FORCE else None)
 
 
 def fitted_machine(fit: Fit) -> tuple[Machine | None, list[str]]:
@@ -106,56 +127,104 @@ def fitted_machine(fit: Fit) -> tuple[Machine | None, list[str]]:
         return None, [f"the fitted values are no machine's, other bounds are needed: {error.message}"]
 
 
-def _told(fit: Fit, measured: Measurement) -> ModelMeasured:
-    worst = int(np.argmax(np.abs(fit.residuals)))
-    correlation = fit.correlation()
+def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
+    worst, is_force = int(np.argmax(np.abs(fit.residuals))), fit.curve.unit == FORCE
+    correlation, largest = fit.correlation(), float(fit.residuals[worst])
+    ratio = fit.rms / max(measured.noise, ROUNDING * float(np.abs(measured.values).max()) + TINY)
+    neighbours = assess_correlation(fit.residuals)
     return ModelMeasured(
-        rms_N=fit.rms,
-        rms_of_noise=fit.rms / max(measured.noise, ROUNDING * float(np.abs(measured.values).max()) + TINY),
-        largest_residual_N=float(fit.residuals[worst]),
+        outcome=judge_fit(fit, ratio, neighbours),
+        rms=fit.rms,
+        rms_of_noise=ratio,
+        largest_residual=largest,
         largest_residual_deg=float(np.degrees(fit.curve.phi[worst] % (2 * np.pi))),
-        fitted=_inputs(fit),
+        autocorrelation=neighbours.rho,
+        white=neighbours.is_white,
+        fitted=describe_inputs(fit),
         rank=fit.rank,
         correlation=None if correlation is None else correlation.tolist(),
         starts=len(fit.sums),
         agreeing_starts=fit.agreeing,
+        rms_N=fit.rms if is_force else None,
+        largest_residual_N=largest if is_force else None,
     )
 
 
-def _inputs(fit: Fit) -> list[FittedInput]:
-    chosen, own = fit.curve.chosen, fit.curve.own()
-    found = []
-    for i, name in enumerate(chosen.names):
+def judge_fit(fit: Fit, ratio: float, neighbours: Correlation) -> Outcome:
+    """What a fit says of its model: it is refuted only if no better fit is likely and noise cannot look like this."""
+    if ratio <= EXPLAINS:
+        return "explained"
+    return "not explained" if fit.is_settled and not neighbours.is_autoregressive else "not settled"
+
+
+def describe_inputs(fit: Fit) -> list[FittedInput]:
+    """The fitted inputs with their bounds and intervals, a phase within its period."""
+    curve, start = fit.curve, fit.curve.own()
+    lower, upper = curve.bounds(fit.values)
+    inputs = []
+    for i, name in enumerate(curve.chosen.names):
         factor, (low, high) = units.factor(name), fit.band(i)
-        is_open = low <= chosen.lower[i] or high >= chosen.upper[i]
-        shown = [
-            float(value / factor) for value in (fit.values[i], chosen.lower[i], chosen.upper[i], own[i], low, high)
-        ]
-        value, lower, upper, start, low95, high95 = shown
-        found.append(
+        is_open = low <= lower[i] or high >= upper[i]
+        moved = 0.0
+        ends = lower[i], upper[i]
+        if name == PHASE:  # into [0, period): a phase means the same after whole periods
+            moved = float(np.mod(fit.values[i], curve.period)) % curve.period - float(fit.values[i])
+            if curve.is_cyclic:
+                ends = -moved, curve.period - moved
+        shown = [float((value + moved) / factor) for value in (fit.values[i], *ends, low, high)]
+        value, shown_lower, shown_upper, low95, high95 = shown
+        inputs.append(
             FittedInput(
-                name=name, value=value, unit=units.unit(name) or "1", lower=lower, upper=upper, start=start,
-                low95=low95, high95=high95, open=bool(is_open), origin="calibrated",
+                name=name, value=value, unit=curve.unit if name == OFFSET else units.unit(name) or "1",
+                lower=shown_lower, upper=shown_upper, start=float(start[i] / factor), low95=low95, high95=high95,
+                interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
         )  # fmt: skip
-    return found
+    return inputs
 
 
-def _statement(model: Model, told: Mapping[Model, ModelMeasured]) -> str:
-    """Which models explain the data, and what of the inputs they leave open."""
-    parts = []
+FITS: dict[Outcome, str] = {
+    "explained": "good fit",
+    "not explained": "poor fit within the bounds",
+    "not settled": "not settled",
+}
+
+
+def _statement(model: Model, results: Mapping[Model, ModelMeasured], noise: float, unit: str) -> str:
+    """Which models explain the data, and what of the inputs the data do not determine, in sentences."""
+    sentences = []
     for one in (model, *(other for other in MODELS if other != model)):
-        found = told[one]
-        word = "explains the data" if found.rms_of_noise <= EXPLAINS else "does not explain the data"
-        parts.append(
-            f"the {one} model {word}: it leaves {found.rms_N:.4g} N, {found.rms_of_noise:.3g} times their noise"
+        result = results[one]
+        sentences.append(f"{one.capitalize()} model: {FITS[result.outcome]}")
+        sentences.append(
+            f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the measurement noise "
+            f"({noise:.3g} {unit})"
         )
-    found = told[model]
-    open_ = [entry.name for entry in found.fitted if entry.open]
-    parts.append(f"the data determine {found.rank} of {len(found.fitted)} combinations of the inputs")
-    if open_:
-        parts.append(f"open towards a bound: {', '.join(open_)}")
-    return "; ".join(parts)
+    first = results[model]
+    sentences.append(f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs")
+    undetermined = [entry.name for entry in first.fitted if entry.open]
+    if undetermined:
+        sentences.append(f"Not determined by the data (interval reaches its bound): {', '.join(undetermined)}")
+    return ". ".join(sentences)
+
+
+def _warnings(result: ModelMeasured) -> list[str]:
+    """What limits the answer of the first model."""
+    warnings = []
+    if not result.white:
+        warnings.append(
+            f"neighbouring residuals are correlated ({result.autocorrelation:.2f}); the intervals assume white noise, "
+            "so they are too narrow or the model is incomplete"
+        )
+    if result.outcome == "not settled":
+        disagree = 2 * result.agreeing_starts <= result.starts
+        reason = (
+            f"{result.agreeing_starts} of {result.starts} starts agree, so a better fit may exist; narrow the bounds"
+            if disagree
+            else "the residual may be correlated noise as well as an error of the model; measure several revolutions"
+        )
+        warnings.append(f"not settled: {reason}")
+    return warnings
 
 
 def _predicted(check: Check, columns: Columns, fits: Mapping[Model, Fit], quantity: str) -> Prediction:
@@ -164,8 +233,9 @@ def _predicted(check: Check, columns: Columns, fits: Mapping[Model, Fit], quanti
     points = 0
     for model, fit in fits.items():
         machine = fit.curve.device.machine.with_numbers({"operation.speed_rpm": check.speed_rpm})
-        measured = reading.read(check.path, columns, machine.si("operation.speed_rpm"))
+        measured = reading.read(check.path, columns, machine.si("operation.speed_rpm"), fit.curve.unit)
         curve = MeasuredCurve(Device(machine, model), fit.curve.chosen, measured, quantity)
         aside: Array = curve.values - curve(fit.values)[0]
         left[model], points = float(np.sqrt(np.mean(aside**2))), len(aside)
-    return Prediction(check.speed_rpm, points, left)
+    is_force = fit.curve.unit == FORCE
+    return Prediction(check.speed_rpm, points, left, left if is_force else None)

@@ -11,17 +11,25 @@ from scipy.stats import f as f_distribution
 
 from planter.kernels import Array
 from planter.planting.measured.curve import MeasuredCurve
+from planter.planting.measured.phase import find_phases
 
 STARTS = 8
+CANDIDATES, RESCANS, BETTER = 3, 3, 0.999
+"""Phases from which a start searches, most scans after them, and the share of a sum that is worth another search."""
+MOST_POINTS = 360
+"""Points on which starts are compared."""
 CLOSE, MOST = 1e-10, 40
 """Relative change at which a search ends, and its most evaluations."""
-AGREEING = 1e-6
-"""Starts agree whose sums of squares differ by less than this share."""
+AGREEING = 0.01
+"""Starts agree whose sums of squares differ by less than this share of the residuals' variance: the data cannot tell
+them apart."""
 DETERMINED = 1e-8
 """Singular values below this share of the largest are those of combinations that the data do not determine."""
 LEVEL = 0.95
 """Confidence of the bands."""
 AT_BOUND = 1e-9
+TINY = 1e-12
+"""Sum of squares [SI] that counts as none."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,13 @@ class Fit:
     @property
     def agreeing(self) -> int:
         """Starts that ended at the same sum of squares."""
-        return sum(agrees(one, min(self.sums)) for one in self.sums)
+        points = min(len(self.curve.values), MOST_POINTS)
+        return sum(agrees(total, min(self.sums), points) for total in self.sums)
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether most starts agree, so that no better fit is likely."""
+        return 2 * self.agreeing > len(self.sums)
 
     @property
     def _widths(self) -> Array:
@@ -83,22 +97,39 @@ class Fit:
         return found
 
     def band(self, index: int) -> tuple[float, float]:
-        """Where the profile of the likelihood of an input passes `LEVEL`, on each side; its bound where it does not."""
+        """Where the profile of the likelihood of an input passes `LEVEL`, on each side; its bound where it does not.
+
+        The noise is assumed to be white: equal and independent at all points.
+        """
         free = max(len(self.residuals) - len(self.values), 1)
         best = float(self.residuals @ self.residuals)
         allowed = best * (1 + float(f_distribution.ppf(LEVEL, 1, free)) / free) + CLOSE
-        low, high = self.curve.chosen.lower[index], self.curve.chosen.upper[index]
-        ends = []
-        for bound in (low, high):
-            if abs(bound - self.values[index]) <= AT_BOUND * (high - low) or self._held(index, bound) <= allowed:
-                ends.append(float(bound))
-                continue
-            found = brentq(
-                lambda value: self._held(index, value) - allowed, self.values[index], bound,
-                xtol=1e-4 * abs(bound - self.values[index]) + 1e-15, rtol=1e-6,
-            )  # fmt: skip
-            ends.append(float(found))
-        return ends[0], ends[1]
+        lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
+        first = self._standard_error(index, best / free) or (upper - lower) / 8
+        return self._end(index, lower, -2 * first, allowed), self._end(index, upper, 2 * first, allowed)
+
+    def _standard_error(self, index: int, variance: float) -> float | None:
+        """Of an input in the linearised curve; None if the data do not determine it."""
+        values, rows = self._directions
+        share = np.abs(rows[:, index])
+        if (share[values <= DETERMINED * values[0]] > DETERMINED).any():
+            return None
+        some = values > DETERMINED * values[0]
+        return float(np.sqrt(variance * ((share[some] / values[some]) ** 2).sum()) * self._widths[index])
+
+    def _end(self, index: int, bound: float, step: float, allowed: float) -> float:
+        """The end of a band towards a bound: the first crossing on a way of growing steps, which no far basin hides."""
+        near, value = float(self.values[index]), float(self.values[index])
+        while abs(value - bound) > AT_BOUND * self._widths[index]:
+            value = near + step if abs(step) < abs(bound - near) else bound
+            if self._held(index, value) > allowed:
+                end = brentq(
+                    lambda at: self._held(index, at) - allowed, near, value,
+                    xtol=1e-4 * abs(value - self.values[index]) + 1e-15, rtol=1e-6,
+                )  # fmt: skip
+                return float(end)
+            near, step = value, 2 * step
+        return bound
 
     def _held(self, index: int, value: float) -> float:
         """Least sum of squares with one input held."""
@@ -112,33 +143,52 @@ class Fit:
 
 
 def searched(curve: MeasuredCurve, seed: int = 0, starts: int = STARTS) -> Fit:
-    """The best of searches from the machine's own values and from places all over the bounds.
+    """The best of searches from the machine's own values and from places all over the bounds, the phase by scans.
 
-    Of those that agree, the one nearest to the machine's own values; what the data do not feel stays as it was.
+    Of those that agree, the one nearest to the machine's own values; what the data do not feel stays as it was. Starts
+    are compared on `MOST_POINTS` of the points, the best is searched on with all.
     """
-    chosen, rng = curve.chosen, np.random.default_rng(seed)
-    begins = [curve.own(), *(rng.uniform(chosen.lower, chosen.upper) for _ in range(starts - 1))]
-    every = list(range(len(chosen.names)))
-    ends = [search(curve, begin, every) for begin in begins]
-    least, own = min(end[1] for end in ends), begins[0]
-    agreeing = [end for end in ends if agrees(end[1], least)]
-    width = chosen.upper - chosen.lower
-    best = min(agreeing, key=lambda end: float(np.linalg.norm((end[0] - own) / width)))
-    found = Fit(curve, best[0], tuple(end[1] for end in ends))
+    thin, rng, own = curve.thinned(MOST_POINTS), np.random.default_rng(seed), curve.own()
+    lower, upper = curve.bounds(own)
+    begins = [own, *(rng.uniform(lower, upper) for _ in range(starts - 1))]
+    ends = [_search_from(thin, begin) for begin in begins]
+    least = min(end[1] for end in ends)
+    agreeing = [end for end in ends if agrees(end[1], least, len(thin.values))]
+    best = min(agreeing, key=lambda end: float(np.linalg.norm((end[0] - own) / (upper - lower))))
+    values, total = search(curve, best[0], list(range(len(own))))
+    found = Fit(curve, values, tuple(end[1] for end in ends))
     closer = Fit(curve, found.towards(own), found.sums)
-    total = float(closer.residuals @ closer.residuals)
-    inside = ((closer.values >= chosen.lower) & (closer.values <= chosen.upper)).all()
-    return closer if inside and agrees(total, least) else found
+    lower, upper = curve.bounds(values)
+    inside = ((closer.values >= lower) & (closer.values <= upper)).all()
+    sum_closer = float(closer.residuals @ closer.residuals)
+    return closer if inside and sum_closer - total <= CLOSE * (1 + total) else found
 
 
-def agrees(total: float, least: float) -> bool:
-    """Whether a sum of squares is the least one but for the search's end."""
-    return total - least <= AGREEING * least + AGREEING**2
+def _search_from(curve: MeasuredCurve, begin: Array) -> tuple[Array, float]:
+    """A search from one place, on from any better phase that a scan shows at its end."""
+    every = list(range(len(begin)))
+    phases = find_phases(curve, begin, CANDIDATES)
+    best = min((search(curve, values, every) for values, _ in phases), key=lambda end: end[1])
+    for _ in range(RESCANS if curve.phase_index is not None else 0):
+        values, predicted = find_phases(curve, best[0], 1)[0]
+        if predicted > BETTER * best[1]:
+            break
+        end = search(curve, values, every)
+        if end[1] >= best[1]:
+            break
+        best = end
+    return best
+
+
+def agrees(total: float, least: float, points: int) -> bool:
+    """Whether a sum of squares over so many points is as good as the least one."""
+    return total - least <= AGREEING * least / points + TINY
 
 
 def search(curve: MeasuredCurve, start: Array, moved: list[int]) -> tuple[Array, float]:
     """Least squares over some of the inputs within their bounds: values (n,) and the sum of squares."""
-    low, width = curve.chosen.lower[moved], (curve.chosen.upper - curve.chosen.lower)[moved]
+    lower, upper = curve.bounds(start)
+    low, width = lower[moved], (upper - lower)[moved]
 
     def at(u: Array) -> Array:
         values = start.copy()

@@ -16,7 +16,11 @@ from planter.numerics.arrays import Flags
 
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0, "rev": 2 * np.pi}
 TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}
-VALUES = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "N m": 1.0, "Nm": 1.0}
+VALUES = {
+    "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
+    "N m": {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3, "N mm": 1e-3, "Nmm": 1e-3},
+}
+"""Units of a column by the unit of the quantity that was measured."""
 _UNIT = re.compile(r"(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|/ *(?P<c>[^/]+)|_(?P<d>[A-Za-z°]+))\s*$")
 FEWEST = 12
 """Points that a fit takes at least."""
@@ -53,8 +57,8 @@ class Measurement:
     told: tuple[str, ...]
 
 
-def read(path: str | Path, columns: Columns, speed: float) -> Measurement:
-    """The curve in a file; `speed` [rad/s] of the carrier turns times into angles.
+def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> Measurement:
+    """The curve in a file; `speed` [rad/s] of the carrier turns times into angles, `unit` is that of the quantity.
 
     Raises InputError, naming file, line and column, for a file that is not read, columns and units that there are not,
     too few points, and points that are no numbers.
@@ -62,7 +66,7 @@ def read(path: str | Path, columns: Columns, speed: float) -> Measurement:
     table, how = _table(read_text(path), str(path))
     value = _column(table, columns.value, "--column")
     place, kinds = _place(table, columns)
-    value_factor, value_unit = _factor(table, value, VALUES, columns.value_unit, "--unit")
+    value_factor, value_unit = _factor(table, value, VALUES[unit], columns.value_unit, "--unit")
     place_factor, place_unit = _factor(table, place, kinds, columns.place_unit, "--place-unit")
     values = np.array(table.numbers(value)) * value_factor
     places = np.array(table.numbers(place)) * place_factor
@@ -74,10 +78,14 @@ def read(path: str | Path, columns: Columns, speed: float) -> Measurement:
     used, noise = _inliers(phi, values)
     told = (
         f"{how}; {value} in {value_unit} over {place} in {place_unit}",
-        f"not smoothed; {int((~used).sum())} of {len(used)} points left out: more than {OUTSIDE:g} robust deviations "
-        f"from the cubic through their {2 * REACH} neighbours",
+        f"not smoothed; {_outliers(used)} (test: {OUTSIDE:g} robust sigma from a local cubic)",
     )
     return Measurement(phi, values, used, noise, told)
+
+
+def _outliers(used: Flags) -> str:
+    count = int((~used).sum())
+    return f"{count} of {len(used)} points removed as outliers" if count else "no outliers removed"
 
 
 def _table(text: str, source: str) -> tuple[csv_rows.Table, str]:

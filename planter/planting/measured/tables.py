@@ -17,18 +17,23 @@ def measured(console: Console, found: MeasuredFound) -> None:
         _say(f"{line[0].upper()}{line[1:]}.")
     print()
     rows = [(e.name, e.value, e.low95, e.high95, e.unit, "open" if e.open else "") for e in found.fitted]
-    console.table("Fitted (calibrated), with 95 % bands", ("input", "value", "from", "to", "unit", ""), rows)
-    models = [(name, one.rms_N, one.rms_of_noise, one.largest_residual_N, one.largest_residual_deg,
+    console.table(
+        f"Fitted (calibrated), with 95 % intervals for {found.noise.model} noise",
+        ("input", "value", "from", "to", "unit", ""),
+        rows,
+    )
+    models = [(name, one.outcome, one.rms, one.rms_of_noise, one.largest_residual, one.largest_residual_deg,
                f"{one.agreeing_starts} of {one.starts}") for name, one in found.models.items()]  # fmt: skip
-    head = ("model", "left / N", "over noise", "largest / N", "at / deg", "starts agree")
-    console.table("What the fits leave", head, models)
+    unit = found.unit
+    head = ("model", "outcome", f"rms / {unit}", "/ noise", f"largest / {unit}", "at / deg", "agree")
+    console.table("Residuals of the fits", head, models)
     first = found.models[found.model]
     if first.correlation is not None:
         names = [str(i) for i in range(1, len(first.fitted) + 1)]
         table = [(str(i), *row) for i, row in enumerate(first.correlation, 1)]
         console.table("Correlation of the inputs, in their order", ("", *names), table)
     if found.prediction is not None:
-        left = ", ".join(f"{name} {value:.4g} N" for name, value in found.prediction.rms_N.items())
+        left = ", ".join(f"{name} {value:.4g} {unit}" for name, value in found.prediction.rms.items())
         _say(f"Predicted at {found.prediction.speed_rpm:g} r/min ({found.prediction.points} points), left: {left}.")
 
 

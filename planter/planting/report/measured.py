@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.files import units
 from planter.files.written import lines
 from planter.planting.measured.calibration import Calibrated
 from planter.planting.measured.curve import NUISANCE
@@ -40,7 +41,8 @@ def write(out: Path, device: Device, found: Calibrated) -> None:
     files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)
     if found.machine is not None:
         files.write_text(folder / MACHINE_FILE, machine_text(found))
-    drawn = style.save(measured(columns, _curves(found)), files.output_folder(folder / "figures"), "measured")
+    figure = measured(columns, _curves(found), found.result.unit)
+    drawn = style.save(figure, files.output_folder(folder / "figures"), "measured")
     files.write_text(folder / "report.html", _page(device, found, drawn))
 
 
@@ -60,9 +62,10 @@ def machine_text(found: Calibrated) -> str:
 
 def _columns(found: Calibrated) -> dict[str, Array]:
     """Measured and computed values over the turn, in shown units."""
-    used = found.measured.used
-    columns = {"phi_deg": np.degrees(found.measured.phi[used]), "measured_N": found.measured.values[used]}
-    return columns | {f"{model}_N": columns["measured_N"] - fit.residuals for model, fit in found.fits.items()}
+    used, unit = found.measured.used, found.result.unit
+    columns = {"phi_deg": np.degrees(found.measured.phi[used])}
+    columns |= {units.key("measured", unit): found.measured.values[used]}
+    return columns | {units.key(model, unit): fit.curve.values - fit.residuals for model, fit in found.fits.items()}
 
 
 def _curves(found: Calibrated) -> dict[str, Array]:
@@ -72,44 +75,49 @@ def _curves(found: Calibrated) -> dict[str, Array]:
 
 
 @style.drawn
-def measured(columns: dict[str, Array], curves: dict[str, Array]) -> Figure:
-    """Measured points with the fitted curves of both models at `DENSE_DEG`, and what each leaves."""
+def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str) -> Figure:
+    """Measured points with the fitted curves of both models at `DENSE_DEG`, and the residuals of each."""
     figure = style.new_figure(5.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     phi = np.mod(columns["phi_deg"], 360)
-    top.plot(phi, columns["measured_N"], "o", color=style.SOFT, markersize=2, label="measured")
-    for index, (model, values) in enumerate(curves.items()):
+    values = columns[units.key("measured", unit)]
+    top.plot(phi, values, "o", color=style.SOFT, markersize=2, label="measured")
+    for index, (model, fitted) in enumerate(curves.items()):
         shade = style.colour(model, index)
-        top.plot(DENSE_DEG, values, color=shade, label=f"{model} model")
-        bottom.plot(phi, columns["measured_N"] - columns[f"{model}_N"], "o", color=shade, markersize=1.6)
+        top.plot(DENSE_DEG, fitted, color=shade, label=f"{model} model")
+        bottom.plot(phi, values - columns[units.key(model, unit)], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    top.set_ylabel("measured and fitted / N")
-    bottom.set_ylabel("left / N")
+    top.set_ylabel(f"measured and fitted / {unit}")
+    bottom.set_ylabel(f"residual / {unit}")
     style.over_a_turn(bottom)
     figure.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
     return figure
 
 
 def _page(device: Device, found: Calibrated, drawn: str) -> str:
-    result, machine = found.result, device.machine
+    result, machine, unit = found.result, device.machine, found.result.unit
     head = ("input", "value", "from", "to", "unit", "lower", "upper", "open", "origin")
     rows = [
         (e.name, e.value, e.low95, e.high95, e.unit, e.lower, e.upper, "yes" if e.open else "", e.origin)
         for e in result.fitted
     ]
-    models = [(name, m.rms_N, m.rms_of_noise, m.rank, f"{m.agreeing_starts} of {m.starts}")
+    models = [(name, m.outcome, m.rms, m.rms_of_noise, m.rank, f"{m.agreeing_starts} of {m.starts}")
               for name, m in result.models.items()]  # fmt: skip
     parts = [
-        Section("In one sentence", [Text(f"{result.statement[0].upper()}{result.statement[1:]}.")]),
-        Section("Data", [Items(result.treatment), Keys({"noise / N": result.noise_N, "left out": result.left_out})]),
-        Section("Fitted inputs, with 95 % bands", [Table(head, rows)]),
-        Section("Models", [Table(("model", "left / N", "over noise", "rank", "starts agree"), models)]),
-        Section("Figure", [FigureSvg(drawn, "Measured and fitted over the turn, and what each model leaves.")]),
+        Section("Result", [Text(f"{result.statement}."), *([Items(result.warnings)] if result.warnings else [])]),
+        Section(
+            "Data", [Items(result.treatment), Keys({f"noise / {unit}": result.noise.std, "left out": result.left_out})]
+        ),
+        Section(f"Fitted inputs, with 95 % intervals for {result.noise.model} noise", [Table(head, rows)]),
+        Section("Models", [Table(("model", "outcome", f"rms / {unit}", "over noise", "rank", "starts agree"), models)]),
+        Section(
+            "Figure", [FigureSvg(drawn, "Measured and fitted over a revolution, and the residuals of each model.")]
+        ),
     ]
     if result.prediction is not None:
-        left = [(name, value) for name, value in result.prediction.rms_N.items()]
+        left = list(result.prediction.rms.items())
         caption = f"{result.prediction.points} points at {result.prediction.speed_rpm:g} r/min, nothing fitted to them"
-        parts.append(Section("Prediction", [Table(("model", "left / N"), left, caption)]))
+        parts.append(Section("Prediction", [Table(("model", f"rms / {unit}"), left, caption)]))
     parts.append(Section("Inputs", list(inputs(machine, meanings(device.sidecar), besides=("design", "bounds")))))
     parts.append(provenance_section(files.provenance(machine)))
     return page(f"Planting device {machine.name}, fitted to measured data", parts, machine.description)
