@@ -27,7 +27,7 @@ Positive = Annotated[Real, Field(gt=0), AfterValidator(_not_tiny)]
 NotNegative = Annotated[Real, Field(ge=0)]
 Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
 """An angle [deg] that still tells where in a turn it is."""
-Share = Annotated[Real, Field(gt=0, le=1)]
+Share = Annotated[Positive, Field(le=1)]
 Probability = Annotated[Real, Field(ge=0, le=1)]
 Whole = Annotated[int, Field(strict=True)]
 

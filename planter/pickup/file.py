@@ -19,9 +19,9 @@ from planter.files.tip_path import Points, inlined
 from planter.kernels import Array
 from planter.pickup.points import LEAST, parse_points
 
-Length = Annotated[Real, Field(gt=0, le=1e6)]
+Length = Annotated[Positive, Field(le=1e6)]
 Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
-Addendum = Annotated[Real, Field(gt=0, le=10)]
+Addendum = Annotated[Positive, Field(le=10)]
 LARGEST_SWING = 1e6
 TRANSITION_DEG = 15.0
 """Where smooth ends of a dwell name none."""
@@ -48,7 +48,7 @@ class Carrier(Section):
 
     gamma_deg: Annotated[Real, Field(gt=90, lt=180)]
     a2_mm: Length
-    speed_deg_per_s: Annotated[Real, Field(gt=0, le=1e9)]
+    speed_deg_per_s: Annotated[Positive, Field(le=1e9)]
 
 
 class HelicalStage(Section):
@@ -87,7 +87,7 @@ class LawData(Section):
     p: Annotated[Real, Field(ge=-LARGEST_SWING, le=LARGEST_SWING)]
     dwell_t_deg: Pair
     ends: Literal["smooth"] | None = None
-    transition_deg: Annotated[Real, Field(gt=0, le=90)] | None = None
+    transition_deg: Annotated[Positive, Field(le=90)] | None = None
 
     @field_validator("dwell_t_deg")
     @classmethod
@@ -152,7 +152,7 @@ class SplineData(Section):
 class Tray(Section):
     """Tray box and cell: a cell is a trapezium, its axis square to the tray."""
 
-    box_inclination_deg: Annotated[Real, Field(gt=0, lt=90)]
+    box_inclination_deg: Annotated[Positive, Field(lt=90)]
     cell_depth_mm: Length = 44.0
     cell_top_mm: Length = 30.0
     cell_bottom_mm: Length = 16.0
