@@ -223,7 +223,7 @@ class System:
     """A model of a machine: a lane along its angle, functions in closed form, or both.
 
     ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
-    that cannot pull.
+    that cannot pull; ``axes`` name the frames by which components of joints' actions are told, if not the world's.
     """
 
     name: str
@@ -235,6 +235,7 @@ class System:
     data: Mapping[str, Datum] = field(default_factory=dict)
     effects: Effects | None = None
     pushing: tuple[str, ...] = ()
+    axes: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

@@ -31,6 +31,7 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         **({"events": [_event(e) for e in events]} if events else {}),
         **({"effects": {"without": system.effects.without, "felt": system.effects.felt}} if system.effects else {}),
         **({"pushing": system.pushing} if system.pushing else {}),
+        **({"axes": system.axes} if system.axes else {}),
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip

@@ -54,7 +54,8 @@ class Joints(Contacts):
     def pin(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z, axes: Frame | None = None) -> None:
         """A revolute joint about an axis of ``by``'s frame: the force F_name on a body, by the world's axes or others.
 
-        In space moments M_name too, if the body's balances ask for them.
+        In space moments M_name too, by the axes of ``by``'s frame, if the body's balances ask for them. What is told by
+        other axes than the world's is told by the world's as well, as F_name_world_x or M_name_world_x.
         """
         tilting = self.spatial and (on.pin is None or on.pin.asked != SHAFT)
         self._joint(name, on, by, at, self._directions, _across(axis) if tilting else (), axes)
@@ -173,7 +174,10 @@ class Joints(Contacts):
         self, name: str, on: Body, by: Body, at: Point, forces: Iterable[int], moments: Iterable[int],
         frame: Frame | None = None,
     ) -> None:  # fmt: skip
-        """Forces by axes of the world or of a frame, moments by those of ``by``'s."""
+        """Forces by axes of the world or of a frame, moments by those of ``by``'s.
+
+        Whatever is not by those of the world is told by these as well.
+        """
         force, moment = [S.Zero] * 3, [S.Zero] * 3
         for i in forces:
             force[i] = self.assembly.unknown(
@@ -182,7 +186,16 @@ class Joints(Contacts):
         for i in moments:
             meaning = f"moment of {by} on {on} at {at.name}, {AXES[i]} of {by.frame}"
             moment[i] = self.assembly.unknown(f"M_{name}{AXES[i]}", "N m", meaning)
-        self.assembly.act(name, on, by, at, Vec(frame or self.world, triple(force)), Vec(by.frame, triple(moment)))
+        forces_, moments_ = Vec(frame or self.world, triple(force)), Vec(by.frame, triple(moment))
+        self.assembly.act(name, on, by, at, forces_, moments_)
+        self._along_other_axes(f"F_{name}", "N", f"force of {by} on {on} at {at.name}", forces_)
+        self._along_other_axes(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}", moments_)
+
+    def _along_other_axes(self, name: str, unit_: str, meaning: str, action: Vec) -> None:
+        """Note an action of a joint in space, or a force in the plane, whose components are not the world's."""
+        turned = action.frame != self.world and any(component != 0 for component in action.components)
+        if turned and (self.spatial or unit_ == "N"):
+            self.turned[name] = (unit_, meaning, action)
 
     def _sliding(self, name: str, by: Body, at: Point, way: Vec, origin: Point | None) -> Quantity:
         """How fast a point slides along a way as it is seen from a body; friction turns round where it stops."""

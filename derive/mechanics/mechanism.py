@@ -68,7 +68,11 @@ class Mechanism(Joints):
 
         Raises DimensionError for what is no angle.
         """
-        if dimension(sp.sympify(angle)) not in (None, NONE):
+        try:
+            found = dimension(sp.sympify(angle))
+        except DimensionError as error:
+            raise DimensionError(f"frame {name}: {error}") from None
+        if found not in (None, NONE):
             raise DimensionError(f"frame {name}: its angle {angle} is not in rad")
         return Frame(name, parent or self.world, axis, sp.sympify(angle))
 
@@ -137,6 +141,10 @@ class Mechanism(Joints):
             return System(
                 self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data,
                 pushing=tuple(force.name for force in self.pushing if force in lane.outputs),
+                axes=self.component_axes,
             )  # fmt: skip
         functions = moving.freely(self, TIME, reported)
-        return System(self.name, self.title, self.source, self.assumptions, None, functions, self.given.data)
+        return System(
+            self.name, self.title, self.source, self.assumptions, None, functions, self.given.data,
+            axes=self.component_axes,
+        )  # fmt: skip

@@ -108,7 +108,7 @@ class Free:
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         """What is told of a state, its accelerations and, where it needs them, the joints' actions."""
         stated = self.stated
-        reports = [*stated.reports, *self._energies()]
+        reports = [*stated.reports, *stated.world_components(), *self._energies()]
         stated.name_accelerations()
         actions = Vector("actions", tuple(stated.assembly.unknowns))
         known = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in reports)]

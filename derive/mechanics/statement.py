@@ -43,6 +43,7 @@ class Statement:
         self.shared: list[Body] = []
         self.rolling: dict[str, tuple[Body, Body, Point]] = {}
         self.pushing: list[Quantity] = []
+        self.turned: dict[str, tuple[str, str, Vec]] = {}
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -84,6 +85,28 @@ class Statement:
         symbol = quantity(name, unit, meaning)
         self.reports.append(let(symbol, expr))
         return symbol
+
+    @property
+    def component_axes(self) -> dict[str, str]:
+        """Names of the frames by which components of joints' actions are told, by the components' names.
+
+        The components of all others, and those that say so in their name, are the world's.
+        """
+        return {
+            str(component): action.frame.name
+            for _, _, action in self.turned.values()
+            for component in action.components
+            if component != 0
+        }
+
+    def world_components(self) -> list[Let]:
+        """The world's components, ``NAME_world_AXIS``, of the joints' actions that are told by other axes."""
+        return [
+            let(quantity(f"{name}_world_{axis}", unit, f"{meaning}, {axis} of the world"), component)
+            for name, (unit, meaning, action) in self.turned.items()
+            for axis, component in zip(AXES, action.resolved(self.world).components, strict=True)
+            if component != 0
+        ]
 
     def balance(self, body: Body, kind: Kind, axis: str = "z") -> Balance:
         """What an equation may claim to be: a body's balance of forces or moments, along an axis of the world."""

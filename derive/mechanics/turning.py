@@ -21,7 +21,7 @@ def along(
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
-    steps, reports = motion(stated), list(stated.reports)
+    steps, reports = motion(stated), [*stated.reports, *stated.world_components()]
     if reported is None or any(str(asked).startswith(LAW) for asked in reported):
         reports += lawful(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
     outputs = stated.chosen(_known(stated, steps, reports, reported is None), reported)

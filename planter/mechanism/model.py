@@ -9,6 +9,7 @@ import numpy as np
 
 from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array
+from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.loops import Loops
 
@@ -16,6 +17,12 @@ LAW, PIVOTS, STATES = "law_", "pivot_", "states_"
 """Beginnings of names that say how sound results are: laws kept, pivots of elimination, states that friction has."""
 LEAST_PIVOT = 1e-12
 """Simultaneous equations with a smaller pivot determine nothing."""
+
+
+def component_axes(formulas: Formulas) -> dict[str, str]:
+    """Frames by whose axes components of joints' actions are told, by the components' names; others are the world's."""
+    axes: dict[str, str] = formulas.sidecar.get("axes", {})
+    return axes
 
 
 class Model:

@@ -10,6 +10,7 @@ import numpy as np
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
+from planter.mechanism.model import component_axes
 from planter.mechanism.results import ChangedStart, Course, Energy
 from planter.mechanism.results import Motion as Result
 from planter.mechanism.small import eigenvalues, equilibrium
@@ -45,10 +46,11 @@ def move(
     told = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     columns = {key: values[name] / units.factor(key) for name, key in keys.items()}
+    axes = {keys[name]: frame for name, frame in component_axes(dynamics.formulas).items() if name in keys}
     result = Result(
         machine=dynamics.file.name,
         until_s=until,
-        quantities={key: _course(key, column) for key, column in columns.items()},
+        quantities={key: _course(key, column, axes.get(key)) for key, column in columns.items()},
         energy=_energy(run.results),
         redundant_constraints=dynamics.redundant(run.states[:, 0]),
         dependent_constraints=dynamics.dependent(run.states[:, 0]),
@@ -72,8 +74,8 @@ def _changed(dynamics: Dynamics, start: Array) -> list[ChangedStart]:
     return found
 
 
-def _course(key: str, values: Array) -> Course:
-    return Course(units.unit(key), float(values.min()), float(values.max()), float(values[-1]))
+def _course(key: str, values: Array, axes: str | None) -> Course:
+    return Course(units.unit(key), float(values.min()), float(values.max()), float(values[-1]), axes)
 
 
 def _energy(results: dict[str, Array]) -> Energy:

@@ -11,7 +11,8 @@ from planter.records import Record
 class Quantity(Record):
     """A quantity over a turn: extremes with their angles [deg], mean, root mean square.
 
-    Mean and root mean square are null if the quantity does not end the turn as it began it.
+    Mean and root mean square are null if the quantity does not end the turn as it began it. `axes` names the frame by
+    whose axes a joint's component is told, if they are not the world's.
     """
 
     unit: str
@@ -21,6 +22,7 @@ class Quantity(Record):
     rms: float | None
     min_deg: float
     max_deg: float
+    axes: str | None = None
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,13 @@ class Turn(Record):
 
 @dataclass(frozen=True)
 class Course(Record):
-    """A quantity over a time."""
+    """A quantity over a time; `axes` as in a turn."""
 
     unit: str
     min: float
     max: float
     last: float
+    axes: str | None = None
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planter.files import units
-from planter.mechanism.results import Motion, Optimum, Quantity, Turn
+from planter.mechanism.results import Course, Motion, Optimum, Quantity, Turn
 from planter.report.labels import name
 from planter.terminal.console import Console
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-12
 def turn(console: Console, found: Turn) -> None:
     """Quantities, works and laws."""
     rows = [
-        (name(key), q.min, f"{q.min_deg:g}", q.max, f"{q.max_deg:g}", _mean(q), q.rms, q.unit)
+        (name(key), q.min, f"{q.min_deg:g}", q.max, f"{q.max_deg:g}", _mean(q), q.rms, unit_with_axes(q))
         for key, q in found.quantities.items()
     ]
     console.table(f"{found.machine}: a turn in {found.samples} samples", HEAD, rows)
@@ -32,9 +32,14 @@ def turn(console: Console, found: Turn) -> None:
     console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
 
 
+def unit_with_axes(quantity: Quantity | Course) -> str:
+    """A unit, and by whose axes a component is told if they are not the world's."""
+    return quantity.unit if quantity.axes is None else f"{quantity.unit}, axes of {quantity.axes}"
+
+
 def motion(console: Console, found: Motion) -> None:
     """Quantities, energy, constraints, and the state of rest if it was asked for."""
-    rows = [(name(key), q.min, q.max, q.last, q.unit) for key, q in found.quantities.items()]
+    rows = [(name(key), q.min, q.max, q.last, unit_with_axes(q)) for key, q in found.quantities.items()]
     console.table(
         f"{found.machine}: motion until {found.until_s:g} s", ("quantity", "min", "max", "last", "unit"), rows
     )

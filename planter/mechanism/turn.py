@@ -9,7 +9,7 @@ import numpy as np
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import lifting
-from planter.mechanism.model import LAW, PIVOTS, STATES, Model
+from planter.mechanism.model import LAW, PIVOTS, STATES, Model, component_axes
 from planter.mechanism.periodicity import Periodicity, periodicity
 from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
@@ -53,12 +53,16 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     told = [entry for entry in model.outputs if not entry["name"].startswith((LAW, PIVOTS, STATES))]
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     columns = {key: found[name] / units.factor(key) for name, key in keys.items()}
+    axes = {keys[name]: frame for name, frame in component_axes(model.formulas).items() if name in keys}
     degrees, repeats = np.degrees(angles), periodicity(model, angles, found)
     ends = {keys[name]: value / units.factor(keys[name]) for name, value in repeats.end.items()}
     result = Result(
         machine=model.file.name,
         samples=count,
-        quantities={key: _quantity(key, values, angles, ends.get(key), repeats) for key, values in columns.items()},
+        quantities={
+            key: _quantity(key, values, angles, ends.get(key), repeats, axes.get(key))
+            for key, values in columns.items()
+        },
         work=_works(model, found, repeats),
         laws=_laws(model, found),
         warnings=[*repeats.warnings(), *lifting.warnings(model, angles, found, not repeats.changes)],
@@ -70,7 +74,9 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     return Turn(model.angle, degrees, columns, ends, meanings, model.places(angles), seconds, result)
 
 
-def _quantity(key: str, values: Array, angles: Array, end: float | None, repeats: Periodicity) -> Quantity:
+def _quantity(
+    key: str, values: Array, angles: Array, end: float | None, repeats: Periodicity, axes: str | None
+) -> Quantity:
     low, high = (turn_deg(float(angles[first_extreme(angles, values, sign)])) for sign in (-1, 1))
     mean, square = (None, None) if key in repeats.changes or end is None else _means(values, end)
     return Quantity(
@@ -81,6 +87,7 @@ def _quantity(key: str, values: Array, angles: Array, end: float | None, repeats
         rms=None if square is None else float(np.sqrt(square)),
         min_deg=low,
         max_deg=high,
+        axes=axes,
     )
 
 

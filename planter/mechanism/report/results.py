@@ -13,7 +13,7 @@ from planter.mechanism.report import optimum_file, page
 from planter.mechanism.report.figures import Course
 from planter.mechanism.report.scene import scene
 from planter.mechanism.results import Optimum
-from planter.mechanism.tables import CHANGED_START
+from planter.mechanism.tables import CHANGED_START, unit_with_axes
 from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
 from planter.report.html import Block, Items, Keys, Section, Table, Text
@@ -66,7 +66,7 @@ def _turn(found: Turn) -> Iterator[Section]:
     if told := found.result.warnings:
         yield Section("Warnings", [Items([f"{w.message} ({w.name})" for w in told], "warning")])
     rows = [
-        (key, found.meanings[key], q.unit, q.min, q.min_deg, q.max, q.max_deg, q.mean, q.rms)
+        (key, found.meanings[key], unit_with_axes(q), q.min, q.min_deg, q.max, q.max_deg, q.mean, q.rms)
         for key, q in found.result.quantities.items()
     ]
     head = ("quantity", "meaning", "unit", "min", "at / deg", "max", "at / deg", "mean", "rms")
@@ -79,7 +79,7 @@ def _turn(found: Turn) -> Iterator[Section]:
 
 def _motion(found: Motion) -> Iterator[Section]:
     result = found.result
-    rows = [(key, found.meanings[key], q.unit, q.min, q.max, q.last) for key, q in result.quantities.items()]
+    rows = [(key, found.meanings[key], unit_with_axes(q), q.min, q.max, q.last) for key, q in result.quantities.items()]
     yield Section("Motion", [Table(("quantity", "meaning", "unit", "min", "max", "last"), rows)])
     if result.changed_start:
         changed = [(one.quantity, one.unit, one.stated, one.used) for one in result.changed_start]

@@ -106,6 +106,22 @@ def test_a_coordinate_in_a_wrong_unit_is_named() -> None:
         m.system()
 
 
+@pytest.mark.parametrize(("angle", "speed"), [("mm", "r/min"), ("rad", "mm/s"), ("1", "rad/s")])
+def test_driving_angle_in_a_wrong_unit_is_refused(angle: str, speed: str) -> None:
+    q = quantities(f"phi | {angle} | drive\nomega | {speed} | its speed | 1")
+    with pytest.raises(MechanismError, match="driven along an angle"):
+        Mechanism("wrong", q, angle=q.phi, speed=q.omega)
+
+
+def test_frame_turned_by_a_length_is_refused() -> None:
+    q = quantities("phi | deg | drive\nomega | r/min | its speed | 1\na | mm | crank | 3")
+    m = Mechanism("wrong", q, angle=q.phi, speed=q.omega)
+    with pytest.raises(DimensionError, match="frame arm"):
+        m.frame("arm", q.phi + q.a)
+    with pytest.raises(DimensionError, match="frame arm"):
+        m.frame("arm", q.a)
+
+
 def test_a_misspelt_report_gets_its_suggestion() -> None:
     with pytest.raises(MechanismError, match="nothing is called F_Bxx; did you mean F_Bx"):
         four_bar().system(reported=["F_Bxx"])
