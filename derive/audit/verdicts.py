@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import ExitStack
+from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -86,7 +88,12 @@ def judged(
         records[m] = {n: failed.get(n) or known.get((case.paper.name, n)) for n in keys[m]}
     laws = {m: [r for r in known_laws if r["paper"] == case.paper.name] for m, case in found.items() if case.chains}
     places = [(m, str(sys.modules[m].__file__)) for m in found]
-    with ProcessPoolExecutor(initializer=load, initargs=(places,)) as pool:
+    with ExitStack() as open_pools:
+
+        @cache
+        def pool() -> Executor:
+            return open_pools.enter_context(ProcessPoolExecutor(initializer=load, initargs=(places,)))
+
         trials: dict[str, Future[list[record.Record]]] = {}
         tasks = {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in laws}
         for m, case in found.items():
@@ -95,7 +102,7 @@ def judged(
                 answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
                 law_key = key.of_laws(case, case.choices_by(answers))
                 if not (laws[m] and all(record.reusable(r, law_key) for r in laws[m])):
-                    trials[m] = pool.submit(_laws, m, answers, law_key)
+                    trials[m] = pool().submit(_laws, m, answers, law_key)
         tasks |= {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in found if m not in laws}
         for m, started in tasks.items():
             records[m] |= _results(started)
@@ -118,12 +125,16 @@ def _keys(case: Case) -> tuple[dict[str, str], dict[str, record.Record]]:
 
 
 def _submitted(
-    pool: Executor, module: str, case: Case, keys: Mapping[str, str], old: Mapping[str, record.Record | None]
+    pool: Callable[[], Executor],
+    module: str,
+    case: Case,
+    keys: Mapping[str, str],
+    old: Mapping[str, record.Record | None],
 ) -> list[Future[list[record.Record]]]:
     """Judgement of every equation without a record that still holds, those together that share questions."""
     still_open = [n for n in keys if not record.reusable(old[n], keys[n])]
     together = dict.fromkeys(case.linked(n) for n in still_open)
-    return [pool.submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in together]
+    return [pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in together]
 
 
 def _results(tasks: Iterable[Future[list[record.Record]]]) -> dict[str, record.Record]:

@@ -50,7 +50,7 @@ def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record
             return type("Done", (), {"result": staticmethod(lambda: found)})
 
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: Here())
-    monkeypatch.setattr(key, "of_laws", lambda _: "of laws")
+    monkeypatch.setattr(key, "of_laws", lambda *_: "of laws")
     records, laws = verdicts.judged([module], {}, [])
     return {found["equation"]: found for found in records}, laws
 
@@ -84,15 +84,15 @@ def test_key_error_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     case = made_up()
     for number in ("1", "2"):
         case.paper.defines(number, x, a * u, MadeUpClaim.SUM)
-    of_equation = key.of_equation
+    of_sides = key.of_sides
     broken = {"1": RuntimeError("this one has no key")}
 
     def key_of(own: Case, number: str) -> str:
         if number in broken:
             raise broken[number]
-        return of_equation(own, number)
+        return of_sides(own, number)
 
-    monkeypatch.setattr(key, "of_equation", key_of)
+    monkeypatch.setattr(key, "of_sides", key_of)
     found, _ = audit(case, monkeypatch)
     assert [found[number]["verdict"] for number in "12"] == ["not judged", "confirmed"]
     assert "this one has no key" in found["1"]["finding"]
