@@ -171,13 +171,14 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
             moved = float(np.mod(fit.values[i], curve.period)) % curve.period - float(fit.values[i])
             if curve.is_cyclic:
                 ends = -moved, curve.period - moved
+                start[i] = np.mod(start[i], curve.period) - moved
         shown = [float((value + moved) / factor) for value in (fit.values[i], *ends, low, high)]
         value, shown_lower, shown_upper, low95, high95 = shown
         inputs.append(
             FittedInput(
                 name=name, value=value, unit=curve.unit if name == OFFSET else units.unit(name) or "1",
-                lower=shown_lower, upper=shown_upper, start=float(start[i] / factor), low95=low95, high95=high95,
-                interval=[low95, high95], open=bool(is_open), origin="calibrated",
+                lower=shown_lower, upper=shown_upper, start=float((start[i] + moved) / factor),
+                low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
         )  # fmt: skip
     return inputs

@@ -141,7 +141,9 @@ def _factor(
     written = next((part.strip() for part in found.groups() if part), None) if found else None
     unit = told if told is not None else written
     if unit is None or unit not in units:
-        given = "has no unit that is known" if told is None else f"{option} = {told} is not allowed"
+        given = f"{option} = {told} is not allowed" if told is not None else "has no unit that is known"
+        if told is None and written is not None:
+            given = f"the unit {written} does not fit"
         raise InputError(f"{table.source}: column {name}: {given}: {option} must be one of {', '.join(units)}")
     return units[unit], unit
 

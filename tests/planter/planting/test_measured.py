@@ -267,7 +267,7 @@ def test_a_phase_below_zero_is_moved_into_its_period() -> None:
     chosen = Chosen.of(device, {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)})
     entry = calibration.describe_inputs(searched(MeasuredCurve(device, chosen, data), starts=1))[2]
     assert 178 < entry.value < 180
-    assert (entry.lower, entry.upper) == pytest.approx((170, 190))
+    assert (entry.lower, entry.start, entry.upper) == pytest.approx((170, 180, 190))
     assert entry.interval[0] < entry.value < entry.interval[1]
 
 
