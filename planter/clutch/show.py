@@ -82,7 +82,7 @@ class ReuleauxClutch:
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """Return the inequalities of a clutch that works."""
         rows = self._geometry(values).conditions
-        return [Check(one.condition, one.unit, None, one.margin, one.holds) for one in rows]
+        return [Check(one.condition, one.unit.removeprefix("1"), None, one.margin, one.holds) for one in rows]
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
         """Return the rotation of the crank at the angles and with the rods of the field test."""

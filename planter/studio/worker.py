@@ -9,6 +9,7 @@ import json
 import math
 import os
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -31,9 +32,10 @@ def main() -> None:
     _limit_memory()
     answers = _private_output()
     lines = workers.read_lines()
+    list(rooms.brought("show"))
+    import_module("planter.kernels.formulas")  # what takes longest is loaded before anybody waits for it
     places = json.loads(next(lines))
     session = Session(*(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit"))))
-    list(rooms.brought("show"))  # before anybody waits for it
     for line in lines:
         request = json.loads(line)
         answers.write(answer_request(session, request["do"], request["message"]) + "\n")
