@@ -15,6 +15,7 @@ WHAT = """code (the default): the models and families of this project; audit: wh
 or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
 that Python may do: derive only files that you trust."""
 OUT = "folder to write to; else generated/, of this project or beside your file. Nothing else in it is touched"
+OVERWRITE = "replace files there that were not derived, or were edited since"
 TARGET = """also write this language (repeatable): matlab (MATLAB and Octave), latex (the derivation as a document), or
 one of an installed package. Our own models are written in it to --out alone"""
 CHECK = "derive everything, write nothing, and compare with what was written"
@@ -23,7 +24,7 @@ CHECK = "derive everything, write nothing, and compare with what was written"
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
-        return _derived(arguments.what, arguments.out, arguments.check, arguments.target)
+        return _derived(arguments.what, arguments.out, arguments.check, arguments.target, arguments.overwrite)
     except OwnError as error:
         print(error, file=sys.stderr)
     except ModuleNotFoundError as error:
@@ -39,10 +40,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--check", action="store_true", help=CHECK)
     parser.add_argument("--target", action="append", default=[], metavar="NAME", help=TARGET)
     parser.add_argument("--out", type=Path, metavar="DIR", help=OUT)
+    parser.add_argument("--overwrite", action="store_true", help=OVERWRITE)
     return parser
 
 
-def _derived(what: str, out: Path | None, check: bool, asked: Sequence[str]) -> int:
+def _derived(what: str, out: Path | None, check: bool, asked: Sequence[str], overwrite: bool) -> int:
     """Write or compare one part of our own, or what the user names; the exit status."""
     from .build.generation import code, code_of
     from .build.pipeline import PARTS, VERDICTS
@@ -50,26 +52,30 @@ def _derived(what: str, out: Path | None, check: bool, asked: Sequence[str]) -> 
     if asked and what in PARTS:
         if what != "code" or out is None or check:
             raise OwnError("--target: our own models are written in another language by `code --target NAME --out DIR`")
-        return _added(out, code(asked), what)
+        return _added(out, code(asked), what, overwrite)
     if what not in PARTS:
         content, beside = code_of(what, asked)
         folder = out or beside
-        return _compared(folder, changes(folder, content), len(content)) if check else _added(folder, content, what)
+        return (
+            _compared(folder, changes(folder, content), len(content))
+            if check
+            else _added(folder, content, what, overwrite)
+        )
     folder = out or (GENERATED if GENERATED.is_dir() else Path("generated"))
     if check:
         content = {name: text for part in PARTS.values() for name, text in part(None).items()}
         return _compared(folder, differences(folder, content), len(content))
     content = PARTS[what](folder / "audit.json")
     if folder != GENERATED:
-        return _added(folder, content, what)
+        return _added(folder, content, what, overwrite)
     others = VERDICTS if what == "code" else frozenset(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
     write(folder, content, others)
     print(f"generated/: {len(content)} files of {what}")
     return 0
 
 
-def _added(folder: Path, content: dict[str, str], what: str) -> int:
-    add(folder, content)
+def _added(folder: Path, content: dict[str, str], what: str, overwrite: bool) -> int:
+    add(folder, content, overwrite)
     print(f"{folder}/: {len(content)} files of {what}")
     return 0
 

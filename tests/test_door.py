@@ -18,7 +18,6 @@ PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "
 """Modules whose `load`, `loads` and `open` read: a method of that name of something else does not."""
 ALLOWED = {
     "audit/numbers.py": "printed numbers of installed rooms",
-    "audit/own.py": "copies what `derive` wrote a moment before",
     "bench/outlines.py": "a drawing that the measured program wrote a moment before",
     "bench/processes.py": "copies this program itself",
     "bench/surroundings.py": "/proc/cpuinfo",

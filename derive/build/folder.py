@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import os
 from pathlib import Path
 
+from .own import OwnError
+
+LIST = ".planter.json"
+"""The list of what was written into a folder."""
 GENERATED = Path(__file__).parents[2] / "generated"
 """Where a checkout keeps what is derived."""
 
@@ -13,15 +20,70 @@ def write(folder: Path, content: dict[str, str], others: frozenset[str] = frozen
     for stray in strays(folder, content):
         if stray.relative_to(folder).as_posix() not in others:
             stray.unlink()
-    add(folder, content)
-
-
-def add(folder: Path, content: dict[str, str]) -> None:
-    """Write every text; what stands there besides is left alone."""
     for name, text in content.items():
-        path = folder / name
+        _put(folder / name, text)
+
+
+def add(folder: Path, content: dict[str, str], overwrite: bool = False) -> None:
+    """Write every text, or none where that would replace a file that was not derived, or that was edited since.
+
+    What stands there besides is left alone. Each folder's list of hashes says what was derived; `overwrite` does not
+    ask it. Raises OwnError, naming the file.
+    """
+    places: dict[Path, dict[str, str]] = {}
+    for name, text in content.items():
+        places.setdefault((folder / name).parent, {})[(folder / name).name] = text
+    lists = {place: _listed(place) for place in places}
+    for place, texts in places.items():
+        for name, text in texts.items():
+            known = {_hash(text.encode()), *(part.get(name, "") for part in lists[place].values())}
+            if os.path.lexists(place / name) and not overwrite and not _is_one_of(place / name, known):
+                raise OwnError(
+                    f"{place / name}: this was not derived, or it was edited since, and it is not overwritten; rename "
+                    "it, choose another --out, or add --overwrite"
+                )
+    for place, texts in places.items():
+        _write_listed(place, texts, lists[place])
+
+
+def _write_listed(place: Path, texts: dict[str, str], listed: dict[str, dict[str, str]]) -> None:
+    """Write the files of one folder; their list comes first, with the hashes from before, in case of a kill."""
+    before = {name: part[name] for part in (listed["files"], listed["independent"]) for name in texts if name in part}
+    files = {name: value for name, value in listed["files"].items() if name not in texts}
+    after = listed["independent"] | {name: _hash(text.encode()) for name, text in texts.items()}
+    parts = {"files": files, "independent": dict(sorted(after.items())), "earlier": listed["earlier"] | before}
+    _put(place / LIST, json.dumps({name: part for name, part in parts.items() if part or name == "files"}, indent=1))
+    for name, text in texts.items():
+        _put(place / name, text)
+
+
+def _put(path: Path, text: str) -> None:
+    """Write a file at once: whoever looks sees the old text or the new. Raises OwnError where it cannot be written."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
+        part.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise OwnError(f"{path}: this cannot be written ({error.strerror})") from None
+
+
+def _listed(place: Path) -> dict[str, dict[str, str]]:
+    """The parts of a folder's list, as `planter.report.folder` has it: hashes by name; empty where there is none."""
+    try:
+        found = json.loads((place / LIST).read_text(encoding="utf-8"))
+        return {part: dict(found.get(part, {})) for part in ("files", "independent", "earlier")}
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+        return {"files": {}, "independent": {}, "earlier": {}}
+
+
+def _is_one_of(path: Path, hashes: set[str]) -> bool:
+    return path.is_file() and not path.is_symlink() and _hash(path.read_bytes()) in hashes
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def differences(folder: Path, content: dict[str, str]) -> list[str]:
@@ -42,5 +104,5 @@ def changes(folder: Path, content: dict[str, str]) -> list[str]:
 
 
 def strays(folder: Path, content: dict[str, str]) -> list[Path]:
-    files = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+    files = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts and p.name != LIST)
     return sorted(p for p in files if p.relative_to(folder).as_posix() not in content)

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import InputError
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, listing
 
@@ -24,6 +25,7 @@ def _papers() -> Iterable[str]:
 
 
 @app.command(cls=listing(paper=_papers))
+@writes("summary.json", "report.html")
 def audit(
     paper: Annotated[
         str | None,

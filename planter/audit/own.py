@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,9 @@ from planter.audit import numbers, question, verdicts
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.derivation import GENERATED, derived
-from planter.files.text import read_json
+from planter.files.text import read_bytes, read_json
+from planter.report import files
+from planter.report.folder import NAME as LIST
 
 VERDICTS, TYPESET = "audit.json", "audit_mathml.json"
 LARGEST = 100_000_000
@@ -41,7 +42,9 @@ def tried(source: Path, printed: Path | None = None) -> Tried:
         derived(source, Path(place))
         if not Path(place, VERDICTS).is_file():
             raise InputError(f"{source}: it puts no paper on trial: it must offer CASE = trial(mechanism, paper)")
-        shutil.copytree(place, folder, dirs_exist_ok=True)
+        derivations = {path.relative_to(place).as_posix(): path for path in Path(place).rglob("*") if path.is_file()}
+        files.write_all(folder, {name: read_bytes(path, LARGEST) for name, path in derivations.items()
+                                 if path.name != LIST})  # fmt: skip
     content, typeset = (read_json(folder / name, LARGEST, LARGEST) for name in (VERDICTS, TYPESET))
     papers: dict[str, dict[str, str]] = content["papers"]
     judged = [] if listed is None or printed is None else _judged(listed, printed, papers, folder)

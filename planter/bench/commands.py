@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.bench.settings import WAYS, WORKS
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
 
@@ -14,6 +15,7 @@ app = typer.Typer()
 
 
 @app.command()
+@writes("bench.json", "bench.md")
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")] = False,
     work: Annotated[

@@ -9,6 +9,8 @@ import typer
 
 from planter.cli.results import Derived
 from planter.files import derivation
+from planter.report.folder import NAME
+from planter.report.writing import OverwriteOption
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption
 
@@ -33,13 +35,18 @@ TargetOption = Annotated[
 ]
 
 
+def _is_derived(path: Path) -> bool:
+    return path.is_file() and "__pycache__" not in path.parts and path.name != NAME
+
+
 @app.command()
 def derive(
-    source: FileArgument, out: FolderOption = None, target: TargetOption = None, as_json: JsonOption = False
-) -> None:
+    source: FileArgument, out: FolderOption = None, target: TargetOption = None, overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:  # fmt: skip
     """Derive a mechanism of your own and write its functions. FILE is run as Python: hand in none that you mistrust."""
     console = Console(as_json)
     with console.outcome():
-        folder = derivation.derived(source, out, target or ())
-        written = sorted(str(path) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+        folder = derivation.derived(source, out, target or (), overwrite)
+        written = sorted(str(path) for path in folder.rglob("*") if _is_derived(path))
         console.result(Derived(str(folder), written), lambda: print("\n".join(written)))

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
@@ -13,6 +14,7 @@ app = typer.Typer()
 
 
 @app.command()
+@writes("summary.json", "symbols.csv", "report.html")
 def explain(
     name: Annotated[
         str | None,

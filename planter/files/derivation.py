@@ -12,10 +12,11 @@ from planter.files.text import check_regular
 GENERATED = "generated"
 
 
-def derived(source: Path, out: Path | None = None, targets: Iterable[str] = ()) -> Path:
+def derived(source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False) -> Path:
     """The folder with what was derived of a file or folder: that which is given, else ``generated`` beside it.
 
-    ``targets`` are languages that are written besides those that always are.
+    ``targets`` are languages that are written besides those that always are; ``overwrite`` replaces files that were not
+    derived, or were edited since.
     Raises InputError for what is wrong with the user's file, with the place in it, ComputationError for anything else.
     """
     if not source.exists():
@@ -23,8 +24,9 @@ def derived(source: Path, out: Path | None = None, targets: Iterable[str] = ()) 
     if not source.is_dir():
         check_regular(source)
     folder = out or (source if source.is_dir() else source.parent) / GENERATED
-    languages = [part for name in targets for part in ("--target", name)]
-    done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *languages))
+    options = ["--overwrite"] if overwrite else []
+    options += [part for name in targets for part in ("--target", name)]
+    done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *options))
     said = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
     if done.returncode == InputError.exit_code:
         raise InputError(said[0])

@@ -31,6 +31,7 @@ from planter.gears.options import (
     UndercutOption,
     WidthOption,
 )
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
 
@@ -58,6 +59,7 @@ each gear, the assembly, figures and a page; --step and --stl solids too.
 
 
 @app.command(help=HELP)
+@writes("summary.json", "report.html", "assembly.dxf", "assembly.svg")
 def gears(
     machine: Annotated[
         str | None, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)

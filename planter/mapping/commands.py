@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
@@ -31,6 +32,7 @@ app = typer.Typer()
 
 
 @app.command()
+@writes("summary.json", "report.html")
 def synthesise(
     poses: PosesArgument,
     carrier: CarrierOption = 1,
@@ -60,6 +62,7 @@ def synthesise(
 
 
 @app.command()
+@writes("summary.json", "cycle.csv", "pitch_curves.csv", "report.html")
 def train(
     curve: CurveArgument,
     centre_distance_mm: Annotated[float, typer.Option(help="centre distance of both stages")] = 70.0,

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
@@ -18,6 +19,7 @@ MechanismArgument = Annotated[
 
 
 @app.command()
+@writes("summary.json", "values.csv", "report.html")
 def turn(
     mechanism: MechanismArgument,
     samples: Annotated[
@@ -43,6 +45,7 @@ def turn(
 
 
 @app.command()
+@writes("summary.json", "values.csv", "report.html")
 def move(
     mechanism: MechanismArgument,
     until: Annotated[float, typer.Option(metavar="S", min=1e-9, help="end of the motion [s]")],

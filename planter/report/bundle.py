@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from planter.files.names import file_name
 from planter.progress import Listener, Phase
 from planter.report import files, style
 from planter.report.folder import renews
@@ -33,15 +34,13 @@ def drawn(figures: Mapping[str, Figure], progress: Listener | None = None) -> di
 
 
 @renews
-def write(out: str | Path, texts: Mapping[str, str], figures: Mapping[str, Drawn]) -> None:
-    """Writes texts by their files' names, and figures into the folder `figures`.
+def write(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, Drawn]) -> None:
+    """Write texts by their files' names, and figures into the folder `figures`.
 
-    Raises InputError, naming the path, for a folder that cannot be written, before anything is.
+    Raises InputError, naming the path, for a folder that cannot be written, and for files there that planter did not
+    write, before anything is.
     """
-    folder = files.output_folder(out)
-    place = files.output_folder(folder / "figures")
+    contents: dict[str, str | bytes] = {}
     for name, figure in figures.items():
-        files.write_text(place / f"{name}.svg", figure.svg)
-        files.write_bytes(place / f"{name}.png", figure.png)
-    for name, text in texts.items():
-        files.write_text(folder / name, text)
+        contents |= {f"figures/{file_name(name)}.svg": figure.svg, f"figures/{file_name(name)}.png": figure.png}
+    files.write_all(out, contents | dict(texts))

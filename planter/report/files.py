@@ -26,12 +26,24 @@ if TYPE_CHECKING:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Writes a file of a result, and enters it in the list of its folder where that is being renewed.
+    """Write a file of a result, and enter it in the list of its folder.
 
-    Raises InputError, naming the path, if it cannot be written.
+    Raises InputError, naming the path, if it cannot be written, or if planter did not write what is there.
     """
-    folder.replace(path, content)
-    folder.written(path, content)
+    folder.write(path, content)
+
+
+def write_all(out: str | Path, contents: Mapping[str, str | bytes]) -> list[str]:
+    """Write texts and bytes by their files' names into a folder, and return their paths.
+
+    Raises InputError as `write_bytes`, before anything is written if planter did not write one of what is there.
+    """
+    folder.check(out, contents)
+    for place in {(Path(out) / name).parent for name in contents}:
+        output_folder(place)
+    for name, content in contents.items():
+        write_bytes(Path(out) / name, _encoded(content) if isinstance(content, str) else content)
+    return [str(Path(out) / name) for name in contents]
 
 
 def write_text(path: Path, text: str) -> None:
@@ -39,7 +51,11 @@ def write_text(path: Path, text: str) -> None:
 
     What UTF-8 has no bytes for, as in a file name that is none itself, is written as JSON and Python escape it.
     """
-    write_bytes(path, text.encode("utf-8", "backslashreplace"))
+    write_bytes(path, _encoded(text))
+
+
+def _encoded(content: str) -> bytes:
+    return content.encode("utf-8", "backslashreplace")
 
 
 def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> None:

@@ -5,11 +5,10 @@ By the list the next command removes what it does not write anew: no figure of a
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from functools import wraps
@@ -37,36 +36,39 @@ def output_folder(path: str | Path) -> Path:
     trial = folder / f".planter-{os.getpid()}-{threading.get_ident()}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        trial.touch()
+        trial.touch(exist_ok=False)
         trial.unlink()
     except (OSError, ValueError) as error:
         raise _cannot_write(path, error) from None
     return folder
 
 
-def replace(path: Path, content: bytes) -> None:
-    """Writes a file at once: whoever looks finds the old content or the new, never a part.
+def write(path: Path, content: bytes) -> None:
+    """Write a file at once and enter it in the list of its folder.
 
-    Raises InputError, naming the path, if it cannot be written.
+    Whoever looks sees the old content or the new, never a part. Raises InputError, naming the path, if it cannot be
+    written, and as `check` for a file that planter did not write.
     """
-    part = _part(path)
-    try:
-        try:
-            part.write_bytes(content)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
-    except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from None
+    with replacing(path) as part:
+        part.write_bytes(content)
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Within, a file too large for the memory is written under another name; in the end it is there, at once.
 
-    An error leaves what was there. Raises InputError, naming the path, if it cannot be written.
+    An error leaves what was there. Raises InputError as `write`.
     """
-    part = _part(path)
+    with _replacing(path) as part:
+        yield part
+        content = text.hash_file(part)
+        _check(path, _manifest(path), content)
+        _enter(path, content)
+
+
+@contextmanager
+def _replacing(path: Path) -> Iterator[Path]:
+    part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{threading.get_ident()}.part")
     try:
         try:
             yield part
@@ -75,11 +77,6 @@ def replacing(path: Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         raise _cannot_write(path, error) from None
-    _entered(path, text.hash_file(path))
-
-
-def _part(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
 
 
 def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
@@ -87,26 +84,81 @@ def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
     return InputError(f"{path}: this cannot be written ({reason}), it must be in a folder that can")
 
 
+def check(folder: str | Path, names: Iterable[str]) -> None:
+    """Raise InputError for the first of some files in a folder that planter did not write, or that was edited since.
+
+    None is refused within `overwriting(True)`.
+    """
+    manifest = _manifest(Path(folder) / NAME)
+    for name in names:
+        _check(Path(folder) / name, manifest)
+
+
+@contextmanager
+def overwriting(allowed: bool) -> Iterator[None]:
+    """Within, files that planter did not write are replaced, too, if that is allowed."""
+    token = _OVERWRITING.set(_OVERWRITING.get() or allowed)
+    try:
+        yield
+    finally:
+        _OVERWRITING.reset(token)
+
+
+_OVERWRITING: ContextVar[bool] = ContextVar("overwriting", default=False)
+
+
+def _check(path: Path, manifest: Manifest, content: str | None = None) -> None:
+    """Raise InputError for a file of somebody else's, unless it has the content, by its hash, that is to be written."""
+    if not os.path.lexists(path) or _OVERWRITING.get() or _is_as_written(path, content):
+        return
+    if not (manifest.wrote(path) or Manifest(path.parent).wrote(path)):
+        raise InputError(
+            f"{path}: planter did not write this file, or it was edited since, and it is not overwritten; rename it, "
+            "choose another --out, or add --overwrite"
+        )
+
+
+def _manifest(path: Path) -> Manifest:
+    """The list that a file belongs to: that of the folder that is being renewed, else that of its own."""
+    manifest = _OPEN.get()
+    return manifest if manifest is not None and manifest.holds(path) else Manifest(path.parent)
+
+
+def _enter(path: Path, content: str) -> None:
+    manifest = _manifest(path)
+    manifest.enter(path, content, independent=manifest is not _OPEN.get())
+
+
 class Manifest:
-    """The files in a folder that commands wrote, each with a hash of its content; those that are `old` go at the end.
+    """The files in a folder that planter wrote, each with a hash of its content; those that are `old` go at the end.
 
     A file that has been changed since, that this process has read, or that lies elsewhere by a link, is never touched.
+    `independent` are those of commands that write single files: no other command removes them. `earlier` are hashes of
+    the contents before, since a list is saved before its file: a kill between the two leaves none that is not known.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self.old = _listed(folder)
+        self.old, self.independent, self.earlier = _listed(folder)
         self.new: dict[str, str] = {}
 
     def holds(self, path: Path) -> bool:
         """Whether a file lies in the folder or below it."""
         return path.is_relative_to(self._folder)
 
-    def renew(self, path: Path, content: str) -> None:
-        """Enter a file that has just been written, by the hash of its content."""
+    def wrote(self, path: Path) -> bool:
+        """Whether planter wrote a file as it is."""
         name = path.relative_to(self._folder).as_posix()
-        self.old.pop(name, None)
-        self.new[name] = content
+        hashes = (part.get(name) for part in (self.new, self.old, self.independent, self.earlier))
+        return _lies_inside(self._folder, name) and any(_is_as_written(path, one) for one in hashes)
+
+    def enter(self, path: Path, content: str, independent: bool) -> None:
+        """Enter a file that is about to be written, by the hash of its content."""
+        name = path.relative_to(self._folder).as_posix()
+        for part in (self.new, self.old, self.independent):
+            if name in part:
+                self.earlier[name] = part.pop(name)
+        (self.independent if independent else self.new)[name] = content
         self._save()
 
     def keep(self, path: Path) -> None:
@@ -123,12 +175,14 @@ class Manifest:
                 with suppress(OSError):
                     path.unlink()
                     _drop_empty(path.parent, self._folder)
-        self.old = {}
+        self.old, self.earlier = {}, {}
         self._save()
 
     def _save(self) -> None:
-        listed = {"files": dict(sorted((self.old | self.new).items()))}
-        replace(self._folder / NAME, (json.dumps(listed, indent=1) + "\n").encode())
+        parts = {"files": self.old | self.new, "independent": self.independent, "earlier": self.earlier}
+        listed = {part: dict(sorted(rows.items())) for part, rows in parts.items() if rows or part == "files"}
+        with _replacing(self._folder / NAME) as part:
+            part.write_bytes((json.dumps(listed, indent=1) + "\n").encode())
 
 
 _OPEN: ContextVar[Manifest | None] = ContextVar("open manifest", default=None)
@@ -177,17 +231,6 @@ def renews(write: Callable[P, T]) -> Callable[P, T]:
     return renewed
 
 
-def written(path: Path, content: bytes) -> None:
-    """Enter a file that has just been written, where a folder is being renewed and it lies there."""
-    _entered(path, _hash(content))
-
-
-def _entered(path: Path, content: str) -> None:
-    manifest = _OPEN.get()
-    if manifest is not None and manifest.holds(path):
-        manifest.renew(path, content)
-
-
 def keep(path: Path) -> None:
     """Leave a file of an earlier command, where a folder is being renewed: this command goes on from it."""
     manifest = _OPEN.get()
@@ -195,14 +238,15 @@ def keep(path: Path) -> None:
         manifest.keep(path)
 
 
-def _listed(folder: Path) -> dict[str, str]:
-    """Names and hashes of a folder's list; what is not such a list, or leads out of the folder, does not count."""
+def _listed(folder: Path) -> list[dict[str, str]]:
+    """Names and hashes of each part of a folder's list; what is no such list, or leads out of it, does not count."""
     try:
-        found = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)["files"]
-        rows = {str(name): str(content) for name, content in found.items()}
+        found = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)
+        parts = [found["files"], found.get("independent", {}), found.get("earlier", {})]
+        rows = [{str(name): str(content) for name, content in part.items()} for part in parts]
     except (InputError, KeyError, AttributeError):
-        return {}
-    return {name: content for name, content in rows.items() if _lies_inside(folder, name)}
+        return [{}, {}, {}]
+    return [{name: content for name, content in part.items() if _lies_inside(folder, name)} for part in rows]
 
 
 def _lies_inside(folder: Path, name: str) -> bool:
@@ -218,12 +262,8 @@ def _drop_empty(inner: Path, folder: Path) -> None:
         inner = inner.parent
 
 
-def _is_as_written(path: Path, content: str) -> bool:
+def _is_as_written(path: Path, content: str | None) -> bool:
     try:
-        return text.hash_file(path) == content
+        return content is not None and not path.is_symlink() and text.hash_file(path) == content
     except InputError:
         return False
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

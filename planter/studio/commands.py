@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.writing import writes
 from planter.terminal.console import Console
 
 app = typer.Typer()
@@ -16,6 +17,7 @@ DEFAULT = "wang2017"
 
 
 @app.command()
+@writes()
 def studio(
     machine: Annotated[
         str | None, typer.Argument(help="a machine's file, or the name of a built-in one", show_default=False)

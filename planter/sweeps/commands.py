@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
 
@@ -39,6 +40,7 @@ ended; the bytes are the same for any number of workers. From 20000 rows on, pro
 
 
 @app.command(help=HELP)
+@writes("summary.json", "rows.csv", "rows.parquet", "report.html")
 def sweep(
     plan: Annotated[Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)] = None,
     listed: Annotated[

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
 
@@ -38,6 +39,7 @@ inputs and outputs. With --out, turns are kept as they are found, and the same c
 
 
 @app.command(help=HELP)
+@writes("summary.json", "tolerances.toml", "report.html")
 def tolerance(
     machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
     tolerances: Annotated[

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, SetOption, changes
 
@@ -14,6 +15,7 @@ app = typer.Typer()
 
 
 @app.command()
+@writes()
 def animate(
     machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
     out: Annotated[Path, typer.Option(help="file to write [default: NAME.gif here]", show_default=False)] = Path(),

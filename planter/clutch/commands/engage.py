@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.clutch.commands.group import ClutchArgument, clutch
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
@@ -21,6 +22,7 @@ class Mode(enum.StrEnum):
 
 
 @clutch.command()
+@writes("summary.json", "report.html")
 def engage(
     source: ClutchArgument,
     mode: Annotated[

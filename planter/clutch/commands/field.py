@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.clutch.commands.group import clutch
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
 
@@ -14,6 +15,7 @@ NamesOption = list[str] | None
 
 
 @clutch.command(name="field")
+@writes("summary.json", "report.html")
 def evaluate_field(
     data: Annotated[str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")] = "shi2021-field",
     response: Annotated[
@@ -72,6 +74,7 @@ def evaluate_field(
 
 
 @clutch.command(name="plan")
+@writes("plan.csv")
 def plan_field(
     array: Annotated[str, typer.Argument(help="L4, L8, L9, L18, L25 or L27", show_default=False)],
     factor: Annotated[

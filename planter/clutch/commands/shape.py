@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.clutch.commands.group import ClutchArgument, clutch
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
 
@@ -22,6 +23,9 @@ def clutch_of(source: str, set_: Sequence[str] | None) -> Clutch:
 
 
 @clutch.command()
+@writes(
+    "summary.json", "poses.csv", "turning.gif", "report.html", figures=("linkage", "travel", "turning", "vertex_path")
+)
 def geometry(
     source: ClutchArgument,
     set_: SetOption = None,
@@ -44,6 +48,7 @@ def geometry(
 
 
 @clutch.command()
+@writes("summary.json", "way.csv", "report.html", figures=("linkage", "turning", "vertex_path"))
 def design(
     source: ClutchArgument,
     shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats", show_default=False)] = None,
@@ -78,6 +83,7 @@ def design(
 
 
 @clutch.command()
+@writes("summary.json", "report.html")
 def optimise(
     source: ClutchArgument,
     seed: SeedOption = 0,
@@ -102,6 +108,7 @@ def optimise(
 
 
 @clutch.command()
+@writes("summary.json", "turning.gif", "report.html", figures=("turning",))
 def rotor(
     vertices: Annotated[int, typer.Option(help="vertices of the Reuleaux polygon, odd")] = 5,
     sides: Annotated[int, typer.Option(help="sides of the regular polygon")] = 6,

@@ -15,7 +15,7 @@ from planter.clutch.report import scene
 from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
 from planter.kernels import formulas
 from planter.report import files, style
-from planter.report.folder import renews
+from planter.report.folder import check, renews
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
@@ -56,6 +56,7 @@ def write(
         struck = modal.modal(clutch.si, shape)
         drawn["modal"] = figures.modal_load(struck, modal.printed(struck))
     else:
+        check(folder, [f"{name}_{way}.csv" for name in runs for way in ("engagement", "cut_off")])
         _motions(folder, clutch, runs)
         drawn = {
             "load": figures.loads(runs),

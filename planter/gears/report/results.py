@@ -64,7 +64,5 @@ def _write(
         "report.html": page.text(told, svgs, provenance, [Motion(one) for one in scenes]),
         "summary.json": files.summary_text({**told.table(), "provenance": dict(provenance)}),
     }
-    for name, content in contents.items():
-        files.write_bytes(folder / name, content)
-    bundle.write(out, texts, made)
+    bundle.write(out, {**contents, **texts}, made)
     return told

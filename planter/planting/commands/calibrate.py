@@ -9,6 +9,7 @@ import typer
 
 from planter.errors import InputError
 from planter.planting.commands.options import MachineArgument, Model, device_of, kept
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption
 
@@ -27,6 +28,7 @@ def _option(help_: str, metavar: str) -> typer.models.OptionInfo:
 
 
 @app.command()
+@writes("summary.json", "report.html")
 def calibrate(
     machine: MachineArgument,
     target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",

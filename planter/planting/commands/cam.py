@@ -9,6 +9,7 @@ import typer
 
 from planter.errors import InputError
 from planter.planting.commands.options import device_of
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
 
@@ -47,6 +48,7 @@ EPILOG = (
 
 
 @app.command(epilog=EPILOG)
+@writes("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
 def cam(
     machine: MachineArgument,
     roller_mm: RollerOption,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.planting.commands.options import MachineArgument, kept, machine_of
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, listing
 
@@ -21,6 +22,7 @@ def _families() -> Iterable[str]:
 
 
 @app.command(cls=listing(pair=_families))
+@writes("summary.json", "devices.csv", "report.html", figures=("comparison",))
 def compare(
     machine: MachineArgument,
     starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 3,

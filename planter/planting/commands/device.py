@@ -20,8 +20,12 @@ from planter.planting.commands.options import (
     kept,
     whole_teeth,
 )
+from planter.report.writing import figure_files, writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
+
+FIGURES = ("joint_forces", "pitch_curves", "rotation", "support_force", "tip_path")
+"""Figures of a device, by their names."""
 
 
 class Method(enum.StrEnum):
@@ -45,6 +49,7 @@ that `planter gears` makes them without scaling; --teeth says how many, else the
 
 
 @app.command()
+@writes("summary.json", "cycle.csv", "report.html", figures=FIGURES)
 def simulate(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -76,6 +81,7 @@ def simulate(
 
 
 @app.command()
+@writes("summary.json", "report.html")
 def sensitivity(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -100,6 +106,7 @@ def sensitivity(
 
 
 @app.command(help=OPTIMISE)
+@writes("summary.json", "optimum.toml", "report.html")
 def optimise(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -137,7 +144,7 @@ def optimise(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    from planter.report.folder import renewing
+    from planter.report.folder import check, renewing
 
     console = Console(as_json)
     with console.outcome(), renewing(out):
@@ -148,6 +155,8 @@ def optimise(
                        "--module1": module1 is not None, "--module2": module2 is not None}  # fmt: skip
             search(console, machine, least, hold or (), starts, seed, changes(set_), out, besides)
             return
+        if out is not None:
+            check(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
         from planter.planting import optimisation, tables
         from planter.planting.report import results as report
         from planter.planting.whole import run

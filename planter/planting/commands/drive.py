@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.planting.commands.options import MachineArgument, SamplesOption, device_of
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption
 
@@ -14,6 +15,7 @@ app = typer.Typer()
 
 
 @app.command()
+@writes("summary.json", "turn.csv", "report.html")
 def drive(
     machine: MachineArgument,
     stall_nm: Annotated[

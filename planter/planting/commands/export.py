@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of
+from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, SetOption, SpeedOption
 
@@ -31,6 +32,7 @@ def common(context: typer.Context) -> None:
 
 
 @export.command()
+@writes()
 def c(
     machine: MachineArgument,
     out: FolderOption,
@@ -52,6 +54,7 @@ def c(
 
 
 @export.command()
+@writes()
 def cuda(
     machine: MachineArgument,
     out: FolderOption,
@@ -77,6 +80,7 @@ class Format(enum.StrEnum):
 
 
 @export.command()
+@writes()
 def motion(
     machine: MachineArgument,
     out: FolderOption,
@@ -101,10 +105,11 @@ def motion(
         from planter.interchange.tables.formats import FORMATS
         from planter.planting.export.motion import over_time
         from planter.planting.results.exported import MotionWritten
+        from planter.report.files import write_all
 
         told = over_time(device_of(machine, model, set_, speed_rpm), turns, samples)
         files = FORMATS[format_](told)
-        paths = _write(out, files)
+        paths = write_all(out, files)
         found = MotionWritten(paths, format_.value, len(told.columns), len(told.time), float(told.time[-1]))
         console.result(found, lambda: print("\n".join(paths)))
 
@@ -115,6 +120,7 @@ class Fmi(enum.StrEnum):
 
 
 @export.command()
+@writes()
 def fmu(
     machine: MachineArgument,
     out: Annotated[
@@ -142,18 +148,9 @@ def fmu(
         console.result(found, lambda: tables.unit(console, found))
 
 
-def _write(folder: Path, files: Mapping[str, bytes]) -> list[str]:
-    """Writes files into a folder, and says where they are."""
-    from planter.report.files import output_folder, write_bytes
-
-    target = output_folder(folder)
-    for name, content in files.items():
-        write_bytes(target / name, content)
-    return [str(target / name) for name in files]
-
-
 def _written(console: Console, folder: Path, texts: Mapping[str, str]) -> None:
     from planter.planting.results.exported import Written
+    from planter.report.files import write_all
 
-    paths = _write(folder, {name: text.encode() for name, text in texts.items()})
+    paths = write_all(folder, texts)
     console.result(Written(paths), lambda: print("\n".join(paths)))

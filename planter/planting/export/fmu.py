@@ -25,6 +25,7 @@ from planter.planting.model import Device
 from planter.planting.quantities import quantities
 from planter.planting.results.exported import LeftOut, UnitWritten
 from planter.report.files import output_folder, write_bytes
+from planter.report.folder import check
 from planter.version import __version__
 
 SPEED = "operation.speed_rpm"
@@ -118,6 +119,7 @@ def write(device: Device, file: Path, fmi: str = "2.0") -> UnitWritten:
     """
     if file.suffix != ".fmu":
         raise InputError(f"--out {file} is not allowed: the name of a unit's file ends in .fmu")
+    check(file.parent, [file.name])
     version, own = archive.VERSIONS[fmi], model(device)
     token, texts = archive.sources(version, own, sources(device))
     built: dict[str, tuple[str, bytes]] = {}

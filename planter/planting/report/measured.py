@@ -14,9 +14,10 @@ from planter.planting.measured.curve import NUISANCE
 from planter.planting.model import Device
 from planter.planting.report.page import meanings
 from planter.report import files, style
-from planter.report.folder import renews
+from planter.report.folder import check, renews
 from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
+from planter.report.writing import figure_files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +37,8 @@ def write(out: Path, device: Device, found: Calibrated) -> None:
     folder, machine = files.output_folder(out), device.machine
     provenance = files.provenance(machine)
     summary = {**found.result.table(), "input": machine.table(), "provenance": provenance}
+    written = [*([MACHINE_FILE] if found.machine is not None else []), "residuals.csv", *figure_files("measured")]
+    check(folder, written)
     files.write_summary(folder / "summary.json", summary)
     columns = _columns(found)
     files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)

@@ -8,6 +8,7 @@ from planter.errors import InputError
 from planter.kernels.loops import NotPrintable
 from planter.kernels.toolchain import NoCompiler
 from planter.report.files import write_bytes
+from planter.report.folder import check
 from planter.studio.static.page import page
 from planter.view.portable import Movable
 from planter.view.subject import opened
@@ -20,6 +21,7 @@ def write(source: str, file: Path) -> Path:
     """
     if file.suffix.lower() != ".html":
         raise InputError(f"--static {file} is not allowed: the name of a page ends in .html")
+    check(file.parent, [file.name])
     machine = opened(source)
     if not isinstance(machine, Movable):
         raise InputError(f"--static is not there for {source}: such a machine is computed in Python alone")

@@ -1,13 +1,16 @@
 """A folder that is used again holds what the last command wrote, and whatever else is the user's own."""
 
 import json
+from collections.abc import Callable
+from os import replace as rename
 from pathlib import Path
 
 import pytest
 
+from planter.errors import InputError
 from planter.files.text import read_text
-from planter.report import files, folder_lock
-from planter.report.folder import NAME, keep, renewing, renews
+from planter.report import bundle, files, folder_lock
+from planter.report.folder import NAME, keep, overwriting, renewing, renews
 
 
 @renews
@@ -90,7 +93,79 @@ def test_a_command_may_go_on_from_files_of_an_earlier_one(tmp_path: Path) -> Non
     assert held(tmp_path) == {"devices/a.json", "summary.json"}
 
 
-def test_without_a_folder_nothing_is_listed(tmp_path: Path) -> None:
+def test_single_files_are_listed_and_not_removed(tmp_path: Path) -> None:
     with renewing(None):
         files.write_text(tmp_path / "a.csv", "a")
-    assert not (tmp_path / NAME).exists()
+    write(tmp_path, {"summary.json": "1"})
+    write(tmp_path, {"cycle.csv": "2"})
+    assert held(tmp_path) == {"a.csv", "cycle.csv"}
+    files.write_text(tmp_path / "a.csv", "b")
+    assert (tmp_path / "a.csv").read_text() == "b"
+
+
+def write_own(path: Path) -> None:
+    path.write_text("own")
+
+
+def edit_result(path: Path) -> None:
+    write(path.parent, {path.name: "1"})
+    path.write_text("edited")
+
+
+def link_elsewhere(path: Path) -> None:
+    path.symlink_to(path.parent.parent / "elsewhere")
+
+
+def link_to_result(path: Path) -> None:
+    write(path.parent, {path.name: "1"})
+    path.rename(path.with_name("own"))
+    path.symlink_to("own")
+
+
+@pytest.mark.parametrize("make", [write_own, edit_result, link_elsewhere, link_to_result])
+def test_only_what_planter_wrote_is_replaced(tmp_path: Path, make: Callable[[Path], None]) -> None:
+    path = tmp_path / "out" / "summary.json"
+    path.parent.mkdir()
+    make(path)
+    before = path.read_bytes() if path.exists() else None
+    with pytest.raises(InputError, match=r"summary\.json.*--overwrite"):
+        bundle.write(path.parent, {"cycle.csv": "2", "summary.json": "2"}, {})
+    assert (path.read_bytes() if path.exists() else None) == before
+    assert not (path.parent / "cycle.csv").exists()
+    with pytest.raises(InputError):
+        write(path.parent, {"summary.json": "2"})
+    with overwriting(True):
+        write(path.parent, {"summary.json": "2"})
+    assert (path.read_text(), path.is_symlink()) == ("2", False)
+    write(path.parent, {"summary.json": "3"})
+    assert path.read_text() == "3"
+
+
+def test_the_same_content_is_no_change(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text("1")
+    write(tmp_path, {"summary.json": "1"})
+    write(tmp_path, {"summary.json": "2"})
+
+
+@pytest.mark.parametrize("step", ["list", "file"])
+def test_a_kill_between_list_and_file_leaves_nothing_unknown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    write(tmp_path, {"summary.json": "1"})
+
+    def killed(part: Path, path: Path) -> None:
+        if (Path(path).name == NAME) is (step == "list"):
+            raise KeyboardInterrupt
+        rename(part, path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", killed)
+        with pytest.raises(KeyboardInterrupt):
+            write(tmp_path, {"summary.json": "2"})
+    write(tmp_path, {"summary.json": "3"})
+    assert (tmp_path / "summary.json").read_text() == "3"
+
+
+def test_names_of_figures_stay_in_the_folder(tmp_path: Path) -> None:
+    bundle.write(tmp_path / "out", {}, {"../../own": bundle.Drawn("<svg/>", b"")})
+    assert {path.name for path in tmp_path.iterdir()} == {"out"}

@@ -1,0 +1,53 @@
+"""Commands that write files: what is somebody else's is refused before anything is computed, unless it may go."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from planter.report import folder
+from planter.terminal.console import Console
+
+OverwriteOption = Annotated[
+    bool,
+    typer.Option("--overwrite", help="replace files that planter did not write, or that were edited since"),
+]
+
+
+def figure_files(*names: str) -> list[str]:
+    """Return the files of figures by their names, below the folder of a result."""
+    return [f"figures/{name}.{kind}" for name in names for kind in ("svg", "png")]
+
+
+def writes(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Decorator for a command that writes into the folder of its parameter `out`: gives it the option `--overwrite`.
+
+    `names` of files and of `figures` that it always writes there are checked before it begins; every file is checked
+    again when it is written (`planter.report.folder`).
+    """
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        @wraps(command)
+        def guarded(*args: Any, overwrite: bool, **kwargs: Any) -> None:
+            with folder.overwriting(overwrite):
+                out = kwargs.get("out")
+                if isinstance(out, Path):
+                    with Console(kwargs.get("as_json", False)).outcome():
+                        folder.check(out, (*names, *figure_files(*figures)))
+                command(*args, **kwargs)
+
+        signature = inspect.signature(command, eval_str=True)
+        option = inspect.Parameter(
+            "overwrite", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=OverwriteOption
+        )
+        guarded.__signature__ = signature.replace(  # type: ignore[attr-defined]
+            parameters=[*signature.parameters.values(), option]
+        )
+        return guarded
+
+    return decorate
