@@ -1,8 +1,8 @@
-"""Every file, text and message of a user comes in by `planter.files.text`: no module of `planter` reads beside it."""
+"""Files and texts of users come in by `planter.files.text`, results go out by `planter.report.folder`; nothing else."""
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import pytest
 
@@ -82,18 +82,61 @@ def _is_packaged(node: ast.expr) -> bool:
     return False
 
 
-def find_readings() -> dict[str, list[tuple[int, str]]]:
-    """Modules of `planter` that read, each with the places."""
-    folder, word = ROOT / "planter", re.compile(rf"tomllib|\b({'|'.join(sorted(READERS))})\b")
+def scan(find: Callable[[str], Iterator[tuple[int, str]]], words: Iterable[str]) -> dict[str, list[tuple[int, str]]]:
+    """Modules of `planter` in which something is found, with the places; those without the words are not parsed."""
+    folder, word = ROOT / "planter", re.compile(rf"\b({'|'.join(sorted(words))})\b")
     sources = {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in sorted(folder.rglob("*.py"))}
-    every = {name: list(readings(source)) for name, source in sources.items() if word.search(source)}
-    return {name: places for name, places in every.items() if places and name != DOOR}
+    every = {name: list(find(source)) for name, source in sources.items() if word.search(source)}
+    return {name: places for name, places in every.items() if places}
 
 
 def test_only_the_door_reads_files_of_users() -> None:
-    reading = find_readings()
-    assert not {name: places for name, places in reading.items() if name not in ALLOWED}
+    reading = scan(readings, {"tomllib", *READERS})
+    assert not {name: places for name, places in reading.items() if name not in {*ALLOWED, DOOR}}
     assert not ALLOWED.keys() - reading.keys(), "exceptions that are not needed any more"
+
+
+WAY_OUT = "report/folder.py"
+WRITERS = {"write_text", "write_bytes", "unlink", "rmtree", "replace", "rename", "remove", "rmdir", "savez", "savetxt"}
+"""Functions and methods that write or delete a file."""
+WRITING = {
+    "kernels/builds.py": "folders of the cache",
+    "kernels/programs/webassembly.py": "a scratch folder",
+    "kernels/toolchain.py": "a scratch folder",
+    "interchange/fmi/libraries.py": "a scratch folder",
+    "planting/export/cuda.py": "a scratch folder",
+    "planting/undisclosed/__main__.py": "a front of this program, while it is made",
+    "records/__main__.py": "schemas of this program, while it is made",
+    "report/folder_lock.py": "the lock of a folder",
+    "studio/session.py": "a scratch folder",
+}
+"""Modules that write something else than a result, and what."""
+
+
+def writings(source: str) -> Iterator[tuple[int, str]]:
+    """Lines of a source that write or delete a file, but for those that do it by the functions of `planter.report`."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Attribute) and node.attr in WRITERS:
+            holder = node.value.id if isinstance(node.value, ast.Name) else ""
+            if node.attr in ("replace", "remove", "rename"):  # texts and lists have these, too
+                if holder == "os":
+                    yield node.lineno, node.attr
+            elif holder not in ("files", "folder"):
+                yield node.lineno, node.attr
+
+
+def test_only_one_module_writes_results() -> None:
+    found = scan(writings, WRITERS)
+    assert not {name: places for name, places in found.items() if name not in {*WRITING, WAY_OUT}}
+    assert not WRITING.keys() - found.keys(), "exceptions that are not needed any more"
+
+
+@pytest.mark.parametrize(
+    "source", ["path.write_text(x)", "Path(out).write_bytes(x)", "shutil.rmtree(x)", "os.replace(a, b)"]
+)
+def test_a_writer_beside_the_way_out_is_noticed(source: str) -> None:
+    assert list(writings(source))
+    assert not list(writings("files.write_text(path, x)\ntext.replace(a, b)"))
 
 
 @pytest.mark.parametrize("source", [

@@ -13,7 +13,9 @@ from planter.cli.help import topics
 from planter.kernels import backends
 from tests.support.cli import answer, refusal, run
 
-TOPICS = {"completion", "environment", "exit-codes", "json", "machine-files", "own-mechanisms", "units"}
+TOPICS = {
+    "completion", "environment", "exit-codes", "json", "machine-files", "output-files", "own-mechanisms", "units",
+}  # fmt: skip
 
 
 def commands(text: str) -> set[str]:

@@ -212,10 +212,10 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
 
 def test_both_files_are_saved(tmp_path: Path) -> None:
     figure = FIGURES["convergence"]()
-    vector, raster = figures.save(figure, tmp_path, "convergence")
-    assert vector.read_text(encoding="utf-8") == figures.svg(figure)
-    assert raster.read_bytes().startswith(b"\x89PNG")
-    assert sorted(tmp_path.iterdir()) == sorted([vector, raster])
+    assert figures.save(figure, tmp_path, "convergence") == figures.svg(figure)
+    assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.svg(figure)
+    assert (tmp_path / "convergence.png").read_bytes().startswith(b"\x89PNG")
+    assert {path.name for path in tmp_path.iterdir()} == {"convergence.svg", "convergence.png", ".planter.json"}
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:

@@ -31,7 +31,9 @@ def names(drawn: set[str], *others: str) -> set[str]:
 
 
 def written(folder: Path) -> dict[str, bytes]:
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    return {
+        p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.name[0] != "."
+    }
 
 
 def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def motion(address: str) -> list[dict[str, Any]]:
 def test_what_is_written_is_what_the_command_writes(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
     changes = [word for name, value in VALUES.items() for word in ("--set", f"{name}={value}")]
     command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
-    own, known = folder / "exports" / "wang2017" / "motion-csv", {path.name: path for path in tmp_path.iterdir()}
+    own, known = folder / "exports" / "wang2017" / "motion-csv", {path.name: path for path in tmp_path.glob("[!.]*")}
     assert {Path(one["path"]).name for one in motion} == known.keys()
     table = next(name for name in known if name.endswith(".csv"))
     assert (own / table).read_text().splitlines()[-361:] == known[table].read_text().splitlines()[-361:]
