@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from planter.errors import InputError
+from planter.report.folder import NAME as LIST
 from planter.report.folder import output_folder
 from planter.studio.process import Process
 
@@ -48,7 +49,7 @@ class Work:
 
     def state(self) -> dict[Path, tuple[int, int]]:
         """What is there, each file with marks that change if it is written again."""
-        found = ((path, path.stat()) for path in self.there.rglob("*") if path.is_file())
+        found = ((path, path.stat()) for path in self.there.rglob("*") if path.is_file() and path.name != LIST)
         return {path: (stat.st_mtime_ns, stat.st_ino) for path, stat in found}
 
     def files(self, folder: Path, before: Mapping[Path, tuple[int, int]]) -> list[dict[str, Any]]:

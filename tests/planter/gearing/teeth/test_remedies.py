@@ -16,7 +16,6 @@ from planter.gearing.teeth.pair import of_stage
 from tests.support import pairs
 from tests.support.toothed import FREE, circles
 
-
 DEPTH = 0.0083885404
 """Depth in modules to which teeth on a hollow curve run into each other."""
 
