@@ -16,13 +16,23 @@ LEAST, LARGEST = 1e-15, 1e15
 """Of a positive number of a file, and of any in size: beyond any machine's, so that powers and products stay finite."""
 
 
+NEGLIGIBLE = 1e-100
+"""Of any number that is not zero, in size: squares and quotients of smaller ones leave the range of numbers."""
+
+
+def _not_negligible(value: float) -> float:
+    if 0 < abs(value) < NEGLIGIBLE:
+        raise refused("", value, f"it must be at least {NEGLIGIBLE:g} in size")
+    return value
+
+
 def _not_tiny(value: float) -> float:
     if value < LEAST:
         raise refused("", value, f"it must be at least {LEAST:g}")
     return value
 
 
-Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST), AfterValidator(_not_negligible)]
 Positive = Annotated[Real, Field(gt=0), AfterValidator(_not_tiny)]
 NotNegative = Annotated[Real, Field(ge=0)]
 Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]

@@ -11,7 +11,7 @@ from planter.files.document import Document
 from planter.mapping.file import load_poses
 from planter.pickup.file import load as load_pickup
 from planter.planting.file import load as load_device
-from tests.support import cli
+from tests.support import cli, own
 
 Load = Callable[[str, Mapping[str, float]], Document]
 MACHINES: dict[str, tuple[Load, tuple[str, ...]]] = {
@@ -51,12 +51,14 @@ def check_outcome(machine: str, path: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("machine", MACHINES)
-def test_numbers_that_must_not_vanish_have_a_least_size(machine: str) -> None:
+def test_no_number_is_so_small_that_its_square_vanishes(machine: str) -> None:
     load, _ = MACHINES[machine]
-    single = [path for path in load(machine, {}).numbers() if not path.endswith("]")]
-    positive = [path for path in single if refuses(load, machine, path, 0.0)]
-    assert [path for path in positive if not refuses(load, machine, path, 1e-308)] == []
-    assert machine == "sun2019" or positive
+    assert [path for path in load(machine, {}).numbers() if not refuses(load, machine, path, 1e-308)] == []
+
+
+def test_speed_at_which_a_turn_takes_for_ever_is_refused() -> None:
+    with pytest.raises(InputError, match="omega_rpm"):
+        own.file("slider_crank", omega_rpm=1e-308)
 
 
 @pytest.mark.parametrize(("machine", "path", "value"), SAMPLE)
