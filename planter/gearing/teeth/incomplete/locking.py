@@ -21,7 +21,7 @@ from planter.gearing.teeth.incomplete.phases import Phase
 from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.gearing.teeth.incomplete.segments import Arc, PitchLine, Wall
 from planter.gearing.teeth.incomplete.trimming import Circle, Region, opened, without
-from planter.gearing.teeth.order import LEAST_TEETH, Order
+from planter.gearing.teeth.order import LEAST_TEETH, MOST_TEETH, Order
 from planter.gearing.teeth.rack import Rack
 from planter.numerics.angles import TURN
 
@@ -64,9 +64,11 @@ def intermittent(rolling: Rolling, module: float, order: Order, name: str, gears
             f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth, which is not allowed: "
             f"it must be 360 deg, for over the rest of the turn it stands still"
         )
-    if rolling.length < LEAST_TEETH * np.pi * module:
-        pitches = rolling.length / (np.pi * module)
-        raise InputError(f"{name}: {pitches:.4g} teeth are not allowed: there must be at least {LEAST_TEETH} on a gear")
+    pitches = rolling.length / (np.pi * module)
+    if not LEAST_TEETH <= pitches <= MOST_TEETH:
+        raise InputError(
+            f"{name}: {pitches:.4g} teeth are not allowed: there must be {LEAST_TEETH} to {MOST_TEETH} on a gear"
+        )
     limits.check_rack(order, module, name)
     rack = order.rack(module)
     radius, apart = radius_of(rolling, rack.mate().sizes["tip"]), order.play / 2

@@ -100,12 +100,22 @@ class _Beside:
 
     @property
     def undriven(self) -> Array:
-        """Angles (_PHASES,) [rad] over which no flank drives, by the places of flanks in parts of a pitch."""
+        """Angles (_PHASES,) [rad] over which no flank drives, by the places of flanks in parts of a pitch.
+
+        Raises GeometryError where the horn leaves no place for such flanks.
+        """
         pitch, run = self.rack.pitch, self.rack.run(max(one.sizes["tip"] for one in (self.rack, self.rack.mate())))
         sigma, ahead = np.linspace(0, _FAR * pitch, _PLACES), int(np.ceil(run / pitch))
         x = pitch * (np.arange(_PHASES * (2 * ahead + _FAR + 1)) / _PHASES - ahead)
         first = self.room + self.rack.sizes["full"] * (_DRIVES if self.end == 0 else -_DRIVES)
         near: Flags = np.logical_and(np.abs(x - sigma[:, None]) <= run, x >= first)
+        if not near.any():
+            spare = (_FAR * pitch + run - first + self.horn.solid) / self.rack.module
+            raise GeometryError(
+                f"a horn of the locking arcs takes {self.horn.solid * 1e3:.4g} mm beside the dwell, where a module of "
+                f"{self.rack.module * 1e3:g} mm has no teeth that drive: it must be about "
+                f"{self.horn.solid / spare * 1e3:.2g} mm or more"
+            )
         row, column = np.nonzero(near)
         can = np.zeros_like(near)
         can[row, column] = self._left(sigma[row], x[column])
