@@ -57,6 +57,11 @@ def angles(samples: int) -> Array:
     return 2 * np.pi * np.arange(samples) / samples
 
 
+def over_samples(name: str, samples: int) -> str:
+    """Return the name of a number that is that of so many samples of a cycle, not the true one."""
+    return f"{name}, {samples} samples"
+
+
 def statistics(force: Array) -> Statistics:
     """Extremes, range, mean and population variance of samples (n,) of a force [N]."""
     high, low = float(force.max()), float(force.min())

@@ -61,12 +61,14 @@ class Scored(Record):
 class RobustFound(Record):
     """The design with the least mean plus `sigmas` standard deviations of the objective, of `machines` drawn once.
 
-    `objective` is that sum; `own` is the machine's design, `best_nominal` the optimum without tolerances. `residual` is
-    the largest slope that is left along the box, of the objective over the box's width.
+    `objective` is that sum, like all objectives here one over `samples` of a cycle; `own` is the machine's design,
+    `best_nominal` the optimum without tolerances. `residual` is the largest slope that is left along the box, of the
+    objective over the box's width.
     """
 
     design: dict[str, float]
     objective: float
+    samples: int
     sigmas: float
     machines: int
     starts: int

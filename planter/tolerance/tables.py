@@ -39,6 +39,6 @@ def _robust(console: Console, found: RobustFound) -> None:
     said = {"without tolerances": "nominal", "mean": "mean", "standard deviation": "std",
             f"mean + {found.sigmas:g} std": "robust"}  # fmt: skip
     rows = [(name, *(getattr(one, key) for one in designs)) for name, key in said.items()]
-    console.table(f"Objective over {found.machines} machines", head, rows)
+    console.table(f"Objective over {found.machines} machines, {found.samples} samples of a cycle", head, rows)
     parameters = [(name, *(one.design[name] for one in designs)) for name in found.design]
     console.table("Design", head, parameters)

@@ -78,6 +78,7 @@ def compare(
     ranked = _ranked([entry for task in chosen if (entry := done[task]) is not None])
     return ComparisonFound(
         machine=own.name,
+        samples="refined",
         starts=starts,
         seed=seed,
         settled=sum(one.settled for one in ranked),

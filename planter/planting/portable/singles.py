@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -55,15 +55,16 @@ class Singles:
         _, c, h, _, told = self.inputs
         support, torque, cam = ca.horzsplit(told)
         high, low = ca.mmax(support), ca.mmin(support)
+        over = partial(cycle.over_samples, samples=self.device.machine.objective.samples)
         first, second = (1e3 * h[at] for at in cycle.distance_places(self.device))
         return {
-            "objective (31)": objective(self.device, support),
-            "range of the support force": high - low,
-            "largest support force": high,
-            "least support force": low,
+            over("objective (31)"): objective(self.device, support),
+            over("range of the support force"): high - low,
+            over("largest support force"): high,
+            over("least support force"): low,
             "weight": self.device.formulas.function("weight")(c),
-            "largest motor torque": ca.mmax(ca.fabs(torque)),
-            "largest force of the cam": ca.mmax(cam),
+            over("largest motor torque"): ca.mmax(ca.fabs(torque)),
+            over("largest force of the cam"): ca.mmax(cam),
             "centre distance of stage 1": first,
             "centre distance of stage 2": second,
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from planter.planting.designer.results import DesignersSummary
 from planter.planting.results.stated import Design, Requirement, Violation
@@ -59,9 +60,13 @@ class Proposal(Record):
 
 @dataclass(frozen=True)
 class ComparisonFound(Record):
-    """`planter compare`: pairs by rank; a proposal where none keeps the requirements."""
+    """`planter compare`: pairs by rank; a proposal where none keeps the requirements.
+
+    `samples` names the kind of all objectives, ranges and variances: "refined", true extremes and integrals.
+    """
 
     machine: str
+    samples: Literal["refined"]
     starts: int
     seed: int
     settled: int

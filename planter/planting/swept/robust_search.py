@@ -56,8 +56,9 @@ def optimum(
         raise ComputationError("no robust design was found that keeps the requirements")
     found = robust.scored(search.design(best), sigmas)
     return RobustFound(
-        design=found.design, objective=found.robust, sigmas=sigmas, machines=settings.machines, starts=len(starts) + 1,
-        residual=search.residual(best, sigmas), own=robust.scored(robust.device.design, sigmas),
+        design=found.design, objective=found.robust, samples=robust.turns.samples, sigmas=sigmas,
+        machines=settings.machines, starts=len(starts) + 1, residual=search.residual(best, sigmas),
+        own=robust.scored(robust.device.design, sigmas),
         best_nominal=robust.scored(search.design(nominal), sigmas), best_robust=found,
     )  # fmt: skip
 

@@ -117,7 +117,8 @@ def _robust(found: RobustFound) -> Iterator[Any]:
     kinds = {"objective without tolerances": "nominal", "mean": "mean", "standard deviation": "std",
              f"mean + {found.sigmas:g} standard deviations": "robust"}  # fmt: skip
     yield Text(f"The robust optimum has the least mean plus {found.sigmas:g} standard deviations of the objective over "
-               f"{found.machines} machines, within the file's bounds.", "note")  # fmt: skip
+               f"{found.machines} machines, within the file's bounds, each over {found.samples} samples of a "
+               "cycle.", "note")  # fmt: skip
     yield Table(head, [(name, *(getattr(one, key) for one in designs)) for name, key in kinds.items()])
     yield Table(head, [(label(name), *(one.design[name] for one in designs)) for name in found.design])
     yield Keys({"starts": found.starts, "slope that is left along the box, relative": found.residual})

@@ -191,7 +191,7 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     )  # fmt: skip
     assert [(one.rank, one.objective) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
     narrow = NarrowBox(2.5, 1.0, 1.0, [], {}, feasible=False, binding=[])
-    result = ComparisonFound("m", 2, 0, 2, ranked, narrow, None, 1.0)
+    result = ComparisonFound("m", "refined", 2, 0, 2, ranked, narrow, None, 1.0)
     tables.comparison(Console(as_json=False), result)
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80

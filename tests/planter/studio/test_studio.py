@@ -83,8 +83,8 @@ def test_what_a_page_is_told_is_what_the_command_tells(address: str) -> None:
         found = answer(talk, "readings", id=1, values=values, model="printed")
     result = simulate(Device(load("wang2017", values), "printed")).result
     told = {one["name"]: one["value"] for one in found}
-    assert told["objective (31)"] == pytest.approx(result.objective, rel=1e-12)
-    assert told["range of the support force"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    assert told["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
+    assert told["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
 
 
 def test_of_many_moves_the_last_is_shown_and_not_all_are_computed(address: str) -> None:
@@ -134,7 +134,7 @@ def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
     (beside,) = found["beside"]
     readings = {one["name"]: one["value"] for one in beside["readings"]}
     assert beside["model"] == "printed"
-    assert readings["objective (31)"] == pytest.approx(known["printed"]["objective"], rel=1e-12)
+    assert readings["objective (31), 360 samples"] == pytest.approx(known["printed"]["objective"], rel=1e-12)
     assert [one["name"] for one in beside["course"]["curves"]][:2] == ["vertical support force", "torque of the motor"]
 
 

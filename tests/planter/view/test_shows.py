@@ -92,7 +92,7 @@ def test_a_device_with_other_numbers_is_that_of_the_other_file() -> None:
     own = Device(load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}))
     found = {one.name: one.value for one in machine.readings(values, "exact")}
     result = simulate(own).result
-    assert found["range of the support force"] == pytest.approx(result.support_force.range_N, rel=1e-12)
-    assert found["objective (31)"] == pytest.approx(result.objective, rel=1e-12)
+    assert found["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    assert found["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
     before = {one.name: one.value for one in opened("wang2017").readings({}, "exact")}
     assert found["weight"] != pytest.approx(before["weight"])

@@ -92,8 +92,8 @@ def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int
     cases = [("exact", moves), ("printed", moves), ("printed", {})]
     for one, (model, values) in zip(found, cases, strict=True):
         known = simulate(Device(load("wang2017-wide", values), model)).result  # type: ignore[arg-type]
-        assert one["objective (31)"] == pytest.approx(known.objective, rel=1e-5)
-        assert one["largest support force"] == pytest.approx(known.support_force.max_N, rel=1e-5)
+        assert one["objective (31), 360 samples"] == pytest.approx(known.objective, rel=1e-5)
+        assert one["largest support force, 360 samples"] == pytest.approx(known.support_force.max_N, rel=1e-5)
     assert told == []
 
 
@@ -118,7 +118,7 @@ def test_what_it_saves_is_a_machine_of_the_same_numbers(page: Told, tmp_path: Pa
     saved = tmp_path / "saved.toml"
     with opened(page.file) as (shown, told):
         set_number(shown, "operation.speed_rpm", "35")
-        first = readings(shown)["objective (31)"]
+        first = readings(shown)["objective (31), 360 samples"]
         shown.click("#optimise")
         shown.wait_for_selector("body[data-optimum]")
         expect(shown.locator("#said")).to_contain_text("Improved: objective")
