@@ -62,11 +62,15 @@ def sweep(
     """A front of at most `points` compromises, evenly spaced in range, from least range to least variance.
 
     The ends are the best of a few starts; in between each compromise starts from the one before. Caps for which IPOPT
-    finds no optimum, and compromises that another one beats, are left out. `progress` is told the variance [N2].
+    finds no optimum, and compromises that another one beats, are left out; where both ends have the same range there is
+    one design alone. `progress` is told the variance [N2].
     """
     problem = over_turn(response, LEAST_VARIANCE, sampling)
     u = _best(over_turn(response, LEAST_RANGE, sampling), progress)
-    least, most = (problem.evaluate(end).look.range for end in (u, _best(problem, progress)))
+    other = _best(problem, progress)
+    least, most = (problem.evaluate(end).look.range for end in (u, other))
+    if most - least <= VIOLATED * most:
+        return [Compromise(problem.design(other), problem.evaluate(other))]
     caps = least + (most - least) * np.linspace(SLACK, 1 - SLACK, max(points, 2))
     found, phase = [], Phase("front", "point", len(caps), progress)
     for count, cap in enumerate(caps, 1):

@@ -1,5 +1,6 @@
 """Range against variance."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -8,6 +9,7 @@ from planter.optimise.descent import descend
 from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.spread import Weights
 from tests.planter.optimise import toys
+from tests.planter.optimise.toy import Toy
 
 
 @pytest.fixture(scope="module")
@@ -56,3 +58,12 @@ def test_caps_without_an_optimum_are_left_out(monkeypatch):
     stuck.limit = whole[1].evaluation.look.range * 1.001 / unit
     monkeypatch.setattr(pareto.ipopt, "solve", stuck)
     assert len(pareto.sweep(toys.linear(2)[0], 40, points=4)) == 2 < len(whole)
+
+
+@pytest.mark.parametrize("sampling", [40, "refined"])
+def test_a_design_that_is_best_in_both_is_the_whole_front(sampling):
+    """(2 + x) cos phi: range and variance are least at the same bound."""
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 1)
+    (only,) = pareto.sweep(Toy(phi, x, (2 + x) * ca.cos(phi), lower=[-0.5], upper=[0.4]), sampling, points=5)
+    assert only.design == pytest.approx([-0.5], abs=1e-9)
+    assert only.evaluation.look.range == pytest.approx(3.0, rel=1e-9)
