@@ -20,7 +20,7 @@ from pathlib import Path
 from planter.bench.case import Case
 from planter.bench.clock import timed
 from planter.bench.results import Arithmetic, Rate
-from planter.kernels import Kernel, backends, toolchain
+from planter.kernels import Kernel, backends, builds, toolchain
 from planter.kernels.loops import Graph, functions
 from planter.kernels.loops.graph import Assignment
 from planter.kernels.loops.operations import Operation
@@ -55,7 +55,10 @@ def executed_operations(library: Path, name: str) -> int | None:
     if tool is None:
         return None
     command = [tool, "-d", "--no-show-raw-insn", f"--disassemble={name}", str(library)]
-    text = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    try:
+        text = builds.run(command, toolchain.TIMEOUT_S).stdout.decode(errors="replace")
+    except (OSError, subprocess.SubprocessError):
+        return None
     instructions = [(address, code, operands) for address, code, operands in _INSTRUCTION.findall(text)]
     counts = [_vector_operations(body) for body in _loop_bodies(instructions)]
     return max(counts, default=0) or None
