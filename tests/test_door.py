@@ -109,6 +109,7 @@ WRITING = {
     "records/__main__.py": "schemas of this program, while it is made",
     "report/folder_lock.py": "the lock of a folder",
     "studio/session.py": "a scratch folder",
+    "sweeps/store.py": "a database that --overwrite replaces",
 }
 """Modules that write something else than a result, and what."""
 

@@ -104,6 +104,11 @@ def overwriting(allowed: bool) -> Iterator[None]:
         _OVERWRITING.reset(token)
 
 
+def is_overwriting() -> bool:
+    """Whether files that planter did not write may be replaced."""
+    return _OVERWRITING.get()
+
+
 _OVERWRITING: ContextVar[bool] = ContextVar("overwriting", default=False)
 
 

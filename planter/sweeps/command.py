@@ -12,7 +12,7 @@ from planter.sweeps.results import SweepFound, Varied
 from planter.sweeps.room import Held
 from planter.sweeps.rows import Rows
 from planter.sweeps.run import HERE, Means, run
-from planter.sweeps.store import Store
+from planter.sweeps.store import open_store
 from planter.sweeps.sweep import Sweep
 
 KEPT = "sweep.sqlite"
@@ -29,7 +29,7 @@ def sweep(plan: Plan, out: Path | None = None, means: Means = HERE, progress: Li
     recipe, drawn = asked.recipe, plan.drawn
     with folder.renewing(out):
         place = None if out is None else folder.output_folder(out) / KEPT
-        with Store(place, recipe.question, drawn.rows, len(asked.outputs)) as store:
+        with open_store(place, recipe.question, drawn.rows, len(asked.outputs)) as store:
             done = run(recipe, store, means, progress)
             rows = Rows(asked.inputs, drawn, asked.outputs, store)
             found = SweepFound(

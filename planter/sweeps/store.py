@@ -12,6 +12,7 @@ import numpy as np
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
+from planter.report import folder
 from planter.sweeps import job
 
 PATIENCE_S = 60.0
@@ -24,6 +25,18 @@ _TABLES = (
     "CREATE TABLE chunks (question TEXT NOT NULL, number INTEGER NOT NULL, sha256 TEXT NOT NULL, "
     "content BLOB NOT NULL, PRIMARY KEY (question, number)) WITHOUT ROWID",
 )
+
+
+def open_store(path: Path | None, question: str, rows: int, width: int) -> Store:
+    """The chunks of a question. Within `overwriting(True)` a file that `Store` refuses is removed, else it raises."""
+    try:
+        return Store(path, question, rows, width)
+    except InputError:
+        if path is None or not folder.is_overwriting():
+            raise
+    for ending in ("", "-wal", "-shm"):
+        path.with_name(path.name + ending).unlink(missing_ok=True)
+    return Store(path, question, rows, width)
 
 
 class Store:
@@ -69,7 +82,7 @@ class Store:
             raise self._refusal("this holds the rows of another plan, machine or version of planter")
 
     def _refusal(self, reason: str) -> InputError:
-        return InputError(f"{self._name}: {reason}; choose another --out, or remove the file to begin anew")
+        return InputError(f"{self._name}: {reason}; choose another --out, or add --overwrite")
 
     def done(self) -> set[int]:
         """Numbers of the chunks that are there, whole; all others are deleted."""

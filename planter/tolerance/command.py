@@ -17,7 +17,7 @@ from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.room import Held
 from planter.sweeps.run import HERE, Means, run
-from planter.sweeps.store import Store
+from planter.sweeps.store import open_store
 from planter.tolerance import job
 from planter.tolerance.file import Tolerances
 from planter.tolerance.results import Band, Share, Toleranced, ToleranceFound
@@ -123,7 +123,7 @@ class _Turns:
         of = self.of
         recipe = job.recipe(of.held, of.choices, of.spreads, of.outputs, **drawn)
         place = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
-        with Store(place, recipe.question, count, len(of.outputs)) as store:
+        with open_store(place, recipe.question, count, len(of.outputs)) as store:
             run(recipe, store, self.means, self.progress)
             return np.vstack(list(store.blocks())), store.digest()
 

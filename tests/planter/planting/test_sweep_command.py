@@ -114,6 +114,10 @@ def test_a_folder_with_another_plan_exits_2(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(SMALL.replace("45", "46"))
     assert "sweep.sqlite" in refusal("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
     assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    found = answer("sweep", str(tmp_path / "plan.toml"), "--out", str(out), "--overwrite")
+    assert found["resumed"] == 0
+    rows = pyarrow.parquet.read_table(out / "rows.parquet")
+    assert rows["operation.speed_rpm"].to_pylist() == [35, 40, 46]
 
 
 def test_tables_fit_eighty_columns() -> None:
