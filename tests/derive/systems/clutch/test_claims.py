@@ -15,6 +15,7 @@ from derive.equations import Definition, Equation
 from derive.papers.shi2021 import PAPER
 from derive.quantity import Quantity
 from derive.systems.clutch import claims as clutch
+from derive.systems.clutch import motion
 from derive.systems.clutch import quantities as q
 from tests.support.clutch import CLAIMS, derived, size, value
 from tests.support.late import LateList
@@ -51,7 +52,8 @@ def differing(equations: dict[str, Equation]) -> list[str]:
 
 def test_every_symbol_is_described() -> None:
     equations = [*CLAIMS.values(), *PAPER.equations.values()]
-    symbols = set().union(*(e.residual.free_symbols for e in equations))
+    at_bearing = motion.held_at_bearing(q.x).values()
+    symbols = set().union(*(e.residual.free_symbols for e in equations), *(e.free_symbols for e in at_bearing))
     assert [s for s in symbols if not isinstance(s, Quantity)] == []
     assert not {s.name for s in vars(q).values() if isinstance(s, Quantity)} - {s.name for s in symbols}
 
