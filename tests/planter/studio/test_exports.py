@@ -80,6 +80,19 @@ def test_exports_leave_the_files_of_the_user(address: str, folder: Path, motion:
     assert {one["path"] for one in again} == {one["path"] for one in motion}
 
 
+def test_an_edited_file_of_a_machine_is_not_replaced(tmp_path: Path) -> None:
+    """One that the studio wrote is; the refusal does not speak of options."""
+    session, edited = Session(tmp_path, tmp_path / "scratch"), tmp_path / "exports" / "shi2021" / "machine.toml"
+    session.open({"name": "shi2021"})
+    for travel in (4.2, 4.5):
+        session.works({"names": ["animation"], "values": {"sleeve.travel_mm": travel}})
+    edited.write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="did not write") as refused:
+        session.works({"names": ["animation"]})
+    assert "--" not in session.in_page_words(refused.value)
+    assert edited.read_text(encoding="utf-8") == "mine"
+
+
 @pytest.mark.parametrize("place", ["shi2021", "shi2021/animation"])
 def test_a_file_in_the_place_of_a_folder_is_reported(address: str, folder: Path, place: str) -> None:
     standing = folder / "exports" / place
