@@ -17,7 +17,6 @@ from planter.planting.report import results as report
 from planter.planting.scores import curve_angles
 from planter.planting.simulation import sensitivity, simulate
 from planter.report import files
-from planter.report.folder import NAME
 
 MOTION = {"tip_path", "pitch_curves", "rotation"}
 FORCES = {"support_force", "joint_forces"}
@@ -27,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
 def names(drawn: set[str], *others: str) -> set[str]:
-    return {f"figures/{name}.{kind}" for name in drawn for kind in ("svg", "png")} | {NAME, *others}
+    return {f"figures/{name}.{kind}" for name in drawn for kind in ("svg", "png")} | {*others}
 
 
 def written(folder: Path) -> dict[str, bytes]:
@@ -67,7 +66,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert set(written(tmp_path)) == numbers
     report.draw_optimum(tmp_path, device, found)
     drawn = MOTION | FORCES | {"convergence"}
-    assert set(written(tmp_path)) == names(drawn, "report.html", *numbers) - {NAME}
+    assert set(written(tmp_path)) == names(drawn, "report.html", *numbers)
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
     assert len(columns["support_N"]) == 60
@@ -77,7 +76,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert "front" not in summary
     with_front = optimisation.with_front(found)
     report.draw_optimum(tmp_path, device, with_front)
-    assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers) - {NAME}
+    assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers)
     ranges = [one.range_N for one in with_front.result.front]
     assert ranges == sorted(ranges)
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
