@@ -10,13 +10,13 @@ from planter.kernels import Array
 
 LAGS = 10
 """Lags that a test looks at, and at most a fifth of the points."""
-SIGNIFICANCE = 0.01
-"""Probability of a false alarm of a test."""
+SIGNIFICANCE, REFUTING = 0.01, 1e-4
+"""Probabilities of a false alarm: of the warning that residuals are correlated, and of the refutation of a model."""
 
 
 @dataclass(frozen=True)
 class Correlation:
-    """Of residuals in the order of their angles: `rho` between neighbours; tests of Ljung and Box at `SIGNIFICANCE`.
+    """Of residuals in the order of their angles: `rho` between neighbours; tests of Ljung and Box.
 
     `is_white`: no correlation is seen. `is_autoregressive`: what a first-order autoregression with `rho` leaves is
     white, as of slowly drifting noise; what a wrong model leaves is hardly ever so.
@@ -33,12 +33,14 @@ def assess_correlation(residuals: Array) -> Correlation:
     if total == 0:
         return Correlation(0.0, True, True)
     rho = float(residuals[1:] @ residuals[:-1]) / total
-    return Correlation(rho, _is_white(residuals), _is_white(residuals[1:] - rho * residuals[:-1], fitted=1))
+    return Correlation(
+        rho, _is_white(residuals, SIGNIFICANCE), _is_white(residuals[1:] - rho * residuals[:-1], REFUTING, 1)
+    )
 
 
-def _is_white(residuals: Array, fitted: int = 0) -> bool:
+def _is_white(residuals: Array, significance: float, fitted: int = 0) -> bool:
     from statsmodels.stats.diagnostic import acorr_ljungbox
 
     lags = max(min(LAGS, len(residuals) // 5), 1 + fitted)
     probability = acorr_ljungbox(residuals, lags=[lags], model_df=fitted)["lb_pvalue"].to_numpy()
-    return bool(np.all(probability > SIGNIFICANCE))
+    return bool(np.all(probability > significance))

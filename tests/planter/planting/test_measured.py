@@ -328,7 +328,7 @@ def test_correlation_of_noise_is_recognised(rho: float, white: bool) -> None:
     seen = assess_correlation(noise)
     assert (seen.is_white, seen.is_autoregressive) == (white, True)
     assert seen.rho == pytest.approx(rho, abs=0.12)
-    assert not assess_correlation(noise + 8 * np.sin(np.radians(2 * degrees))).is_autoregressive
+    assert not assess_correlation(noise + 20 * np.sin(np.radians(2 * degrees))).is_autoregressive
 
 
 @pytest.mark.long
