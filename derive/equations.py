@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from enum import Enum
 from typing import Literal, TypeVar
 
-from sympy import Expr
+from sympy import Basic, Expr, true
 
 from .quantity import Quantity
 
@@ -105,7 +105,8 @@ class Equation:
 
     ``defines`` names the one symbol that a definition may be solved for; a balance may be solved for any. A derived
     equation is ``stated`` if it says what its symbols mean, so that nothing is derived. Of a transcription, ``rebuilt``
-    lists the pieces that cannot be read and were completed, ``witnesses`` are printed values that it must give.
+    lists the pieces that cannot be read and were completed, ``witnesses`` are printed values that it must give. A
+    derived equation may hold on condition, ``where``: it says nothing of other places.
     """
 
     number: str
@@ -118,6 +119,7 @@ class Equation:
     stated: bool = False
     rebuilt: tuple[str, ...] = ()
     witnesses: tuple[Witness, ...] = ()
+    where: Basic = true
 
     @property
     def stands_alone(self) -> bool:

@@ -118,6 +118,8 @@ class Point:
             return all(self._holds(a) for a in condition.args)
         if isinstance(condition, sp.Or):
             return any(self._holds(a) for a in condition.args)
+        if isinstance(condition, sp.Not):
+            return not self._holds(condition.args[0])
         if condition.func not in _RELATIONS:
             raise UnknownNodeError(f"{condition} cannot be evaluated")
         relation: Callable[[mpf, mpf], bool] = _RELATIONS[condition.func]

@@ -56,17 +56,23 @@ class Formulas:
         if made := sorted(map(str, lacking & self.equations.keys())):
             raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
 
-    def defines(self, symbol: Quantity, expr: Expr, claim: Claimed | None = None, *, named: bool = False) -> Quantity:
-        """What a symbol comes out to be, or is by its meaning, ``named``; the claim is ``what(symbol)`` unless told."""
-        self.holds(claim or what(symbol), symbol - expr, defines=symbol, named=named)
+    def defines(
+        self, symbol: Quantity, expr: Expr, claim: Claimed | None = None, *, named: bool = False,
+        where: sp.Basic = sp.true,
+    ) -> Quantity:  # fmt: skip
+        """State what a symbol comes out to be, or is by its meaning, ``named``, on the condition ``where``.
+
+        The claim is ``what(symbol)`` unless another is given.
+        """
+        self.holds(claim or what(symbol), symbol - expr, defines=symbol, named=named, where=where)
         return symbol
 
     def holds(
         self, claim: Claimed, residual: Expr, relation: Relation = "=", *, defines: Quantity | None = None,
-        named: bool = False,
+        named: bool = False, where: sp.Basic = sp.true,
     ) -> None:  # fmt: skip
-        """What an expression is to zero; by its meaning, ``named``."""
-        self._add(replace(derived(claim, residual, defines, relation), stated=named))
+        """State what an expression is to zero; by its meaning, ``named``; on the condition ``where``."""
+        self._add(replace(derived(claim, residual, defines, relation), stated=named, where=where))
 
     def expr(self, claim: Claimed) -> Expr:
         """What a definition says that its symbol is. Raises ClaimError where nothing is defined by that claim."""

@@ -6,9 +6,10 @@ import random
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import product
+from itertools import chain, islice, product
 
 import sympy as sp
+from mpmath import mpf
 from sympy import Expr
 
 from ..chain import Chain
@@ -22,8 +23,12 @@ from .wording import Said, joined
 
 SEEDS = (1, 2, 5, 8)
 """Seeds of the random admissible points: between them they take both cases of every branch."""
+MOST_SEEDS = 60
+"""Seeds up to which points are tried for a condition that an equation holds on."""
 CYCLE = 24
 """Points along the machine's own cycle."""
+NEAR = mpf("1e-6")
+"""Share by which what is near differs: far above the last of 50 digits, far below the distance to another branch."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,11 @@ class Choice:
 AS_READ = Choice()
 
 
+def change_slightly(value: mpf, rng: random.Random) -> mpf:
+    """Return a random small change of a value: a share of it, or of one where it is zero."""
+    return NEAR * mpf(rng.uniform(-1, 1)) * (abs(value) or 1)
+
+
 @dataclass(frozen=True)
 class Case:
     """A paper with the subject that it is tried against.
@@ -67,6 +77,7 @@ class Case:
     paper: Paper
     subject: Subject
     chains: tuple[Chain, Chain] | None = None
+    _chosen: dict[sp.Basic, list[Point]] = field(init=False, default_factory=dict, compare=False)
     _lifted: dict[str, Equation | None] = field(init=False, default_factory=dict, compare=False)
 
     @cached_property
@@ -77,9 +88,26 @@ class Case:
     def points(self) -> list[Point]:
         return [Point(self.subject.admissible(random.Random(seed))) for seed in SEEDS]
 
+    def points_where(self, condition: sp.Basic) -> list[Point]:
+        """Random admissible points at which a condition holds; all of them where none is tried at which it does."""
+        if condition not in self._chosen:
+            more = (Point(self.subject.admissible(random.Random(seed))) for seed in range(SEEDS[-1] + 1, MOST_SEEDS))
+            fitting = (point for point in chain(self.points, more) if point.holds(condition))
+            self._chosen[condition] = self.points if condition == sp.true else list(islice(fitting, len(SEEDS)))
+        return self._chosen[condition] or self.points
+
     @cached_property
     def cycle(self) -> list[Point]:
         return [Point(values) for values in self.subject.reference(CYCLE)]
+
+    @cached_property
+    def nearby(self) -> list[Point]:
+        """Points near the machine's own cycle, with nothing special in their data."""
+        rng = random.Random(SEEDS[0])
+        values = self.subject.nearby(rng)
+        if values is not None:
+            return [Point(known) for known in values]
+        return [Point({s: v + change_slightly(v, rng) for s, v in point.values().items()}) for point in self.cycle]
 
     @cached_property
     def words(self) -> list[Quantity]:

@@ -12,6 +12,7 @@ from sympy import Expr
 from ..equations import Equation, Relation
 from ..evaluate import DIGITS, GUARD, TOLERANCE, Point
 from ..quantity import Quantity
+from .bounds import have_same_truth
 from .edits import Edit, edits
 from .terms import (
     Gap,
@@ -36,7 +37,8 @@ class Comparison:
 
     ``scales`` says whether a constant factor on the whole says nothing: it does where ``residual = 0`` defines no
     symbol, for that has the same solutions as any multiple of it, and where it does, the factor is what is printed.
-    ``turns`` says whether a whole turn says nothing: it does where the symbol is a direction.
+    ``turns`` says whether a whole turn says nothing: it does where the symbol is a direction. ``bounds`` says whether
+    the residuals are those of a condition, of which the signs are all that is said.
     """
 
     printed: Expr
@@ -44,6 +46,7 @@ class Comparison:
     points: Points
     scales: bool = False
     turns: bool = False
+    bounds: bool = False
 
     @property
     def equal(self) -> bool:
@@ -77,7 +80,9 @@ class Comparison:
     @property
     def same(self) -> bool:
         """Whether both say the same."""
-        return self.equal or (self.scales and self.proportional)
+        if self.equal or (self.scales and self.proportional):
+            return True
+        return self.bounds and have_same_truth(self.printed, self.derived, self.points)
 
     @property
     def distance(self) -> tuple[int, int]:
@@ -112,34 +117,48 @@ class Comparison:
         return list(edits(self.printed, words, whole=not self.scales, present=present))
 
 
-def turned(printed: Equation, derived: Equation, points: Points) -> Equation:
-    """A printed condition with its sides exchanged, if so it is closer to the derived one."""
+def list_orientations(printed: Equation) -> list[Equation]:
+    """A printed equation; of a condition also the same with its sides exchanged."""
     if printed.relation == "=":
-        return printed
-    other = replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation])
-    return min((printed, other), key=lambda e: aligned(e, derived, points).distance)
+        return [printed]
+    return [printed, replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation])]
 
 
 def aligned(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> Comparison:
     """Both sides on one footing: what they define a symbol as, else residuals with the factor that leaves less."""
-    symbol = printed.defines
-    if symbol is not None and derived.defines == symbol:
-        said, meant = (solved(side, symbol) for side in (printed, derived))
-        return Comparison(said, meant, points, turns=is_direction)
-    wholes = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
-    starts = [Comparison(whole, derived.residual, points, scales=symbol is None) for whole in wholes]
-    found = [start.scaled(sign) for start in starts for sign in ((1, -1) if printed.relation == "=" else (1,))]
-    best = min(found, key=lambda c: c.distance)
+    best = min(_footings(printed, derived, points, is_direction), key=lambda c: c.distance)
     if best.same or not best.scales:
         return best
     factor = overall_factor(monomials(best.printed, points), monomials(best.derived, points))
     return min(best, best.scaled(abs(factor)), key=lambda c: c.distance)
 
 
+def say_the_same(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> bool:
+    """Whether both say the same at all points: equations, or conditions of which either side may stand first."""
+    return any(
+        comparison.same
+        for side in list_orientations(printed)
+        if side.relation == derived.relation
+        for comparison in _footings(side, derived, points, is_direction)
+    )
+
+
+def _footings(printed: Equation, derived: Equation, points: Points, is_direction: bool) -> list[Comparison]:
+    """Both sides by what they define a symbol as, else as residuals with either sign and a lost factor put back."""
+    symbol = printed.defines
+    if symbol is not None and derived.defines == symbol:
+        said, meant = (solved(side, symbol) for side in (printed, derived))
+        return [Comparison(said, meant, points, turns=is_direction)]
+    wholes = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
+    bounds = printed.relation != "="
+    starts = [Comparison(whole, derived.residual, points, scales=symbol is None, bounds=bounds) for whole in wholes]
+    return [start.scaled(sign) for start in starts for sign in ((1,) if bounds else (1, -1))]
+
+
 def solved(side: Equation, symbol: Quantity) -> Expr:
     """What an equation says that a symbol is, both sides with the same number on them or not."""
     slope = side.residual.diff(symbol)
-    plain = not slope.is_number or slope == 1
+    plain = not slope.is_number or slope in (0, 1)
     return symbol - (side.residual if plain else sp.expand_mul(side.residual / slope))
 
 

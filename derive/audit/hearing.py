@@ -13,10 +13,11 @@ from ..evaluate import TOLERANCE
 from ..quantity import Quantity
 from .case import AS_READ, Case, Choice
 from .comparison import facing, solved
+from .domain import confirm_in_use
 from .edits import Edit
 from .fold import folded
 from .judge import judge
-from .judgement import FAULTS, UNJUDGED, Judgement, unjudged
+from .judgement import FAULTS, UNJUDGED, Judgement, explain_unjudged
 from .wording import Said, joined
 
 ACTIONS = ("N", "N m")
@@ -76,13 +77,13 @@ def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
     try:
         return _heard(case, number, choice)
     except Exception as error:  # whatever a print contains, it must not end the audit of the others
-        return Hearing(unjudged(error), case.paper.equations[number], None, choice)
+        return Hearing(explain_unjudged(error), case.paper.equations[number], None, choice)
 
 
 def _heard(case: Case, number: str, choice: Choice) -> Hearing:
     """The mildest judgement among the footings; missing terms are told on that which leaves fewest."""
     tried = [
-        Hearing(judge(printed, derived, case.points, case.words, case.directions), printed, derived, choice)
+        Hearing(_judged(case, printed, derived), printed, derived, choice)
         for printed, derived in case.footings(number, choice)
     ]
     mildest = min(tried, key=lambda hearing: hearing.judgement.severity)
@@ -95,6 +96,12 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
     found = replace(told.judgement, verdict=mildest.judgement.verdict, finding=mildest.judgement.finding,
                     unexplained=mildest.judgement.unexplained)  # fmt: skip
     return replace(told, judgement=found)
+
+
+def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgement:
+    points = case.points if derived is None else case.points_where(derived.where)
+    found = judge(printed, derived, points, case.words, case.directions)
+    return confirm_in_use(case, printed, derived, found)
 
 
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:

@@ -11,7 +11,7 @@ from ..dimensions import is_consistent
 from ..equations import Equation, Unclaimed
 from ..evaluate import Point
 from ..quantity import Quantity
-from .comparison import FLIPPED, Comparison, aligned, turned
+from .comparison import FLIPPED, Comparison, aligned, list_orientations
 from .definition import defined
 from .difference import lacking
 from .edits import Edit
@@ -23,6 +23,8 @@ from .wording import Said, joined
 
 PROMISING = 12
 """First edits that a second one is tried on."""
+MOST_OF_A_CONDITION = 2
+"""Edits of a condition: more of them make any condition any other."""
 
 
 def judge(
@@ -40,16 +42,24 @@ def judge(
     consistent, at = is_consistent(printed.residual), tuple(points)
     if unknown := sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)):
         return Judgement(UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for")
-    faced = turned(printed, derived, at)
-    comparison = aligned(faced, derived, at, printed.defines in directions)
-    meant = derived.relation if faced is printed else FLIPPED[derived.relation]
-    relation = () if printed.relation == meant else (Said(f"{meant} for {printed.relation}"),)
-    if comparison.same and consistent and not relation:
+    is_direction, remark = printed.defines in directions, "" if consistent else "not dimensionally consistent; "
+    compared = [(side, aligned(side, derived, at, is_direction)) for side in list_orientations(printed)]
+    edits = [_relation(side, printed, derived) for side, comparison in compared if comparison.same]
+    if () in edits and consistent:
         return _agreement(printed, derived)
-    if comparison.same and relation:
-        return Judgement("misprint", "the relation is another", (relation,))
-    remark = "" if consistent else "not dimensionally consistent; "
-    return _corrected(comparison, _vocabulary(printed, derived, at, words), relation, remark)
+    if edits and () not in edits:
+        return Judgement("misprint", "the relation is another", (edits[0],))
+    known = _vocabulary(printed, derived, at, words)
+    found = [_corrected(comparison, known, _relation(side, printed, derived), remark) for side, comparison in compared]
+    return min(found, key=lambda judgement: judgement.severity)
+
+
+def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Said, ...]:
+    """The edit of the relation that a side needs, if any, in terms of the print."""
+    if side.relation == derived.relation:
+        return ()
+    meant = derived.relation if side is printed else FLIPPED[derived.relation]
+    return (Said(f"{meant} for {printed.relation}"),)
 
 
 def _vocabulary(printed: Equation, derived: Equation, points: Points, words: Iterable[Quantity]) -> list[Quantity]:
@@ -76,12 +86,24 @@ def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...],
     if missing:
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", missing=missing)
     found = explained(start, first, words)
-    if found.comparison.same:
+    if found.comparison.same and not (start.bounds and len(found.edits) > MOST_OF_A_CONDITION):
         return _misprint([(*done, *(edit.what for edit in found.edits))], remark, found.edits)
     pairs = _pairs(start, first, words) if found.comparison.gap.unexplained and not done else []
     if pairs:
         return _misprint([(one.what, two.what) for one, two in pairs], remark, pairs[0])
+    if start.bounds:
+        return _another_condition(start, remark)
     return _left_over(found.comparison, (*done, *(edit.what for edit in found.edits)), found.edits, remark)
+
+
+def _another_condition(start: Comparison, remark: str) -> Judgement:
+    """A condition that no edit makes the derived one; terms that are left over say nothing of when it holds."""
+    where = next((point for point in start.points if not start.equal_at(point)), start.points[0])
+    given, meant = (_shown(side, where) for side in (start.printed, start.derived))
+    finding = (
+        f"{remark}another condition than the derived one; at a random point its sides differ by {given}, not {meant}"
+    )
+    return Judgement("contradicted", finding)
 
 
 def _pairs(start: Comparison, first: list[Edit], words: list[Quantity]) -> list[tuple[Edit, Edit]]:

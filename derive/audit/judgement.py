@@ -24,6 +24,7 @@ UNJUDGED: Word = "not judged"
 class Judgement:
     """A verdict with its evidence. ``missing`` are terms of the derivation that the print lacks.
 
+    ``domain`` says where an equation does not hold that holds wherever the machine uses it, and is empty elsewhere.
     ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first correction,
     with what they replace.
     """
@@ -34,6 +35,7 @@ class Judgement:
     missing: tuple[Expr, ...] = ()
     unexplained: tuple[Expr, ...] = field(default=())
     loose: tuple[str, ...] = ()
+    domain: str = ""
     edits: tuple[Edit, ...] = field(default=(), compare=False)
 
     @property
@@ -45,7 +47,7 @@ class Judgement:
         return grade, left, needed
 
 
-def unjudged(error: Exception) -> Judgement:
+def explain_unjudged(error: Exception) -> Judgement:
     """Return the judgement on an equation of which judging raised an error, with the reason in words."""
     text = " ".join(str(error).split())
     plain = isinstance(error, NotEvaluated | UnknownNodeError)

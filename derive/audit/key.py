@@ -152,7 +152,8 @@ def equation(found: Equation) -> str:
     """An equation as text that says all of it, in canonical order."""
     names = [_name(s) for s in _sorted(found.residual.free_symbols)]
     said = [found.number, found.legibility, str(found.claims), str(found.defines), found.relation]
-    said += [str(found.stated), *found.rebuilt, *(f"{w.where} {w.values} {w.between}" for w in found.witnesses)]
+    said += [str(found.stated), sp.srepr(found.where), *found.rebuilt]
+    said += [f"{w.where} {w.values} {w.between}" for w in found.witnesses]
     return "\n".join([*said, *names, sp.srepr(found.residual)])
 
 

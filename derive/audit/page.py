@@ -72,8 +72,9 @@ def _row(record: Record) -> str:
 
 
 def hangs_on(record: Record) -> str:
-    """What a verdict rests on: a reading, a single character, pieces that were completed."""
+    """What a verdict rests on: a reading, a single character, pieces that were completed, where a machine uses it."""
     parts = ["" if record["robust"] else "the reading", "one character" if record["fragile"] else ""]
+    parts.append("the domain of use" if record["domain"] else "")
     parts.append("pieces completed" if record["rebuilt"] else "")
     return ", ".join(part for part in parts if part)
 
@@ -90,7 +91,7 @@ def _causes(records: Sequence[Record]) -> list[str]:
 
 
 def _paragraph(record: Record) -> list[str]:
-    if record["verdict"] in SILENT and not record["vanishing"] and not record["depends"]:
+    if record["verdict"] in SILENT and not any(record[part] for part in ("vanishing", "depends", "domain")):
         return []
     lines = [f"### ({record['equation']}) {record['verdict']}", ""]
     for label, text in (("As printed", record["printed"]), ("As derived", record["derived"])):

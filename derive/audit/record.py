@@ -18,7 +18,7 @@ from . import mathml
 from .case import Case
 from .causes import causes
 from .hearing import Outcome, faced, heard_together, is_fragile, reasons
-from .judgement import Judgement, unjudged
+from .judgement import Judgement, explain_unjudged
 from .terms import expanded, value
 from .vanishing import Vanished, vanished
 from .wording import Piece, Said, joined
@@ -52,7 +52,7 @@ def equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
     try:
         outcomes = heard_together(case, next(iter(keys)))
     except Exception as error:  # one question must not end the audit of the others
-        return [not_judged(case, number, key, error) for number, key in keys.items()]
+        return [record_unjudged(case, number, key, error) for number, key in keys.items()]
     return [_attempted(case, number, key, outcomes[number]) for number, key in keys.items()]
 
 
@@ -60,12 +60,12 @@ def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     try:
         return _recorded(case, number, key, outcome)
     except Exception as error:  # one equation must not end the audit of the others
-        return not_judged(case, number, key, error)
+        return record_unjudged(case, number, key, error)
 
 
-def not_judged(case: Case, number: str, key: str, error: Exception) -> Record:
+def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Record:
     """The record of an equation that cannot be judged, with the reason in `finding`."""
-    printed, found = case.paper.equations[number], unjudged(error)
+    printed, found = case.paper.equations[number], explain_unjudged(error)
     text = _text(printed)
     try:
         shown = mathml.equation(printed)
@@ -84,6 +84,7 @@ def not_judged(case: Case, number: str, key: str, error: Exception) -> Record:
         "reading": "",
         "answer": "",
         "robust": True,
+        "domain": "",
         "reasons": [],
         "printed": text,
         "derived": "",
@@ -120,6 +121,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "answer": outcome.kindest.choice.meaning,
         "depends": [{part: str(text) for part, text in one.items()} for one in depends],
         "robust": outcome.robust,
+        "domain": str(found.domain),
         "reasons": list(reasons(found, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant),

@@ -33,6 +33,13 @@ class Subject(Protocol):
         """Values of all quantities along the machine's own cycle, to tell how large a term becomes."""
         ...
 
+    def nearby(self, rng: random.Random) -> Sequence[Mapping[Any, Any]] | None:
+        """Values of all quantities, consistent with each other, near those of ``reference``: data changed a little.
+
+        None where the subject finds none; every quantity of the reference is then moved a little by itself.
+        """
+        return None
+
     def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
         """Two sums, a printed and a derived one, in the same quantities."""
         return printed, derived

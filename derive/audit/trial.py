@@ -21,7 +21,7 @@ import sympy as sp
 from ..chain import Chain, Solve, Together
 from ..equations import Equation, among
 from .formula import Formula, Programme
-from .judgement import UNJUDGED, unjudged
+from .judgement import UNJUDGED, explain_unjudged
 from .laws import Array, Cycle, Dynamics, Law, Values
 
 Repairs = frozenset[str]
@@ -278,11 +278,11 @@ def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
     return [_attempted(paper, trial, law) for law in trial.dynamics.laws]
 
 
-def untried(paper: str, law: str, unit: str, error: Exception) -> dict[str, Any]:
+def record_untried_law(paper: str, law: str, unit: str, error: Exception) -> dict[str, Any]:
     """The record of a law that cannot be tried, with the reason in `owed`; its violation is unknown, null."""
     empty: dict[str, Any] = {"caused_by": [], "or_by": [], "shares": []}
     record = {"paper": paper, "law": law, "violation": None, "unit": unit, "search": UNJUDGED}
-    return {**record, **empty, "owed": unjudged(error).finding}
+    return {**record, **empty, "owed": explain_unjudged(error).finding}
 
 
 def _attempted(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
@@ -291,7 +291,7 @@ def _attempted(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
     except LawError:
         raise
     except Exception as error:  # a law that cannot be tried says nothing of the others
-        return untried(paper, law.name, law.unit, error)
+        return record_untried_law(paper, law.name, law.unit, error)
 
 
 def violation(trial: Trial, law: Law) -> float:

@@ -25,10 +25,10 @@ def held(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgem
     if lacking or printed.relation != "=":
         reason = f"{', '.join(lacking)} has no value here" if lacking else "a condition without a claim"
         return Judgement("untested", f"{reason}, so that nothing tests it")
-    if _holds(printed.residual, points):
+    if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
-    found = [edit for edit, residual in _edited(printed, words, points) if _holds(residual, points)]
+    found = [edit for edit, residual in _edited(printed, words, points) if holds(residual, points)]
     if found:
         texts = tuple(dict.fromkeys((edit.what,) for edit in found))
         return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(found[0],))
@@ -46,7 +46,8 @@ def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Ite
             yield edit, residual
 
 
-def _holds(residual: Expr, points: Points) -> bool:
+def holds(residual: Expr, points: Points) -> bool:
+    """Whether a residual vanishes at every point."""
     return all(_vanishes(residual, point) for point in points)
 
 

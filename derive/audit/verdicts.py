@@ -19,7 +19,7 @@ from .case import Case
 from .causes import told
 from .judgement import UNJUDGED
 from .references import references
-from .trial import Trial, attempted_violation, findings, untried
+from .trial import Trial, attempted_violation, findings, record_untried_law
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
 """What is written: the findings, their formulas typeset, and the findings to read."""
@@ -120,7 +120,7 @@ def _keys(case: Case) -> tuple[dict[str, str], dict[str, record.Record]]:
         except ClaimError:
             raise
         except Exception as error:  # without a key there is no comparison to judge: one line, not the end
-            alone[number], failed[number] = str(error), record.not_judged(case, number, "", error)
+            alone[number], failed[number] = str(error), record.record_unjudged(case, number, "", error)
     return {n: "" if n in failed else key.of_linked(n, [alone[o] for o in case.linked(n)]) for n in alone}, failed
 
 
@@ -178,7 +178,7 @@ def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[record.
         found = findings(case.paper.name, Trial(*case.read_chains(chosen), dynamics) if told else literal)
         sizes = [attempted_violation(literal, law) for law in dynamics.laws]
     except Exception as error:  # equations are judged one by one, whatever becomes of their chain
-        found, sizes = [untried(case.paper.name, "laws of the chain as a whole", "", error)], [None]
+        found, sizes = [record_untried_law(case.paper.name, "laws of the chain as a whole", "", error)], [None]
     as_told = {"reading": "; ".join(told), "key": its_key}
     return [law | {"violation_literal": size} | as_told for law, size in zip(found, sizes, strict=True)]
 

@@ -49,7 +49,7 @@ def _parts(entry: Entry, shown: Entry) -> Iterator[str]:
         for label, side in (("as rebuilt" if lost else "as printed", "printed"), ("as derived", "derived")):
             if entry.get(side):
                 yield _formula(label, entry[side], shown[side])
-    if entry["verdict"] not in QUIET:
+    if entry["verdict"] not in QUIET or entry.get("domain"):
         yield f"<p>{shown['finding'][:1].upper()}{shown['finding'][1:]}.</p>"
     if shown["correction"]:
         name = "Smallest correction" if len(shown["correction"]) == 1 else "Smallest corrections, any of them"

@@ -233,7 +233,8 @@ MEANINGS = {
     "reconstructed": "the print is lost; the derivation stands alone",
     "definition": "names a quantity, and agrees with what else the paper prints of it",
     "not judged": "the equation could not be judged, for the reason that stands with it",
-    "hangs on": "a reading that the paper leaves open, a single character that may be misread, pieces completed",
+    "hangs on": "a reading that the paper leaves open, a single character that may be misread, pieces completed, the "
+    "domain of use: it holds where the machine uses it, and not everywhere",
     "repaired alone, left alone, Shapley": "what an equation's repair takes away, what it leaves when all others are "
     "repaired, and the mean over all orders of repair",
     "reproduced": "equal at the printed precision, from disclosed inputs only",

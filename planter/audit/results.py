@@ -41,7 +41,8 @@ class Depends(Record):
 class Equation(Record):
     """A printed equation: verdict, smallest corrections, missing and unexplained terms, what the verdict hangs on.
 
-    The verdict is `not judged` where judging it raises an error; `finding` is the reason.
+    The verdict is `not judged` where judging it raises an error; `finding` is the reason. `domain` says where an
+    equation does not hold that holds wherever the machine uses it; it is empty for any other.
 
     `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
     """
@@ -59,6 +60,7 @@ class Equation(Record):
     answer: str
     depends: list[Depends]
     robust: bool
+    domain: str
     reasons: list[str]
     terms: list[Term]
     unexplained: list[Term]

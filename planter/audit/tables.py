@@ -154,16 +154,17 @@ def remark(equation: Entry) -> str:
         share = largest["share_of_largest"]
         size = "" if share is None else f", {100 * share:.3g} % of the largest term"
         parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_cut(largest['term'])}{size}")
-    if not parts and equation["verdict"] in (*FAULTY, consequences.UNJUDGED):
+    if not parts and (equation["verdict"] in (*FAULTY, consequences.UNJUDGED) or equation.get("domain")):
         parts.append(equation["finding"])
     return "; ".join(parts)
 
 
 def hangs_on(equation: Entry) -> str:
-    """What a verdict rests on: a reading, a single character, pieces that were completed."""
+    """What a verdict rests on: a reading, a single character, pieces that were completed, where a machine uses it."""
     parts = {
         "the reading": not equation.get("robust", True),
         "one character": equation.get("fragile"),
+        "the domain of use": equation.get("domain"),
         "pieces completed": equation.get("rebuilt"),
     }
     return ", ".join(text for text, so in parts.items() if so)

@@ -120,8 +120,9 @@ def by_quadrant(f: Formulas) -> None:
             jumps[i, j] = (jump, where)
     third, *others = jumps.values()
     f.defines(q.phi4, plain + sp.Piecewise(third, *others, (S.Zero, True)), PickupClaim.TIP_DIRECTION)
-    f.defines(q.phi4, plain + third[0], PickupClaim.TIP_DIRECTION_THIRD_QUADRANT)
-    f.defines(q.phi4, plain + sp.Piecewise(*others, (S.Zero, True)), PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS)
+    f.defines(q.phi4, plain + third[0], PickupClaim.TIP_DIRECTION_THIRD_QUADRANT, where=third[1])
+    elsewhere = plain + sp.Piecewise(*others, (S.Zero, True))
+    f.defines(q.phi4, elsewhere, PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS, where=sp.Not(third[1]))
 
 
 def extremes(f: Formulas) -> None:

@@ -15,6 +15,8 @@ from ...quantity import Quantity
 from . import given
 
 TRIALS = 50
+NEARBY = 8
+"""Points along the way near which data are tried."""
 
 
 class OwnFormulas(Subject):
@@ -37,8 +39,18 @@ class OwnFormulas(Subject):
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """All values along the way from the lower bounds to the upper ones."""
+        return [self.formulas.followed(data) for data in self._way(points)]
+
+    def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
+        """Values near those along that way; None where its definitions have no real ones."""
+        try:
+            return [self.formulas.followed(given.draw_near(data, rng)) for data in self._way(NEARBY)]
+        except (ZeroDivisionError, TypeError):
+            return None
+
+    def _way(self, points: int) -> list[dict[Quantity, mpf]]:
         table = self.formulas.given
         moving = {q: pair for q, pair in given.ends(table, self._own).items() if table.data[q.name].bounds}
         shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
         along = ({q: low + (high - low) * share for q, (low, high) in moving.items()} for share in shares)
-        return [self.formulas.followed(self._own | data) for data in along]
+        return [self._own | data for data in along]

@@ -25,6 +25,8 @@ WALK = 36
 TRIALS = 50
 ANGLES = 24
 """Angles of a turn that laws are tried at."""
+NEARBY = 8
+"""Angles of a turn with data near the mechanism's own."""
 ASIDE = 0.382
 """Share of a step that they stand off the angles at which mechanisms are often singular."""
 
@@ -58,6 +60,14 @@ class Driven(Own):
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """The mechanism's own values along its turn."""
         return self._turn([2 * mpmath.pi * i / points for i in range(points)])
+
+    def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
+        """Random angles of its turn with data near its own; None where loops do not close all along it."""
+        data = given.draw_near(given.of(self.mechanism), rng)
+        try:
+            return list(self._along(data, sorted(mpf(rng.uniform(0, 2 * mpmath.pi)) for _ in range(NEARBY))))
+        except ZeroDivisionError:
+            return None
 
     def motions(self) -> Mapping[str, Sequence[Sequence[Values]]]:
         """Its turn, and the same at next to no speed, at its own, and faster."""

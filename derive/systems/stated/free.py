@@ -29,6 +29,8 @@ from .steps import after
 
 INSTANTS = 24
 """Instants of a motion that laws are tried at."""
+NEARBY = 8
+"""Instants of its motion near which states are tried."""
 ASIDE = {"rad": 0.4, "m": 0.05, "1": 0.1}
 """How far random places may be from the start, by the unit of the coordinate."""
 TOLERANCE = 1e-9
@@ -68,6 +70,18 @@ class Free(Own):
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """The mechanism's own motion from its start on."""
         return self._course(np.linspace(0, self.until, points))
+
+    def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
+        """Return states and data near those of the reference motion; None if the constraints allow none."""
+        own, found = given.of(self.mechanism), []
+        with mpmath.workdps(DIGITS + GUARD):
+            for known in self.reference(NEARBY):
+                state = given.draw_near({q: known[q] for q in self._state}, rng)
+                try:
+                    found.append(self._values(self._held(given.draw_near(own, rng) | {TIME: known[TIME]}, state)))
+                except MechanismError:
+                    return None
+        return found
 
     def motions(self) -> Mapping[str, Sequence[Sequence[Values]]]:
         return {REFERENCE: [self._course(np.linspace(0, self.until, INSTANTS))]}

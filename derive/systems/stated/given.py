@@ -6,6 +6,7 @@ import random
 
 from mpmath import mpf
 
+from ...audit.case import change_slightly
 from ...machine_file import scale
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
@@ -37,6 +38,11 @@ def ends(given: Quantities, own: Values) -> dict[Quantity, tuple[mpf, mpf]]:
 def drawn(given: Quantities, own: Values, rng: random.Random) -> Values:
     """Random ones between their ends."""
     return {q: mpf(rng.uniform(*map(float, pair))) for q, pair in ends(given, own).items()}
+
+
+def draw_near(own: Values, rng: random.Random) -> Values:
+    """Values that differ a little from those of a machine, so that none of them is special."""
+    return {q: value + change_slightly(value, rng) for q, value in own.items()}
 
 
 def of(mechanism: Mechanism) -> Values:

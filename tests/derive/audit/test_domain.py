@@ -1,0 +1,193 @@
+"""Equations are judged where the machine uses them, conditions by when they hold."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mpmath
+import pytest
+import sympy as sp
+from mpmath import mpf
+from sympy import atan, cos, pi, sin, tan
+
+from derive.audit.bounds import have_same_truth
+from derive.audit.case import NEAR, SEEDS, Case
+from derive.audit.hearing import heard
+from derive.audit.judgement import Judgement
+from derive.audit.paper import Paper
+from derive.equations import Equation, Relation, derived
+from derive.evaluate import Point
+from derive.papers import shi2021, yu2023
+from derive.quantity import Quantity
+from derive.systems.clutch import quantities as clutch
+from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v
+
+phi, across, along, zero = (quantity(n, k) for n, k in (("phi", "rad"), ("across", "m"), ("along", "m"), ("zero", "m")))
+
+
+@dataclass(frozen=True)
+class Turning(MadeUp):
+    """A made-up arm: random points all around, a cycle in the third quadrant alone, and a length that is zero there."""
+
+    consistent: bool = True
+
+    def admissible(self, rng: random.Random) -> dict[Quantity, mpf]:
+        return self.at(mpf(rng.uniform(-3.1, 3.1)), mpf(rng.uniform(0.5, 1.5)), mpf(rng.uniform(0.5, 1)))
+
+    def reference(self, points: int) -> list[dict[Quantity, mpf]]:
+        return [self.at(-mpmath.pi + (k + 1) * mpf(1) / (points + 1), mpf(1), mpf(0)) for k in range(points)]
+
+    def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
+        if not self.consistent:
+            return None
+        return [self.at(mpf(rng.uniform(-3, -2)), 1 + NEAR * mpf(rng.random()), NEAR) for _ in range(5)]
+
+    @staticmethod
+    def at(angle: mpf, length: mpf, offset: mpf) -> dict[Quantity, mpf]:
+        with mpmath.workdps(60):
+            return {phi: angle, a: length, zero: offset, along: length * mpmath.cos(angle),
+                    across: length * mpmath.sin(angle)}  # fmt: skip
+
+
+DIRECTION = derived(MadeUpClaim.SUM, phi - sp.atan2(across, along), phi)
+
+
+def arm(meant: Equation = DIRECTION, consistent: bool = True) -> Case:
+    return Case(Paper("made up", ""), Turning({MadeUpClaim.SUM: meant}, consistent=consistent))
+
+
+def judgement(case: Case) -> Judgement:
+    return heard(case, "1").kindest.judgement
+
+
+@pytest.mark.parametrize("consistent", [True, False])
+@pytest.mark.parametrize(
+    ("printed", "verdict"),
+    [
+        (atan(across / along) - pi, "confirmed"),
+        (-pi / 2 - atan(along / across), "confirmed"),
+        (-pi / 2 + atan(along / across), "misprint"),
+        (pi / 2 - atan(along / across), "misprint"),
+        (atan(across / along) - pi + zero / a, "misprint"),
+    ],
+)
+def test_rewriting_need_only_hold_on_the_cycle(printed: sp.Expr, verdict: str, consistent: bool) -> None:
+    """The last is wrong, though not on the cycle itself, where a length is zero."""
+    case = arm(consistent=consistent)
+    case.paper.defines("1", phi, printed, MadeUpClaim.SUM)
+    found = judgement(case)
+    if verdict == "confirmed":
+        assert found.verdict == "confirmed"
+        assert "not everywhere" in found.finding
+        assert "at test_a" not in found.finding
+        assert "across = " in found.finding
+    else:
+        assert found.verdict in ("misprint", "incomplete", "contradicted")
+
+
+def test_rewriting_without_claim_is_judged_on_the_cycle_too() -> None:
+    case = arm()
+    case.paper.defines("1", phi, atan(across / along) - pi)
+    assert judgement(case).verdict == "confirmed"
+    case = arm(consistent=False)
+    case.paper.defines("1", phi, atan(across / along) - pi + zero / a)
+    assert judgement(case).verdict in ("misprint", "contradicted")
+
+
+def test_term_that_is_zero_on_the_cycle_alone_is_missing() -> None:
+    case = arm(derived(MadeUpClaim.SUM, phi - across / a - zero / a, phi))
+    case.paper.defines("1", phi, across / a, MadeUpClaim.SUM)
+    found = judgement(case)
+    assert (found.verdict, found.missing) == ("incomplete", (zero / a,))
+
+
+def test_derivation_is_compared_where_it_holds() -> None:
+    third = sp.And(along < 0, across < 0)
+    meant = replace(derived(MadeUpClaim.SUM, phi - (atan(across / along) - pi), phi), where=third)
+    case = arm(meant)
+    assert len(case.points_where(third)) == len(SEEDS)
+    assert all(point.holds(third) for point in case.points_where(third))
+    assert case.points_where(along > 10) == case.points
+    case.paper.defines("1", phi, -pi / 2 - atan(along / across), MadeUpClaim.SUM)
+    found = judgement(case)
+    assert (found.verdict, found.finding) == ("confirmed", "no difference left")
+
+
+@pytest.mark.parametrize(
+    ("number", "printed", "verdict"),
+    [
+        ("phi4, other quadrants", yu2023.PAPER.equations["phi4, other quadrants"].residual, "confirmed"),
+        ("phi4, third quadrant", yu2023.phi4 + pi / 2 + atan(yu2023.x_S / yu2023.y_S), "confirmed"),
+        ("phi4, third quadrant", yu2023.phi4 - pi / 2 + atan(yu2023.x_S / yu2023.y_S), "misprint"),
+        ("phi4, other quadrants", yu2023.phi4 + atan(yu2023.y_S / yu2023.x_S), "incomplete"),
+    ],
+)
+def test_direction_of_the_tip_in_its_quadrant(number: str, printed: sp.Expr, verdict: str) -> None:
+    case = yu2023.CASE
+    equation = replace(case.paper.equations[number], residual=printed)
+    own = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
+    assert heard(own, number).kindest.judgement.verdict == verdict
+
+
+# conditions
+
+
+@pytest.mark.parametrize(
+    ("printed", "relation", "verdict"),
+    [
+        (a / u - (b - c), "<=", "confirmed"),
+        ((b - c) - a / u, ">=", "confirmed"),
+        (3 * a - 3 * u * (b - c), "<=", "confirmed"),
+        (a / u - (b - c), ">=", "misprint"),
+        (a / u - (b - c), "<", "misprint"),
+        (a / u - (b + c), "<=", "misprint"),
+        (a * u - (b - c), "<=", "contradicted"),
+        ((b - c) - a / u, "<=", "misprint"),
+    ],
+)
+def test_condition_is_what_holds_when_the_other_does(printed: sp.Expr, relation: Relation, verdict: str) -> None:
+    found = judged(printed, a - u * (b - c), (relation, "<="))
+    assert found.verdict == verdict
+    if verdict == "contradicted":
+        assert found.corrections == ()
+    if verdict == "misprint":
+        assert all(len(correction) == 1 for correction in found.corrections)
+
+
+def test_relation_is_corrected_in_terms_of_the_print() -> None:
+    found = judged(a / u - (b - c), a - u * (b - c), (">=", "<="))
+    assert found.corrections == (("<= for >=",),)
+    found = judged((b - c) - a / u, a - u * (b - c), ("<=", "<="))
+    assert found.corrections == ((">= for <=",),)
+
+
+def test_factor_that_changes_its_sign_is_no_condition_alike() -> None:
+    assert have_same_truth(a * cos(v), a, tuple(POINTS))
+    turned = tuple(Point(point.values() | {v: mpf(3)}) for point in POINTS)
+    assert not have_same_truth((a - b) * cos(v), a - b, turned)
+    assert have_same_truth(-(a - b) * cos(v), a - b, turned)
+    assert not have_same_truth((a - b) * (a - 2 * b), a - b, tuple(POINTS))
+
+
+@pytest.mark.parametrize(
+    ("printed", "verdict"),
+    [
+        (clutch.f / cos(clutch.phi) - (clutch.F1 - clutch.F2), "confirmed"),
+        (clutch.f / cos(clutch.phi) - (clutch.F1 + clutch.F2), "misprint"),
+        (clutch.f * cos(clutch.phi) - (clutch.F1 - clutch.F2), "contradicted"),
+        (clutch.f / sin(clutch.phi) - (clutch.F1 - clutch.F2), "misprint"),
+    ],
+)
+def test_taper_condition_divided_by_a_cosine(printed: sp.Expr, verdict: str) -> None:
+    case = shi2021.CASE
+    equation = replace(case.paper.equations["4c"], residual=printed, relation="<=")
+    own = replace(case, paper=replace(case.paper, equations={"4c": equation}, questions=[]))
+    assert heard(own, "4c").kindest.judgement.verdict == verdict
+
+
+def test_function_that_grows_is_a_condition_alike() -> None:
+    points = tuple(Point({u: mpf(k) / 10, v: mpf(5) / (k + 3)}) for k in range(1, 8))
+    assert have_same_truth(v * tan(u) - 1, u - atan(1 / v), points)
+    assert not have_same_truth(v * sin(u) - 1, u - atan(1 / v), points)

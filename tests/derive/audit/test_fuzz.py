@@ -1,0 +1,158 @@
+"""Every equation of an example paper, tried without its claim, changed in one place, and in symbols of its own.
+
+The audit never ends early, confirms nothing wrong, and accuses nothing right: whether a changed equation is right is
+told by its values alone, on random mechanisms and along the example's own turn.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cache
+
+import pytest
+import sympy as sp
+
+from derive.audit.case import Case
+from derive.audit.comparison import solved
+from derive.audit.edits import edits
+from derive.audit.judgement import FAULTS
+from derive.audit.paper import Paper
+from derive.audit.record import Record, equation
+from derive.audit.unclaimed import holds
+from derive.discovery import loaded
+from derive.equations import Equation, Unclaimed, what
+from derive.quantity import Quantity
+from tests.support import own
+
+PAPERS = sorted(path.stem for path in own.EXAMPLES.glob("*_paper.py"))
+NUMBERS = [(paper, number) for paper in PAPERS for number in "123456"]
+SAMPLE = [pytest.param(paper, number, marks=() if number in "14" else pytest.mark.long) for paper, number in NUMBERS]
+"""All of them, those outside a fast run marked."""
+FEW, MANY = 1, 40
+"""Changes of each equation that are tried in a fast run, and in a long one."""
+
+
+@cache
+def example(name: str) -> Case:
+    with loaded(own.EXAMPLES / f"{name}.py") as (module,):
+        case: Case = module.CASE
+    return case
+
+
+def alone(case: Case, printed: Equation, reading: Mapping[sp.Symbol, sp.Expr] | None = None) -> Record:
+    """The record of one equation of a paper; points are those of the example."""
+    paper = replace(case.paper, equations={printed.number: printed}, reading=dict(reading or {}))
+    one = replace(case, paper=paper)
+    shared = {name: getattr(case, name) for name in ("points", "cycle", "claims")}
+    one.__dict__.update(shared)
+    return equation(one, printed.number, "")
+
+
+def unclaimed(printed: Equation) -> Equation:
+    return replace(printed, claims=Unclaimed.HOLDS)
+
+
+def is_right(case: Case, printed: Equation) -> bool:
+    return holds(printed.residual, (*case.points, *case.cycle))
+
+
+def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tuple[str, Equation]]:
+    """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the result."""
+    symbol = printed.defines
+    said = printed.residual if symbol is None else solved(printed, symbol)
+    found = [edit for edit in edits(said, case.words, whole=False) if edit.result.free_symbols - {symbol}]
+    for edit in random.Random(seed).sample(found, min(count, len(found))):
+        yield str(edit.what), replace(printed, residual=edit.result if symbol is None else symbol - edit.result)
+
+
+def test_examples_are_those_of_the_folder() -> None:
+    assert "slider_crank_paper" in PAPERS
+    assert {(paper, number) for paper in PAPERS for number in example(paper).paper.equations} == set(NUMBERS)
+
+
+@pytest.mark.parametrize(("paper", "number"), NUMBERS)
+def test_equation_without_claim_is_judged_by_values(paper: str, number: str) -> None:
+    case = example(paper)
+    printed = case.paper.equations[number]
+    found, claimed = alone(case, unclaimed(printed)), alone(case, printed)
+    assert (found["verdict"] == "confirmed") is (claimed["verdict"] == "confirmed") is is_right(case, printed)
+    assert found["verdict"] == "confirmed" or (found["verdict"] in FAULTS and found["reasons"])
+
+
+@pytest.mark.parametrize(("paper", "number"), SAMPLE)
+def test_foreign_symbols_change_no_verdict(paper: str, number: str) -> None:
+    """Mapped, they are read as what they stand for; unmapped, nothing is known of them."""
+    case = example(paper)
+    printed = case.paper.equations[number]
+    symbols = sorted((s for s in printed.residual.free_symbols if isinstance(s, Quantity)), key=str)
+    names = {s: case.paper.symbol(f"Q_{k}", s.unit, "a symbol of the paper") for k, s in enumerate(symbols)}
+    defines = None if printed.defines is None else names[printed.defines]
+    foreign = replace(printed, residual=printed.residual.xreplace(names), defines=defines)
+    back = {name: symbol for symbol, name in names.items()}
+    for own_one, foreign_one, lost in (
+        (printed, foreign, "not judged"),
+        (unclaimed(printed), unclaimed(foreign), "untested"),
+    ):
+        expected, found = alone(case, own_one), alone(case, foreign_one, back)
+        assert [found[key] for key in ("verdict", "correction")] == [expected[key] for key in ("verdict", "correction")]
+        assert alone(case, foreign_one)["verdict"] == lost
+
+
+def tried(paper: str, number: str, count: int) -> None:
+    case = example(paper)
+    for change, printed in changed(case, case.paper.equations[number], count, seed=int(number)):
+        right = is_right(case, printed)
+        for one in (printed, unclaimed(printed)):
+            found = alone(case, one)
+            assert (found["verdict"] == "confirmed") is right, (change, found["finding"])
+            assert right or found["verdict"] in FAULTS, (change, found["finding"])
+
+
+@pytest.mark.parametrize(("paper", "number"), SAMPLE)
+def test_changed_equation_is_faulted(paper: str, number: str) -> None:
+    tried(paper, number, FEW)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("paper", "number"), NUMBERS)
+def test_every_changed_equation_is_faulted(paper: str, number: str) -> None:
+    tried(paper, number, MANY)
+
+
+# rates and accelerations
+
+
+def symbols(case: Case) -> dict[str, Quantity]:
+    mechanism = case.subject.mechanism  # type: ignore[attr-defined]
+    return {str(q): q for q in (*mechanism.loops.all, *mechanism.given.values(), *case.words)}
+
+
+RATES = [
+    ("beta_dot", "-omega*r*cos(phi)/(l*cos(beta))", "confirmed"),
+    ("beta_dot", "-omega*r*cos(phi)/(s - r*cos(phi))", "confirmed"),
+    ("beta_dot", "omega*r*cos(phi)/(l*cos(beta))", "misprint"),
+    ("beta_dot", "-omega*r*sin(phi)/(l*cos(beta))", "misprint"),
+    ("s_dot", "-omega*r*sin(phi) - l*beta_dot*sin(beta)", "confirmed"),
+    ("s_dot", "-omega*r*sin(phi - beta)/cos(beta)", "confirmed"),
+    ("s_dot", "-omega*r*sin(phi + beta)/cos(beta)", "misprint"),
+    ("beta_ddot", "(omega**2*r*sin(phi) + l*beta_dot**2*sin(beta))/(l*cos(beta))", "confirmed"),
+    ("beta_ddot", "omega**2*r*sin(phi)/(l*cos(beta))", "incomplete"),
+    ("a_rod_x", "-omega**2*r*cos(phi) - c*beta_dot**2*cos(beta) - c*beta_ddot*sin(beta)", "confirmed"),
+    ("a_rod_x", "-omega**2*r*cos(phi) - c*beta_dot**2*cos(beta)", "incomplete"),
+]
+"""What is printed of a rate or an acceleration, and the verdict."""
+
+
+@pytest.mark.parametrize(("name", "text", "verdict"), RATES)
+def test_rates_and_accelerations_may_be_claimed(name: str, text: str, verdict: str) -> None:
+    case = example("slider_crank_paper")
+    known = symbols(case)
+    printed = sp.sympify(text, locals=known)
+    assert printed.free_symbols <= set(known.values())
+    paper = Paper("rates", "Rates")
+    paper.defines("1", known[name], printed, what(name))
+    found = alone(case, paper.equations["1"])
+    assert found["verdict"] == verdict, found["finding"]
+    assert found["claims"] == f"what {name} is"
