@@ -17,11 +17,17 @@ from derive.audit.case import NEAR, SEEDS, Case
 from derive.audit.hearing import heard
 from derive.audit.judgement import Judgement
 from derive.audit.paper import Paper
+from derive.audit.unclaimed import holds
+from derive.discovery import loaded
 from derive.equations import Equation, Relation, derived
 from derive.evaluate import Point
+from derive.formulas import Formulas
 from derive.papers import shi2021, yu2023
 from derive.quantity import Quantity
 from derive.systems.clutch import quantities as clutch
+from derive.systems.stated.trial import trial
+from derive.table import quantities
+from tests.support import own
 from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v
 
 phi, across, along, zero = (quantity(n, k) for n, k in (("phi", "rad"), ("across", "m"), ("along", "m"), ("zero", "m")))
@@ -127,8 +133,32 @@ def test_derivation_is_compared_where_it_holds() -> None:
 def test_direction_of_the_tip_in_its_quadrant(number: str, printed: sp.Expr, verdict: str) -> None:
     case = yu2023.CASE
     equation = replace(case.paper.equations[number], residual=printed)
-    own = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
-    assert heard(own, number).kindest.judgement.verdict == verdict
+    alone = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
+    assert heard(alone, number).kindest.judgement.verdict == verdict
+
+
+@pytest.mark.parametrize("name", ["slider_crank", pytest.param("manipulator", marks=pytest.mark.long)])
+def test_nearby_values_are_consistent(name: str) -> None:
+    """All that is derived of a driven mechanism, and of one that moves by itself, holds there; data are not its own."""
+    with loaded(own.EXAMPLES / f"{name}.py") as (module,):
+        case = trial(module.m, Paper("near", "Near"))
+    assert len(case.nearby) >= 5
+    for claim, equation in case.claims.items():
+        assert holds(equation.residual, tuple(case.nearby)), claim
+    data = module.m.given.values()
+    moved = {q for q in data if case.nearby[0](q) != case.cycle[0](q)}
+    assert moved == set(data) - {q for q in data if q.name not in module.m.given.data and q != module.m.angle}
+    assert all(abs(case.nearby[0](q) - case.cycle[0](q)) <= 2 * NEAR * (abs(case.cycle[0](q)) or 1) for q in data
+               if q != module.m.angle)  # fmt: skip
+
+
+def test_formulas_have_nearby_values() -> None:
+    q = quantities("r | mm | radius | 20 | 10 30\nA | m2 | area of it")
+    disc = Formulas("disc", given=q)
+    disc.defines(q.A, 3 * q.r**2)
+    case = trial(disc, Paper("near", "Near"))
+    assert all(holds(equation.residual, tuple(case.nearby)) for equation in case.claims.values())
+    assert len({point.digits(q.r) for point in (*case.nearby, *case.cycle)}) == len(case.nearby) + len(case.cycle)
 
 
 # conditions
@@ -183,8 +213,8 @@ def test_factor_that_changes_its_sign_is_no_condition_alike() -> None:
 def test_taper_condition_divided_by_a_cosine(printed: sp.Expr, verdict: str) -> None:
     case = shi2021.CASE
     equation = replace(case.paper.equations["4c"], residual=printed, relation="<=")
-    own = replace(case, paper=replace(case.paper, equations={"4c": equation}, questions=[]))
-    assert heard(own, "4c").kindest.judgement.verdict == verdict
+    alone = replace(case, paper=replace(case.paper, equations={"4c": equation}, questions=[]))
+    assert heard(alone, "4c").kindest.judgement.verdict == verdict
 
 
 def test_function_that_grows_is_a_condition_alike() -> None:

@@ -24,6 +24,7 @@ from derive.audit.unclaimed import holds
 from derive.discovery import loaded
 from derive.equations import Equation, Unclaimed, what
 from derive.quantity import Quantity
+from derive.systems.stated.printed import chain
 from tests.support import own
 
 PAPERS = sorted(path.stem for path in own.EXAMPLES.glob("*_paper.py"))
@@ -119,6 +120,15 @@ def test_changed_equation_is_faulted(paper: str, number: str) -> None:
 @pytest.mark.parametrize(("paper", "number"), NUMBERS)
 def test_every_changed_equation_is_faulted(paper: str, number: str) -> None:
     tried(paper, number, MANY)
+
+
+def test_equation_that_cannot_be_evaluated_spares_the_laws() -> None:
+    case = example("slider_crank_paper")
+    subject = case.subject
+    paper = replace(case.paper, equations=dict(case.paper.equations))
+    before = chain(paper, subject)  # type: ignore[arg-type]
+    paper.equation("odd", next(iter(case.words)) - sp.Function("odd")(case.words[-1]))
+    assert chain(paper, subject).equations == before.equations  # type: ignore[arg-type]
 
 
 # rates and accelerations
