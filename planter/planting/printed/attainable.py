@@ -46,8 +46,8 @@ def _said(found: Found, sizes: Found) -> Iterator[str]:
         variances = ", ".join(f"{value:.4g} N2 with {contact}" for contact, value in reached.items())
         verdict = "reached" if max(reached.values()) >= row["variance_N2"] else "not reached"
         yield (
-            f"Table 1, {row['name']}: at its range of {row['range_N']:g} N the search reached a variance of {variances}; "
-            f"the paper's {row['variance_N2']:g} N2 was {verdict}."
+            f"Table 1, {row['name']}: at its range of {row['range_N']:g} N the search reached a variance of "
+            f"{variances}; the paper's {row['variance_N2']:g} N2 was {verdict}."
         )
     yield "The search is a heuristic one: it shows what can be attained, and does not prove that nothing else can."
     yield from _of_experiment(sizes)
@@ -62,9 +62,9 @@ def _of_experiment(sizes: Found) -> Iterator[str]:
     steady = ", ".join(f"{s['range_N']:.3g} N at {s['speed_rpm']:g} r/min" for s in sizes["constant_speed"])
     rippling = max(sizes["rippling_speed"], key=lambda one: one["range_N"])
     yield (
-        f"The experiment's {measured:g} N, with the assumed inputs: the exact range is {steady}. Of the speeds tried that "
-        f"swing over what was observed, one that does so {rippling['per_turn']} times a turn gives the largest range, "
-        f"{rippling['range_N']:.3g} N; some {sizes['ripples_needed']} times a turn would give what was measured."
+        f"The experiment's {measured:g} N, with the assumed inputs: the exact range is {steady}. Of the speeds tried "
+        f"that swing over what was observed, one that does so {rippling['per_turn']} times a turn gives the largest "
+        f"range, {rippling['range_N']:.3g} N; some {sizes['ripples_needed']} times a turn would give what was measured."
     )
     for one in sizes["backlash"]:
         yield (
