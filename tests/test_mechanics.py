@@ -22,6 +22,7 @@ BY_HAND = {
     "clutch/rotor.py": "normals of a polygon's sides in a linear programme; the outline that is drawn",
     "gearing/teeth/incomplete/segments.py": "points of an arc about a centre",
     "gearing/teeth/incomplete/trimming.py": "directions of points on a circle",
+    "gearing/teeth/sampled.py": "how steep a curve of a table is, to refuse it",
     "mapping/defects.py": "angles of given poses",
     "mapping/dyads.py": "poses as points of a linear system",
     "mapping/family.py": "directions to search in",

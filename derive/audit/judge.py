@@ -103,7 +103,7 @@ def _another_condition(start: Comparison, remark: str) -> Judgement:
     finding = (
         f"{remark}another condition than the derived one; at a random point its sides differ by {given}, not {meant}"
     )
-    return Judgement("contradicted", finding)
+    return Judgement("contradicted", finding, unexplained=(start.printed,))
 
 
 def _pairs(start: Comparison, first: list[Edit], words: list[Quantity]) -> list[tuple[Edit, Edit]]:

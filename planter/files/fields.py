@@ -20,19 +20,13 @@ NEGLIGIBLE = 1e-100
 """Of any number that is not zero, in size: squares and quotients of smaller ones leave the range of numbers."""
 
 
-def _not_negligible(value: float) -> float:
-    if 0 < abs(value) < NEGLIGIBLE:
-        raise refused("", value, f"it must be at least {NEGLIGIBLE:g} in size")
-    return value
-
-
 def _not_tiny(value: float) -> float:
     if value < LEAST:
         raise refused("", value, f"it must be at least {LEAST:g}")
     return value
 
 
-Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST), AfterValidator(_not_negligible)]
+Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[Real, Field(gt=0), AfterValidator(_not_tiny)]
 NotNegative = Annotated[Real, Field(ge=0)]
 Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
@@ -85,6 +79,18 @@ def check(method: Callable[[Any], Problems]) -> Callable[[Any], Problems]:
     return method
 
 
+def _numbers(place: str, value: object) -> Iterator[tuple[str, float]]:
+    """Numbers of a value that is one or holds some, each with its place; those of a section are its own."""
+    if isinstance(value, float):
+        yield place, value
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _numbers(f"{place}.{key}", entry)
+    elif isinstance(value, list | tuple):
+        for index, entry in enumerate(value):
+            yield from _numbers(f"{place}[{index}]", entry)
+
+
 class Section(BaseModel):
     """A table of the file: its keys are known, its numbers finite, and it cannot be changed.
 
@@ -92,6 +98,13 @@ class Section(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @check
+    def _numbers_are_not_negligible(self) -> Problems:
+        for name, field in type(self).model_fields.items():
+            for place, value in _numbers(field.alias or name, getattr(self, name)):
+                if 0 < abs(value) < NEGLIGIBLE:
+                    yield refused(place, value, f"it must be at least {NEGLIGIBLE:g} in size")
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

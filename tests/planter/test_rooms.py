@@ -89,7 +89,9 @@ def test_its_command_and_its_examples_are_there(installed: Path) -> None:
     assert "drill" in python("-m", "planter", "example", beside=installed).stdout.split()
 
 
-@pytest.mark.parametrize(("printed", "verdict"), [("300", "reproduced"), ("310", "not reproduced")])
+@pytest.mark.parametrize(
+    ("printed", "verdict"), [("300", "reproduced"), ("310", "consistent"), ("400", "not reproduced")]
+)
 def test_its_paper_is_on_trial(installed: Path, printed: str, verdict: str) -> None:
     (installed / "seeder_room" / "printed" / "nobody2026.toml").write_text(NUMBERS.format(printed=printed))
     done = python("-m", "planter", "audit", "nobody2026", "--json", beside=installed)

@@ -161,7 +161,8 @@ def test_a_homogeneous_equation_may_be_divided_by_a_factor_of_its_terms() -> Non
     assert judged(a * u - b * v, a * c * u - b * c * v).verdict == "confirmed"
     assert judged(a * u / b - v, a * u - b * v).verdict == "confirmed"
     assert judged(a * u + b * v, a * c * u - b * c * v).verdict == "misprint"
-    assert judged(a * u - v * b, a * c * u - b * c * v, ("<", "<")).verdict != "confirmed"
+    assert judged(a * u - v * b, a * c * u - b * c * v, ("<", "<")).verdict == "confirmed"  # c is positive throughout
+    assert judged(a * u - v * b, b * c * v - a * c * u, ("<", "<")).verdict != "confirmed"
 
 
 def test_a_balance_times_a_number_is_the_same_balance() -> None:

@@ -184,7 +184,7 @@ def test_the_lifted_balance_is_that_of_a_carrier_that_speeds_up() -> None:
 def test_every_record_has_its_keys() -> None:
     keys = {"paper", "equation", "legibility", "claims", "verdict", "finding", "correction", "reading", "terms",
             "unexplained", "vanishing", "printed", "derived", "defines", "key", "mathml", "rebuilt", "fragile",
-            "depends", "robust", "reasons", "answer"}  # fmt: skip
+            "depends", "robust", "reasons", "answer", "domain"}  # fmt: skip
     assert recorded(case(equation(a - b), a - b)).keys() == keys
 
 

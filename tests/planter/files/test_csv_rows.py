@@ -69,9 +69,10 @@ def test_a_huge_cell_is_one_sentence_in_every_command(header: str, tmp_path) -> 
 
 
 def test_paths_and_curves_are_read_by_the_names_of_their_columns(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    turned = "y_mm,x_mm\n" + "".join(f"{k * k},{k}.25\n" for k in range(12))
+    ring = [(k, 0) for k in range(5)] + [(4, 1)] + [(k, 2) for k in range(4, -1, -1)] + [(0, 1)]
+    turned = "y_mm,x_mm\n" + "".join(f"{y},{x}.25\n" for x, y in ring)
     points, resolution = parse_points(turned, "a.csv")
-    assert points[3].tolist() == pytest.approx([0.00325, 0.009])
+    assert points[8].tolist() == pytest.approx([0.00225, 0.002])
     assert resolution == pytest.approx(1e-5)
     path = tmp_path / "curve.csv"
     path.write_text("relative_deg,carrier_deg\n0,0\n-90,120\n-200,240\n-360,360\n")

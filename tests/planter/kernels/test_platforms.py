@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from planter import workers
 from planter.kernels import backends, bundled, compiler, platforms, toolchain
 from planter.kernels.platforms import LINUX, MACOS, WINDOWS, Platform
 from planter.planting.file import load
@@ -38,7 +39,7 @@ def test_a_process_apart_is_one_that_ctrl_c_does_not_reach(monkeypatch: pytest.M
     monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 512, raising=False)
     for system, expected in (("win32", {"creationflags": 512}), ("linux", {"start_new_session": True})):
         monkeypatch.setattr(sys, "platform", system)
-        assert platforms.apart() == expected
+        assert workers.apart() == expected
 
 
 @needs_compiler

@@ -595,7 +595,7 @@ def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytes
     path = tmp_path / "my.toml"
     path.write_text(examples.example("compact"), encoding="utf-8")
 
-    def denied(*_: object) -> None:
+    def denied(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("planter.files.text.open", denied, raising=False)
