@@ -25,7 +25,6 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
 
 from planter import rooms
 from planter.audit import slips
@@ -198,6 +197,8 @@ def fits_jointly(one: Recomputed, of_paper: Sequence[Recomputed]) -> bool:
 
     A linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit of the last digit each.
     """
+    from scipy.optimize import linprog  # a fifth of a second that few numbers need
+
     reproduced = (
         other
         for other in of_paper

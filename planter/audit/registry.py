@@ -32,6 +32,8 @@ def half_place(text: str) -> float:
 class Rounded(float):
     """A number that a paper prints with a decimal point; `rounding` is half a unit of its last digit.
 
+    It is 0 for what has no last digit, infinities among it: the check of the file refuses those.
+
     >>> Rounded("-69.1470"), Rounded("-69.1470").rounding
     (-69.147, 5e-05)
     """
@@ -40,7 +42,10 @@ class Rounded(float):
 
     def __new__(cls, text: str) -> Rounded:
         self = super().__new__(cls, text)
-        self.rounding = half_place(text)
+        try:
+            self.rounding = half_place(text)
+        except (ArithmeticError, ValueError):
+            self.rounding = 0.0
         return self
 
 

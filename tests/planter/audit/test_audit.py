@@ -265,6 +265,11 @@ def test_whole_numbers_are_exact_inputs() -> None:
     assert product.interval == pytest.approx((0.75 - 0.3765, 0.75 + 0.3765))
 
 
+@pytest.mark.parametrize("text", ["inf", "-inf", "nan", "1e9999999999999999999999", "1e-9999999999999999999999"])
+def test_numbers_without_a_last_digit_are_not_rounded(text: str) -> None:
+    assert Rounded(text).rounding == 0.0
+
+
 def test_trials_that_cannot_show_interactions_are_told(whole: dict[str, Any]) -> None:
     """Nine runs have 8 degrees of freedom: 6 for main effects, 2 for the rest; three interactions would take 12."""
     (claim,) = [c for c in whole["claims"] if "interact" in c["claim"]]
