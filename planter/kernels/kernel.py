@@ -13,6 +13,7 @@ from typing import Any, Never
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from planter.errors import ComputationError, NotFiniteError, PlanterError
 from planter.kernels import backends, bound
@@ -78,6 +79,19 @@ class Kernel:
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column each."""
         return self._evaluated(*self._given(inputs))
+
+    def masked(self, **inputs: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+        """Outputs by name, and in which lanes (n,) all of them are finite; inputs are taken as they are.
+
+        Raises CallError for a missing, unknown or misshapen input.
+        """
+        arrays, count = self._given(inputs)
+        results = dict(zip(self.outputs, self._way(arrays, count), strict=True))
+        finite = np.ones(count, dtype=bool)
+        for result in results.values():
+            if not np.isfinite(result).all():
+                finite &= np.isfinite(result).all(axis=0)
+        return results, finite
 
     def _given(self, inputs: Mapping[str, object]) -> tuple[list[Array], int]:
         """Inputs in their order, as matrices of their exact shapes, and the number of lanes."""

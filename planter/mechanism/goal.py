@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from planter.engine.response import Sampled, Samples
 from planter.kernels import Array
 from planter.mechanism.measures import Hold, Measure
-from planter.mechanism.samples import Sampled, Samples
 from planter.numerics.arrays import Integers
 from planter.optimise.constraints import Constraints, Named
 from planter.optimise.spread import Variance

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from planter.errors import ComputationError, InputError, NotFiniteError
+from planter.engine.loops import Course
+from planter.engine.machine import LEAST_PIVOT
+from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.loops import Loops
+from planter.mechanism.machines import build_machine
 
 LAW, PIVOTS, STATES = "law_", "pivot_", "states_"
 """Beginnings of names that say how sound results are: laws kept, pivots of elimination, states that friction has."""
-LEAST_PIVOT = 1e-12
-"""Simultaneous equations with a smaller pivot determine nothing."""
 
 
 def component_axes(formulas: Formulas) -> dict[str, str]:
@@ -33,10 +33,8 @@ class Model:
     """
 
     def __init__(self, file: MechanismFile, data: Array | None = None) -> None:
-        self.file, self.formulas = file, file.model
-        if "speed" not in self.formulas.sidecar:
-            raise InputError(f"{file.source}: {file.name} moves by itself, no angle drives it; `planter move` takes it")
-        self.data = file.data() if data is None else data
+        self.file, self.formulas, self.machine = file, file.model, build_machine(file)
+        self.data = self.machine.data if data is None else data
 
     @property
     def outputs(self) -> list[dict[str, Any]]:
@@ -53,8 +51,7 @@ class Model:
     @property
     def speed(self) -> float:
         """That of the angle [rad/s]."""
-        names = [entry["name"] for entry in self.file.entries]
-        return float(self.data[names.index(self.formulas.sidecar["speed"])])
+        return float(self.data[self.machine.speed])
 
     @property
     def pushing(self) -> list[str]:
@@ -63,9 +60,13 @@ class Model:
         return found
 
     @cached_property
-    def loops(self) -> Loops | None:
-        """Its closed loops, if it has any."""
-        return Loops(self.formulas, self.data) if "closure" in self.formulas.sidecar["functions"] else None
+    def course(self) -> Course | None:
+        """The coordinates of its closed loops over a turn, if it has any.
+
+        Raises ComputationError where they do not close, or do not come back.
+        """
+        loops = self.machine.loops
+        return loops.course(self.file.name, self.data) if loops else None
 
     def __call__(self, angles: Array) -> dict[str, Array]:
         """Results (n,) by name at angles (n,) [rad].
@@ -88,7 +89,7 @@ class Model:
 
     def _inputs(self, angles: Array) -> dict[str, object]:
         """What the functions along the angle take."""
-        loops = {} if self.loops is None else {"loops": self.loops.at(angles)}
+        loops = {} if self.course is None else {"loops": self.course.at(angles)}
         return {self.angle: angles, "data": self.data, **loops}
 
     def _check(self, angles: Array, found: dict[str, Array]) -> None:

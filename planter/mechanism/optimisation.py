@@ -13,17 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import qmc
 
+from planter.engine.response import Samples
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import measures
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.goal import Goal, Limits
+from planter.mechanism.machines import build_machine
 from planter.mechanism.measures import Measure
 from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
 from planter.mechanism.results import Held, Optimum, Proof
-from planter.mechanism.samples import Samples
 from planter.optimise.box import Box
 from planter.optimise.constraints import KEPT
 from planter.optimise.descent import Minimum, descend
@@ -109,7 +110,9 @@ class _Stated:
         return [measure.name for measure in asked if measure.kind in measures.AVERAGES]
 
     def over(self, angles: Array) -> _Programme:
-        return _Programme(Goal(Samples(self.file, self.names, angles), self.names, self.least, self.holds))
+        return _Programme(
+            Goal(Samples(build_machine(self.file), self.names, angles), self.names, self.least, self.holds)
+        )
 
     def _known(self, measure: Measure) -> Measure:
         """The measure of an output by its own name. Raises InputError for a name that is none."""
@@ -126,12 +129,11 @@ class _Programme:
     """A goal as a problem: searched in shares of the bounds, and in spreads of the measures from where they start."""
 
     def __init__(self, goal: Goal) -> None:
-        self.goal, file = goal, goal.samples.file
-        factors = np.array([units.factor(key) for key in file.bounds])
-        lower, upper = np.array(list(file.bounds.values())).T * factors
+        self.goal, machine = goal, goal.samples.machine
+        lower, upper = machine.lower, machine.upper
         start = goal.start(goal.samples.design)
         own = start[goal.size :]
-        names = (*file.bounds, *(f"{'most' if side > 0 else 'least'} {m}" for m, side in goal.variables))
+        names = (*machine.design_names, *(f"{'most' if side > 0 else 'least'} {m}" for m, side in goal.variables))
         self.box = Box(
             names,
             np.concatenate([lower, own - REACH * goal.unit]),
@@ -201,7 +203,7 @@ def _peaks(programme: _Programme, x: Array) -> Array:
     goal = programme.goal
     angles = goal.samples.angles
     fine = 2 * np.pi * np.arange(FINE * len(angles)) / (FINE * len(angles))
-    between = Samples(goal.samples.file, goal.names, fine)(x).values
+    between = Samples(goal.samples.machine, goal.names, fine)(x).values
     at = goal.samples(x).values
     found: list[float] = []
     for measure in {m.name: m for m in (*(m for m, _ in goal.variables), *(h.measure for h in goal.holds))}.values():

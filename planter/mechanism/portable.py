@@ -8,11 +8,12 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from planter.engine.machine import LEAST_PIVOT
 from planter.files import units
 from planter.kernels.formulas import HOISTED
 from planter.kernels.programs.program import Program, Step
 from planter.mechanism.closing import closed
-from planter.mechanism.model import LAW, LEAST_PIVOT, PIVOTS, STATES, Model
+from planter.mechanism.model import LAW, PIVOTS, STATES, Model
 from planter.mechanism.report.scene import GROUND, MARK, MARKS, MOST_CURVES, OBLIQUE, shown
 from planter.view.portable import Input, Portable
 
@@ -32,7 +33,7 @@ class Turning:
         self.model, self.formulas = model, model.formulas
         self.samples = model.file.turn.samples
         self.angles = 2 * np.pi * np.arange(self.samples) / self.samples
-        self.loops = model.loops is not None
+        self.loops = model.machine.loops is not None
 
     def portable(self) -> Portable:
         """All that a page needs."""

@@ -1,0 +1,230 @@
+"""What every capability takes: a machine as values and composed functions, in SI units and radians.
+
+d (v,) are all values of a machine, x (p,) those of them that a search may move, h (k,) what no angle changes, q (c,)
+the coordinates of its closed loops, and phi the angle of its drive. Equal sides stand at `offsets` from each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from planter import rooms
+from planter.engine.loops import Loops
+from planter.errors import InputError
+from planter.files import paths, units
+from planter.kernels import Array, Kernel
+
+Role = Literal["result", "law", "pivot", "states"]
+"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, or a number of states."""
+LEAST_PIVOT = 1e-12
+"""Simultaneous equations with a smaller pivot determine nothing."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there."""
+
+    name: str
+    unit: str
+    meaning: str
+    path: str
+
+    @property
+    def key(self) -> str:
+        """The last part of the path."""
+        return self.path.rpartition(".")[2]
+
+    @property
+    def factor(self) -> float:
+        """SI units per unit of the file."""
+        return units.factor(self.path)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a machine yields at an angle: of one side, or, if it is a `total`, of all sides together.
+
+    `key` is its name in results and ends in the unit there. `axes` names the frame by whose axes a component is given,
+    unless it is the world's. `is_push` holds for the force of a contact that cannot pull.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    key: str
+    total: bool = False
+    role: Role = "result"
+    axes: str | None = None
+    is_push: bool = False
+
+    @property
+    def factor(self) -> float:
+        """SI units per unit of the key."""
+        return units.factor(self.key)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine that an angle drives.
+
+    Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two, d) -> quantities
+    of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks, `tangent` moved values -> (d -> h, dh).
+    `speed` is the index of the drive's speed [rad/s] among the values; `period` [rad] is that of the totals.
+    """
+
+    name: str
+    source: str
+    assumptions: tuple[str, ...]
+    values: tuple[Value, ...]
+    data: Array
+    moved: tuple[int, ...]
+    lower: Array
+    upper: Array
+    quantities: tuple[Quantity, ...]
+    prologue: ca.Function
+    lane: ca.Function
+    speed: int
+    loops: Loops | None = None
+    totals: ca.Function | None = None
+    events: ca.Function | None = None
+    event_kinds: tuple[Mapping[str, Any], ...] = ()
+    offsets: tuple[float, ...] = (0.0,)
+    samples: int = 360
+    tangent: Callable[[tuple[int, ...]], ca.Function] | None = None
+
+    @property
+    def design(self) -> Array:
+        """The machine's own design (p,)."""
+        return self.data[list(self.moved)]
+
+    @property
+    def design_names(self) -> tuple[str, ...]:
+        """Names of the moved values, each of which ends in its unit in the file."""
+        return tuple(self.values[index].key for index in self.moved)
+
+    @property
+    def scale(self) -> Array:
+        """SI units per unit of the file, of the moved values (p,)."""
+        return np.array([self.values[index].factor for index in self.moved])
+
+    @property
+    def period(self) -> float:
+        """The angle after which totals of equal sides repeat [rad]."""
+        return 2 * np.pi / len(self.offsets)
+
+    @property
+    def results(self) -> tuple[Quantity, ...]:
+        """The quantities that are results."""
+        return tuple(quantity for quantity in self.quantities if quantity.role == "result")
+
+    def find_quantity(self, name: str) -> Quantity:
+        """Return a quantity by its name or key. Raises InputError, with names that are close, if there is none."""
+        for quantity in self.quantities:
+            if name in (quantity.name, quantity.key):
+                return quantity
+        known = [quantity.name for quantity in self.results]
+        close = paths.close(name, known)
+        hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(known)}"
+        raise InputError(f"{self.source}: {self.name} has no quantity {name}: {hint}")
+
+    def index_of(self, path: str) -> int:
+        """Return the index of a value by its path or key. Raises InputError, with names that are close, for none."""
+        for attribute in ("path", "key"):
+            indices = [i for i, value in enumerate(self.values) if getattr(value, attribute) == path]
+            if len(indices) == 1:
+                return indices[0]
+        known = [value.path for value in self.values]
+        close = paths.close(path, known)
+        hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(known)}"
+        raise InputError(f"{self.source}: {self.name} has no value {path}: {hint}")
+
+    def with_moved(self, bounds: Mapping[str, tuple[float, float]]) -> Machine:
+        """Return the machine with other values to move, by path, each with its bounds in the unit of the file."""
+        moved = tuple(self.index_of(path) for path in bounds)
+        factors = np.array([self.values[index].factor for index in moved])
+        ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
+        return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
+
+    def with_data(self, data: Array) -> Machine:
+        """Return the machine with other values (v,) in SI."""
+        return replace(self, data=np.asarray(data, dtype=float))
+
+    def data_at(self, x: Array) -> Array:
+        """Return all values (v,) at a design x (p,)."""
+        data = self.data.copy()
+        data[list(self.moved)] = x
+        return data
+
+    @cached_property
+    def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        """Symbols of phi, d, h and q."""
+        coordinates = self.loops.size if self.loops else 0
+        sizes = {"phi": 1, "d": len(self.values), "h": self.prologue.numel_out(0), "q": coordinates}
+        phi, d, h, q = (ca.SX.sym(name, size) for name, size in sizes.items())
+        return phi, d, h, q
+
+    def rows(self, names: Sequence[str]) -> tuple[ca.SX, tuple[bool, ...]]:
+        """Return the graph of quantities (m,) at an angle, and which of them are to be added up over the sides.
+
+        Added up are totals that are sums of equal shares of the sides: their row is the share of one side.
+        """
+        phi, d, h, q = self.symbols
+        sides = [quantity.name for quantity in self.quantities if not quantity.total]
+        totals = [quantity.name for quantity in self.quantities if quantity.total]
+        side = self.lane(phi, d, h, q)
+        rows, shared = [], []
+        for name in (self.find_quantity(name).name for name in names):
+            share = self._share(totals.index(name)) if name in totals else None
+            if share is not None:
+                rows.append(share)
+            else:
+                rows.append(side[sides.index(name)] if name in sides else self._both[totals.index(name)])
+            shared.append(share is not None)
+        return ca.densify(ca.vertcat(*rows)), tuple(shared)
+
+    @cached_property
+    def _both(self) -> ca.SX:
+        phi, d, h, q = self.symbols
+        assert self.totals is not None
+        return self.totals(*(self.lane(phi + offset, d, h, q) for offset in self.offsets), d)
+
+    def _share(self, index: int) -> ca.SX | None:
+        """Return the share of a side in a total, or None if the total is no sum of equal shares."""
+        assert self.totals is not None
+        phi, d, h, q = self.symbols
+        one, two = (ca.SX.sym(name, self.totals.size1_in(i)) for i, name in enumerate(("one", "two")))
+        total = self.totals(one, two, d)[index]
+        if ca.jacobian(ca.gradient(total, one), two).nnz():
+            return None
+        function = ca.Function("total", [one, two, d], [total], ["one", "two", "d"], ["total"])
+        if not _is_symmetric(function):
+            return None
+        none = ca.SX.zeros(one.numel())
+        return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
+
+
+def _is_symmetric(total: ca.Function) -> bool:
+    """Return whether a function of both sides stays the same when they are exchanged, at random values."""
+    rng, kernel = np.random.default_rng(1), Kernel(total)
+    one, two, d = (rng.uniform(0.5, 1.5, total.size1_in(i)) for i in range(3))
+    there, back = (float(kernel(one=a, two=b, d=d)["total"][0, 0]) for a, b in ((one, two), (two, one)))
+    return abs(there - back) <= 1e-12 * abs(there)
+
+
+def load_machine(source: str, changes: Mapping[str, float] | None = None, **choices: str) -> Machine:
+    """Return the machine of a file, or of a built-in name, some numbers of the file changed.
+
+    A room brings its machines by a module `machines` with `takes(source)` and `load(source, changes, **choices)`; the
+    choices are those of the room, such as the model. Raises InputError if no room has such a machine.
+    """
+    for module in rooms.brought("machines"):
+        if module.takes(source):
+            machine: Machine = module.load(source, changes or {}, **choices)
+            return machine
+    raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")

@@ -1,0 +1,128 @@
+"""Mechanisms of one's own as the engine takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from planter.engine.loops import Loops
+from planter.engine.machine import Machine, Quantity, Role, Value
+from planter.errors import InputError
+from planter.files import units
+from planter.files.text import read_toml
+from planter.kernels.formulas import HOISTED, Formulas
+from planter.mechanism import file
+from planter.mechanism.file import MechanismFile
+
+ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
+"""Beginnings of names that say how sound results are."""
+
+
+def takes(source: str) -> bool:
+    """Return whether a source is the file of a mechanism that an angle drives, or its name."""
+    try:
+        return "functions" in read_toml(file.path(source))
+    except InputError:
+        return False
+
+
+def load(source: str, changes: Mapping[str, float]) -> Machine:
+    """Return the machine of a mechanism's file. Raises InputError as the file does, or if nothing drives it."""
+    return build_machine(file.load(source, changes))
+
+
+def build_machine(mechanism: MechanismFile) -> Machine:
+    """Return the machine of a mechanism's file. Raises InputError if no angle drives it."""
+    formulas = mechanism.model
+    sidecar = formulas.sidecar
+    if "speed" not in sidecar:
+        message = f"{mechanism.name} moves by itself, no angle drives it; `planter move` takes it"
+        raise InputError(f"{mechanism.source}: {message}")
+    values, stages = _values(formulas), _stages(formulas)
+    keys = [value.key for value in values]
+    moved = tuple(keys.index(key) for key in mechanism.bounds)
+    factors = np.array([values[index].factor for index in moved])
+    ends = np.array(list(mechanism.bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
+    return Machine(
+        name=mechanism.name,
+        source=mechanism.source,
+        assumptions=tuple(sidecar["assumptions"]),
+        values=values,
+        data=mechanism.data(),
+        moved=moved,
+        lower=ends[:, 0],
+        upper=ends[:, 1],
+        quantities=_quantities(formulas),
+        prologue=stages.prologue,
+        lane=stages.lane,
+        speed=[value.name for value in values].index(sidecar["speed"]),
+        loops=stages.loops,
+        events=stages.events,
+        event_kinds=tuple(sidecar.get("joints", [])),
+        samples=mechanism.turn.samples,
+    )
+
+
+class _Stages(NamedTuple):
+    """The functions of a mechanism, in the inputs that the engine gives them."""
+
+    prologue: ca.Function
+    lane: ca.Function
+    loops: Loops | None
+    events: ca.Function | None
+
+
+@cache
+def _stages(formulas: Formulas) -> _Stages:
+    """Return the functions of a generated model: composed once, so that what is compiled of them is, too."""
+    lane = formulas.function("lane")
+    sizes = {name: lane.size1_in(name) for name in lane.name_in()}
+    phi, d = ca.SX.sym("phi"), ca.SX.sym("d", len(formulas.entries("data")))
+    h, q = ca.SX.sym("h", sizes.get(HOISTED, 0)), ca.SX.sym("q", sizes.get("loops", 0))
+    symbols = {lane.name_in(0): phi, "data": d, HOISTED: h, "loops": q}
+
+    def compose(stage: str, inputs: dict[str, ca.SX]) -> ca.Function:
+        function = formulas.function(stage)
+        output = ca.densify(function(*(symbols[name] for name in function.name_in())))
+        return ca.Function(stage, list(inputs.values()), [output], list(inputs), ["y"])
+
+    inputs = {"phi": phi, "d": d, "h": h, "q": q}
+    none = ca.Function("prologue", [d], [ca.SX.zeros(0, 1)], ["d"], ["y"])
+    loops = None
+    if "closure" in formulas.sidecar["functions"]:
+        loops = Loops(
+            gaps=compose("closure", {"phi": phi, "d": d, "q": q}),
+            assembly=compose("assembly", {"d": d}),
+            names=tuple(formulas.outputs("assembly")),
+            units=tuple(entry["unit"] for entry in formulas.sidecar["vectors"]["start"]),
+            gap_names=tuple(formulas.outputs("closure")),
+        )
+    return _Stages(
+        prologue=compose("prologue", {"d": d}) if HOISTED in sizes else none,
+        lane=compose("lane", inputs),
+        loops=loops,
+        events=compose("events", inputs) if "events" in formulas.sidecar["functions"] else None,
+    )
+
+
+@cache
+def _values(formulas: Formulas) -> tuple[Value, ...]:
+    entries = formulas.sidecar["vectors"]["data"]
+    return tuple(Value(e["name"], e["unit"], e["meaning"], e["shown"]) for e in entries)
+
+
+@cache
+def _quantities(formulas: Formulas) -> tuple[Quantity, ...]:
+    axes, pushing = formulas.sidecar.get("axes", {}), formulas.sidecar.get("pushing", [])
+    return tuple(
+        Quantity(
+            e["name"], e["unit"], e["meaning"], units.key(e["name"], e["unit"]),
+            role=next((role for start, role in ROLES.items() if e["name"].startswith(start)), "result"),
+            axes=axes.get(e["name"]), is_push=e["name"] in pushing,
+        )
+        for e in formulas.sidecar["vectors"]["outputs"]
+    )  # fmt: skip

@@ -1,0 +1,92 @@
+"""Machines of the engine: values, quantities and functions under one roof, and derivatives that differences confirm."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planter.engine.loops import TURN
+from planter.engine.machine import Machine, load_machine
+from planter.engine.response import Response, Samples
+from planter.errors import ComputationError, InputError
+from planter.mechanism.machines import build_machine
+from planter.mechanism.model import Model
+from tests.support import own
+
+NAMES = ("slider_crank", "cam_follower")
+ANGLES = TURN * np.array([0.03, 0.21, 0.4, 0.77])
+
+
+@cache
+def machine(name: str, *moved: str) -> Machine:
+    built = build_machine(own.file(name))
+    return built.with_moved(dict.fromkeys(moved or [value.path for value in built.values], (0.0, 1.0)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_quantities_are_those_of_the_generated_functions(name: str) -> None:
+    response, expected = Response(machine(name)), Model(own.file(name))(ANGLES)
+    values = response.values(response.at_data(machine(name).data), ANGLES)
+    for quantity, row in zip(response.quantities, values, strict=True):
+        np.testing.assert_allclose(row, expected[quantity.name], rtol=1e-12, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_derivatives_are_those_of_differences(name: str) -> None:
+    built = machine(name)
+    response = Response(built, [quantity.name for quantity in built.results][:3])
+    x = built.design
+    weights = np.random.default_rng(2).normal(size=(3, len(ANGLES)))
+
+    def slopes(y: np.ndarray) -> np.ndarray:
+        jacobian = response.slopes(response.at(y[1:]), ANGLES + y[0])[1]
+        return np.asarray(np.einsum("mn,mnp->p", weights, jacobian))
+
+    def value(y: np.ndarray) -> float:
+        return float((weights * response.values(response.at(y[1:]), ANGLES + y[0])).sum())
+
+    y = np.concatenate([[0.0], x])
+    steps = np.diag(1e-5 * np.maximum(np.abs(y), 1e-2))
+    first = [(value(y + step) - value(y - step)) / (2 * step.sum()) for step in steps]
+    np.testing.assert_allclose(slopes(y), first, rtol=1e-6, atol=1e-6 * np.abs(slopes(y)).max())
+    second = np.array([(slopes(y + step) - slopes(y - step)) / (2 * step.sum()) for step in steps])
+    bent = response.curvature(response.at(x), ANGLES, weights)
+    np.testing.assert_allclose(bent, second, rtol=1e-6, atol=1e-6 * np.abs(bent).max())
+    along = response.rates(response.at(x), ANGLES)
+    np.testing.assert_allclose((weights * along[1]).sum(), slopes(y)[0], rtol=1e-12)
+    np.testing.assert_allclose((weights * along[2]).sum(), bent[0, 0], rtol=1e-11)
+
+
+def test_samples_are_in_the_units_of_their_keys() -> None:
+    built = machine("slider_crank", "r_mm")
+    quantity = built.find_quantity("s")
+    sampled = Samples(built, ["s"], ANGLES)(built.design)
+    si = Response(built, ["s"]).values(Response(built, ["s"]).at(built.design), ANGLES)
+    assert quantity.key.endswith("_mm")
+    np.testing.assert_allclose(sampled.values * quantity.factor, si, rtol=1e-13)
+
+
+def test_a_machine_is_loaded_by_its_file() -> None:
+    path = own.generated("slider_crank") / "slider_crank.toml"
+    built = load_machine(str(path), {"r_mm": 55.0})
+    assert built.data[built.index_of("r_mm")] == pytest.approx(0.055)
+
+
+def test_unknown_names_are_refused_with_close_ones() -> None:
+    with pytest.raises(InputError, match="did you mean"):
+        machine("slider_crank").find_quantity("F_Oy_")
+    with pytest.raises(InputError, match="did you mean"):
+        machine("slider_crank").index_of("values.r_m")
+    with pytest.raises(InputError, match="no such machine"):
+        load_machine("nowhere.toml")
+
+
+def test_a_dead_point_is_named_with_its_angle() -> None:
+    built = machine("slider_crank")
+    data = built.data.copy()
+    data[built.index_of("l_mm")] = 0.5 * data[built.index_of("r_mm")]
+    response = Response(built, ["s"])
+    with pytest.raises(ComputationError, match="dead point near"):
+        response.values(response.at_data(data), ANGLES)

@@ -1,0 +1,75 @@
+"""Rows of machines in lanes: what a machine alone gives, the same digits whatever stands beside a row."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from planter.engine.loops import TURN
+from planter.engine.rows import Block, Rows
+from planter.errors import ComputationError
+from planter.kernels import Array, backends
+from planter.mechanism.machines import build_machine
+from planter.mechanism.model import Model
+from tests.planter.mechanism.test_periodicity import belt
+from tests.support import own
+
+ANGLES = 36
+
+
+def measure(block: Block) -> Array:
+    samples = block.samples
+    return np.vstack([samples.max(axis=1), np.where(block.repeats, samples.mean(axis=1), np.nan)])
+
+
+def spread(data: Array, share: float, count: int) -> Array:
+    return data * (1 + share * np.random.default_rng(5).uniform(-1, 1, (count, len(data))))
+
+
+def test_a_row_is_the_machine_alone_and_none_where_it_has_a_dead_point() -> None:
+    file = own.file("slider_crank")
+    machine = build_machine(file)
+    d = spread(machine.data, 0.2, 24)
+    d[::3, machine.index_of("l_mm")] *= np.linspace(0.3, 1.0, 8)
+    result = Rows(machine, ["F_Ox", "M_in"], ANGLES).evaluate(d, measure)
+    refused = 0
+    for row, data in zip(result, d, strict=True):
+        try:
+            values = Model(file, data)(TURN * np.arange(ANGLES) / ANGLES)
+        except ComputationError:
+            refused += 1
+            assert np.isnan(row).all()
+            continue
+        expected = [values["F_Ox"].max(), values["M_in"].max(), values["F_Ox"].mean(), values["M_in"].mean()]
+        np.testing.assert_allclose(row, expected, rtol=1e-11, atol=1e-11 * np.abs(expected).max())
+    assert 0 < refused < len(d), "both kinds are there"
+
+
+def test_digits_do_not_depend_on_threads_and_neighbours() -> None:
+    machine = build_machine(own.file("slider_crank"))
+    d = spread(machine.data, 0.5, 150)
+    rows = Rows(machine, ["F_Ox"], ANGLES)
+    whole = rows.evaluate(d, measure)
+    np.testing.assert_array_equal(rows.evaluate(d, measure, threads=3), whole)
+    for start, stop in ((0, 1), (7, 20), (140, 150)):
+        np.testing.assert_array_equal(rows.evaluate(d[start:stop], measure), whole[start:stop])
+
+
+def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = build_machine(own.file("cam_follower"))
+    d = spread(machine.data, 0.1, 9)
+    compiled = Rows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
+    monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+    plain = Rows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
+    np.testing.assert_allclose(plain, compiled, rtol=1e-12)
+
+
+def test_an_average_needs_a_cycle_that_repeats() -> None:
+    machine = build_machine(belt(Fraction(1, 2)))
+    block, failed = Rows(machine, ["F_Ox", "chi_dot"], ANGLES).block(machine.data[None])
+    assert not failed.any()
+    assert block.repeats[:, 0].tolist() == [False, True]
+    whole = build_machine(belt(Fraction(2)))
+    assert Rows(whole, ["F_Ox", "chi_dot"], ANGLES).block(whole.data[None])[0].repeats.all()
