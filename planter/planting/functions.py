@@ -47,7 +47,7 @@ class Functions:
         self.h = ca.SX.sym("h", self.prologue_function.size1_out(0))
 
     @cached_property
-    def _frame(self) -> ca.Function:
+    def frame(self) -> ca.Function:
         return self._module.frame()
 
     def _size(self, vector: str) -> int:
@@ -87,6 +87,19 @@ class Functions:
         along = [ca.jacobian(hoisted, v) for v in (mounting, one, two, first, second)]
         return ca.Function("dynamics_tangent", inputs, [hoisted, *along])
 
+    @cached_property
+    def data_tangent_function(self) -> ca.Function:
+        """(x, c, h) -> the sparse Jacobian of the prologue h in the data c, which the stages do not depend on."""
+        inputs = self._dynamics.sx_in()
+        along = ca.Function("along_data", inputs, [ca.jacobian(self._dynamics(*inputs), inputs[-1])])
+        x, c, h = (ca.MX.sym(n, v.numel()) for n, v in zip("xch", (self.x, self.c, self.h), strict=True))
+        mounting, *parameters = ca.vertsplit(x, self._split)
+        sizes = [s.prologue.function.size1_out(0) for s in self._stages]
+        curves = ca.vertsplit(h, np.cumsum([0, *sizes, h.numel() - sum(sizes)]).tolist())[:2]
+        packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
+        rows = ca.vertcat(ca.MX(sum(sizes), c.numel()), along(mounting, *packed, c))
+        return ca.Function("data_tangent", [x, c, h], [rows], ["x", "c", "h"], ["dh"])
+
     def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
         """Functions of (phi, x, c, h) as functions of (phi, x, c, curves), and these inputs.
 
@@ -115,7 +128,7 @@ class Functions:
     def both(self) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Side 1, side 2 (half a turn behind) and what both do to the frame."""
         one, two = self.side(self.phi), self.side(self.phi - np.pi)
-        return one, two, self._frame(one, two, self.c)
+        return one, two, self.frame(one, two, self.c)
 
     @cached_property
     def events(self) -> ca.SX:
@@ -131,7 +144,7 @@ class Functions:
     def frame_total(self, name: str) -> ca.Function:
         """(one, two, c) -> force: one of the totals, from both sides."""
         one, two = (ca.SX.sym(side, self.side(self.phi).numel()) for side in ("one", "two"))
-        force = self._frame(one, two, self.c)[self._index(name)]
+        force = self.frame(one, two, self.c)[self._index(name)]
         return ca.Function("frame_total", [one, two, self.c], [force], ["one", "two", "c"], ["force"])
 
     def _index(self, name: str) -> int:
