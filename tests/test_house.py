@@ -13,7 +13,7 @@ from tests.support.starts import find_starts
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("records",), ("files",), ("kernels", "terminal"), ("numerics", "report"),
-    ("engine", "gearing", "optimise", "audit", "view", "workshop", "interchange"), ("gears", "sweeps"), ("tolerance",),
+    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",), ("gears", "sweeps"), ("tolerance",),
     ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""

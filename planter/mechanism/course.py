@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from planter.engine.measures import AVERAGES, Measure
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.measures import AVERAGES, Measure
 from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
-from planter.numerics import extremes
+from planter.numerics import extremes, statistics
 
 LOOKED_AT = 720
 """Samples of a turn among which extremes are looked for."""
@@ -58,6 +57,8 @@ def measure(file: MechanismFile, one: Measure, samples: int | None, until_s: flo
 
     Raises InputError for a measure that the mechanism does not have, ComputationError where it does not move so.
     """
+    if one.where or one.during or one.kind == "work":
+        raise InputError(f"{one} is not allowed: it must be of a whole turn, or at an angle")
     return _of_turn(file, one, samples, until_s) if turns(file) else _of_motion(file, one, samples, until_s)
 
 
@@ -75,13 +76,13 @@ def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: fl
     if one.kind in AVERAGES:
         require_repeating(model, [one.name], samples or LOOKED_AT)
     if samples is not None:
-        return _sampled(one, values(2 * np.pi * np.arange(samples) / samples))
+        return _reduce(one, values(2 * np.pi * np.arange(samples) / samples))
     if one.kind in ("max", "min", "range"):
         places = np.linspace(0.0, 2 * np.pi, LOOKED_AT + 1)  # with the end: not every turn ends as it began
         high = extremes.largest(values, places).value if one.kind != "min" else 0.0
         low = extremes.least(values, places).value if one.kind != "max" else 0.0
         return high - low if one.kind == "range" else high + low
-    return _sampled(one, values(2 * np.pi * np.arange(AVERAGED) / AVERAGED))
+    return _reduce(one, values(2 * np.pi * np.arange(AVERAGED) / AVERAGED))
 
 
 def _of_motion(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
@@ -98,7 +99,7 @@ def _of_motion(file: MechanismFile, one: Measure, samples: int | None, until_s: 
     if one.kind == "at":
         return float(found[-1])
     values = np.abs(found) if one.size else found
-    return _sampled(one, values) if samples is not None else _of_spline(one, times, values)
+    return _reduce(one, values) if samples is not None else _of_spline(one, times, values)
 
 
 def _of_spline(one: Measure, times: Array, values: Array) -> float:
@@ -106,18 +107,15 @@ def _of_spline(one: Measure, times: Array, values: Array) -> float:
     spline, end = CubicSpline(times, values), times[-1]
     if one.kind in ("max", "min", "range"):
         turning = spline.derivative().roots(extrapolate=False)
-        return _sampled(one, spline(np.concatenate([[0.0, end], turning[np.isfinite(turning)]])))
+        return _reduce(one, spline(np.concatenate([[0.0, end], turning[np.isfinite(turning)]])))
     mean = float(spline.integrate(0.0, end)) / end
     if one.kind == "mean":
         return mean
+    if one.kind == "std":
+        return float(np.sqrt(_of_spline(replace(one, kind="variance"), times, values)))
     square = float(CubicSpline(times, values**2).integrate(0.0, end)) / end
     return float(np.sqrt(square)) if one.kind == "rms" else square - mean**2
 
 
-def _sampled(one: Measure, values: Array) -> float:
-    """A measure of samples."""
-    known: dict[str, Callable[[Array], Any]] = {
-        "max": np.max, "min": np.min, "range": np.ptp, "mean": np.mean, "variance": np.var,
-        "rms": lambda x: np.sqrt(np.mean(x**2)),
-    }  # fmt: skip
-    return float(known[one.kind](values))
+def _reduce(one: Measure, values: Array) -> float:
+    return float(statistics.reduce(one.kind, values))

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from planter.engine.measures import Limit, Measure
 from planter.engine.response import Sampled, Samples
 from planter.kernels import Array
-from planter.mechanism.measures import Hold, Measure
 from planter.numerics.arrays import Integers
+from planter.numerics.statistics import SMOOTH, Statistic
 from planter.optimise.constraints import Constraints, Named
-from planter.optimise.spread import Variance
 
 SPLIT = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides on which a measure needs a variable: +1 for the largest value, -1 for the least."""
@@ -34,16 +34,9 @@ class Term:
 def smooth(measure: Measure, values: Array, slopes: Array, sample: int) -> Term:
     """A measure without corners of samples (n,) with slopes (n, p); `sample` is that of its angle, if it has one."""
     count, size = slopes.shape
-    if measure.kind == "mean":
-        return Term(float(values.mean()), np.full(count, 1 / count), np.zeros((size, size)))
-    if measure.kind == "variance":
-        variance = Variance(values)
-        return Term(variance.value, variance.slope, variance.squared(slopes))
-    if measure.kind == "rms":
-        root = float(np.sqrt((values**2).mean())) or np.finfo(float).tiny
-        gradient = slopes.T @ values / (count * root)
-        extra = slopes.T @ slopes / (count * root) - np.outer(gradient, gradient) / root
-        return Term(root, values / (count * root), extra)
+    if measure.kind in SMOOTH:
+        statistic = Statistic(next(kind for kind in SMOOTH if kind == measure.kind), values)
+        return Term(statistic.value, statistic.slope, statistic.curvature(slopes))
     weights = np.zeros(count)
     weights[sample] = 1.0
     return Term(float(values[sample]), weights, np.zeros((size, size)))
@@ -78,7 +71,9 @@ class Rows:
 class Goal:
     """A sum of measures to be made small under limits, over samples of a turn. Variables are (p + q,)."""
 
-    def __init__(self, samples: Samples, names: Sequence[str], least: Sequence[Measure], holds: Sequence[Hold]) -> None:
+    def __init__(
+        self, samples: Samples, names: Sequence[str], least: Sequence[Measure], holds: Sequence[Limit]
+    ) -> None:
         self.samples, self.names, self.least, self.holds = samples, tuple(names), tuple(least), tuple(holds)
         self._index = {name: k for k, name in enumerate(names)}
         self.size = len(samples.design)
@@ -116,7 +111,7 @@ class Goal:
         """The sum of the measures at a design, its variables as tight as they can be."""
         return self.value(self.start(x))
 
-    def met(self, x: Array, hold: Hold) -> float:
+    def met(self, x: Array, hold: Limit) -> float:
         """What a limit holds at a design, in its shown unit: the largest or least value, or the measure."""
         found, measure = self.samples(x), hold.measure
         values = self._sized(found, measure)
@@ -184,12 +179,12 @@ class Goal:
             self._limit(rows, hold, owner, self.step(hold, first), spare)
         return rows
 
-    def step(self, hold: Hold, first: Sampled | None = None) -> float:
+    def step(self, hold: Limit, first: Sampled | None = None) -> float:
         """What counts as one in the violation of a limit: the limit, or the spread of what it holds."""
         found = self.samples(self.samples.design) if first is None else first
         return abs(hold.limit) or self._spread(found, hold.measure)
 
-    def _limit(self, rows: Rows, hold: Hold, owner: int, step: float, spare: Iterator[int]) -> None:
+    def _limit(self, rows: Rows, hold: Limit, owner: int, step: float, spare: Iterator[int]) -> None:
         measure, level, every = hold.measure, hold.limit / step, range(len(self.samples.angles))
         bounds = (-level if measure.size else -np.inf, level) if hold.sign > 0 else (level, np.inf)
         output = self.output(measure)
@@ -209,7 +204,7 @@ class Limits(Constraints):
         self._output, self._sample = np.array(rows.output, dtype=int), np.array(rows.sample, dtype=int)
         self._factor, self._share = np.array(rows.factor), np.array(rows.share)
         self._variable = goal.size + np.array(rows.variable, dtype=int)
-        self._means = [(k, h) for k, h in enumerate(goal.holds) if h.measure.kind in ("mean", "rms", "variance")]
+        self._means = [(k, h) for k, h in enumerate(goal.holds) if h.measure.kind in SMOOTH]
         self._steps = np.array([goal.step(h) for _, h in self._means])
         limits = np.array([h.limit / goal.step(h) for _, h in self._means])
         under = np.array([h.sign > 0 for _, h in self._means], dtype=bool)
@@ -254,5 +249,5 @@ class Limits(Constraints):
         return self.goal.samples(y[: self.goal.size])
 
 
-def _named(goal: Goal, hold: Hold) -> Named:
+def _named(goal: Goal, hold: Limit) -> Named:
     return Named(str(hold), ("max" if hold.sign > 0 else "min",), "1", goal.step(hold))

@@ -13,15 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import qmc
 
+from planter.engine.measures import AVERAGES, Measure, parse_limit, parse_sum
 from planter.engine.response import Samples
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
-from planter.mechanism import measures
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.goal import Goal, Limits
 from planter.mechanism.machines import build_machine
-from planter.mechanism.measures import Measure
 from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
 from planter.mechanism.results import Held, Optimum, Proof
@@ -98,8 +97,8 @@ class _Stated:
         if not file.bounds:
             raise InputError(f"{file.source}: it has no [bounds], so there is nothing to search in")
         self.file = file
-        self.least = tuple(self._known(one) for one in measures.least(least))
-        self.holds = tuple(replace(h, measure=self._known(h.measure)) for h in map(measures.hold, holds))
+        self.least = tuple(self._known(one) for one in parse_sum(least))
+        self.holds = tuple(replace(h, measure=self._known(h.measure)) for h in map(parse_limit, holds))
         spoken = (m.name for m in (*self.least, *(h.measure for h in self.holds)))
         self.names = list(dict.fromkeys(spoken))
 
@@ -107,7 +106,7 @@ class _Stated:
     def averaged(self) -> list[str]:
         """Names of the quantities of which a mean, a root mean square or a variance is asked."""
         asked = (*self.least, *(h.measure for h in self.holds))
-        return [measure.name for measure in asked if measure.kind in measures.AVERAGES]
+        return [measure.name for measure in asked if measure.kind in AVERAGES]
 
     def over(self, angles: Array) -> _Programme:
         return _Programme(
@@ -116,6 +115,8 @@ class _Stated:
 
     def _known(self, measure: Measure) -> Measure:
         """The measure of an output by its own name. Raises InputError for a name that is none."""
+        if measure.where or measure.during or measure.kind == "work":
+            raise InputError(f"{measure} is not allowed: it must be of a whole turn, or at an angle")
         known = {entry["name"]: entry for entry in Model(self.file).outputs}
         keys = {units.key(name, entry["unit"]): name for name, entry in known.items()}
         if measure.name not in known and measure.name not in keys:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from planter.audit.question import MEASURE, Question
 from planter.audit.registry import Inputs, Value, formula
+from planter.engine.measures import Measure, parse_measure
 from planter.errors import InputError, PlanterError
 from planter.files import paths
 from planter.files.dimensions import Unit, measured
-from planter.mechanism import course, measures
+from planter.mechanism import course
 from planter.mechanism.file import MechanismFile, load
 
 
@@ -25,7 +26,7 @@ def measure(inputs: Inputs) -> Value:
     asked: Question = inputs["question"]
     file = _file(asked.machine)
     _check_given(asked, file)
-    one = measures.one(asked.quantity, asked.label)
+    one = parse_measure(asked.quantity, f"{asked.label}.quantity =")
     told = course.told(file)
     _check_name(asked, one, told)
     unit = _unit(asked, one, told[one.name])
@@ -56,14 +57,14 @@ def _check_given(asked: Question, file: MechanismFile) -> None:
             raise InputError(f"{place} is not allowed: {file.name} has no value {key}; {hint}")
 
 
-def _check_name(asked: Question, one: measures.Measure, told: Mapping[str, str]) -> None:
+def _check_name(asked: Question, one: Measure, told: Mapping[str, str]) -> None:
     if one.name not in told:
         near = paths.close(one.name, told)
         hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(told)}"
         raise asked.refused("quantity", asked.quantity, f"nothing of the mechanism is called {one.name}; {hint}")
 
 
-def _unit(asked: Question, one: measures.Measure, si: str) -> Unit:
+def _unit(asked: Question, one: Measure, si: str) -> Unit:
     """The unit of a number. Raises InputError where it is none, or that of something else."""
     own = measured(si)
     own = own.squared() if one.kind == "variance" else own

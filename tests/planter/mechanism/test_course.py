@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from planter.engine.measures import parse_measure
 from planter.errors import InputError
 from planter.mechanism import course
-from planter.mechanism.measures import one
 from tests.support import own
 
 LIFT = 0.014
@@ -15,7 +15,7 @@ LIFT = 0.014
 
 
 def found(text: str, samples: int | None = None) -> float:
-    return course.measure(own.file("cam_follower"), one(text, "test"), samples, None)
+    return course.measure(own.file("cam_follower"), parse_measure(text, "test"), samples, None)
 
 
 @pytest.mark.parametrize(
@@ -45,9 +45,9 @@ def test_a_motion_is_measured_at_a_time_and_over_one() -> None:
     file = own.file("manipulator")
     run = own.dynamics("manipulator").run(np.linspace(0, 0.4, 4001), 1e-11)
     x = run.results["x_G"]
-    assert course.measure(file, one("x_G at 0.4 s", "test"), None, None) == pytest.approx(x[-1], rel=1e-8)
+    assert course.measure(file, parse_measure("x_G at 0.4 s", "test"), None, None) == pytest.approx(x[-1], rel=1e-8)
     for text, value in (("min x_G", x.min()), ("mean x_G", x.mean()), ("rms x_G", np.sqrt((x**2).mean()))):
-        assert course.measure(file, one(text, "test"), None, 0.4) == pytest.approx(value, rel=1e-4)
+        assert course.measure(file, parse_measure(text, "test"), None, 0.4) == pytest.approx(value, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -57,10 +57,10 @@ def test_a_motion_is_measured_at_a_time_and_over_one() -> None:
 )  # fmt: skip
 def test_a_turn_has_angles_and_a_motion_times(name: str, text: str, until: float | None) -> None:
     with pytest.raises(InputError, match="is not allowed"):
-        course.measure(own.file(name), one(text, "test"), None, until)
+        course.measure(own.file(name), parse_measure(text, "test"), None, until)
 
 
 @pytest.mark.parametrize("text", ["s", "2 max s", "most s", "max s at 3", "max s + min s"])
 def test_what_is_no_single_measure_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match=r"n\.quantity = .* is not allowed: it must be MEASURE"):
-        one(text, "n")
+    with pytest.raises(InputError, match=r"n\.quantity = .* is not allowed: .*it must be MEASURE"):
+        parse_measure(text, "n.quantity =")

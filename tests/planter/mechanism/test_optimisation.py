@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main as derive
+from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.response import Samples
 from planter.errors import ComputationError, InputError
-from planter.mechanism import measures
 from planter.mechanism.file import load
 from planter.mechanism.goal import Goal, Limits
 from planter.mechanism.machines import build_machine
@@ -58,8 +58,8 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_derivatives_are_those_of_differences(file: Path) -> None:
     names = ["F_Ox", "M_in", "s"]
     samples = Samples(build_machine(load(file)), names, 2 * np.pi * np.arange(40) / 40)
-    least = measures.least("range F_Ox + 3 rms M_in + 0.5 variance s + mean s + max abs M_in + s at 90")
-    holds = [measures.hold(text) for text in ("abs F_Ox <= 9", "rms M_in <= 1", "range s <= 70", "s at 45 >= 120")]
+    least = parse_sum("range F_Ox + 3 rms M_in + 0.5 variance s + mean s + max abs M_in + s at 90")
+    holds = [parse_limit(text) for text in ("abs F_Ox <= 9", "rms M_in <= 1", "range s <= 70", "s at 45 >= 120")]
     goal = Goal(samples, names, least, holds)
     limits, y = Limits(goal), goal.start(samples.design)
     weights = np.random.default_rng(3).random(limits.count)

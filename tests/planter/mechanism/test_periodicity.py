@@ -8,8 +8,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter.engine.measures import parse_measure
 from planter.errors import ComputationError
-from planter.mechanism import cam, course, measures, optimisation
+from planter.mechanism import cam, course, optimisation
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.lifting import warnings
 from planter.mechanism.model import Model
@@ -87,13 +88,13 @@ def test_turn_whose_next_turn_fails_gives_no_means() -> None:
 def test_averages_of_what_does_not_repeat_are_refused() -> None:
     half = belt(Fraction(1, 2), CORD)
     with pytest.raises(ComputationError, match="M_in"):
-        course.measure(half, measures.one("rms M_in", "a"), None, None)
+        course.measure(half, parse_measure("rms M_in", "a"), None, None)
     with pytest.raises(ComputationError, match="M_in"):
         optimisation.optimise(half, "rms M_in", starts=1)
     with pytest.raises(ComputationError, match="cord"):
         cam.profile(Model(half), 0.001, "cord", "e")
-    assert course.measure(half, measures.one("max chi", "a"), None, None) == pytest.approx(np.pi)
-    assert course.measure(half, measures.one("min chi", "a"), None, None) == 0
+    assert course.measure(half, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
+    assert course.measure(half, parse_measure("min chi", "a"), None, None) == 0
     names = ("M_in_mean_Nm", "M_in_max_Nm", "chi_dot_mean_rad_s")
     ends = {"values.e_mm": (50.0, 50.0)}
     rows = ROOM.subject(ROOM.frozen(half), {}, ends, names).evaluated(np.array([[50.0]]), 1)

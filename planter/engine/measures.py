@@ -1,0 +1,333 @@
+"""Measures of quantities over a cycle, sums of them, and limits, in the language of files and options.
+
+    SUM     = TERM { "+" TERM }            TERM  = [WEIGHT] MEASURE
+    LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
+    MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
+    CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
+
+KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
+the display unit of the quantity. The text of what is parsed reads back to the same.
+
+>>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
+range F_Ox
+0.5 rms M_in while y_tip <= 20 mm
+>>> print(parse_limit("abs F_Ax <= 300 N"), parse_limit("tilt where y_tip is least <= 10"), sep="; ")
+abs F_Ax <= 300 N; tilt where y_tip is least <= 10
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, Never
+
+from planter.errors import InputError
+from planter.files.dimensions import measured
+
+Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "at", "all"]
+KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work")
+"""Measures by their words; `at` and `all`, the value at an angle and everywhere, have none."""
+AVERAGES: tuple[Kind, ...] = ("mean", "variance", "std", "rms", "work")
+"""Measures that only a cycle has that ends in the state in which it began."""
+EXTREMES: tuple[Kind, ...] = ("max", "min", "range", "all")
+"""Measures that are an extreme, or two."""
+CLAUSES = ("at", "where", "while")
+SIGNS = ("<=", ">=", "<", ">")
+
+SUM_SYNTAX = (
+    "it must be a sum of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
+    + ", ".join(KINDS)
+    + ", or of NAME at DEG or NAME "
+    'where NAME is least|greatest, such as "range F_Ox + 0.5 rms M_in"'
+)
+LIMIT_SYNTAX = (
+    "it must be [MEASURE] [abs] NAME [at DEG | where NAME is least|greatest | while NAME <= NUMBER] <= NUMBER [UNIT] "
+    '(or >=), such as "abs F_Ax <= 300 N" or "s at 90 >= 150"'
+)
+MEASURE_SYNTAX = (
+    f"it must be MEASURE [abs] NAME, MEASURE one of {', '.join(KINDS)}, or NAME at ANGLE, or NAME at SECONDS s, such "
+    'as "max F_Ax" or "M_in at 90"'
+)
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """The angle at which a quantity is greatest (`sign` +1) or least (-1)."""
+
+    name: str
+    sign: int
+
+    def __str__(self) -> str:
+        return f"{self.name} is {'greatest' if self.sign > 0 else 'least'}"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A quantity, or its size if `absolute`, on one side of a number: at most it (`sign` +1), or at least.
+
+    The number is in `unit`, or in the display unit of the quantity if that is empty. `strict` is the sign without
+    equality, which is the same part of a cycle.
+    """
+
+    name: str
+    sign: int
+    number: float
+    unit: str = ""
+    absolute: bool = False
+    strict: bool = False
+
+    def __str__(self) -> str:
+        sign = ("<" if self.sign > 0 else ">") + ("" if self.strict else "=")
+        return f"{'abs ' if self.absolute else ''}{self.name} {sign} {_text(self.number, self.unit)}"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A measure of a quantity over a cycle: `all` is its value everywhere, `at` that at an angle.
+
+    The angle is `angle` [deg], or that of an extremum, `where`. With conditions, `during`, only the part of the cycle
+    counts on which all hold. `size` takes absolute values. Over a motion `angle` is a time [s], and `in_time` is set.
+    """
+
+    kind: Kind
+    name: str
+    size: bool = False
+    weight: float = 1.0
+    angle: float | None = None
+    in_time: bool = False
+    where: Extremum | None = None
+    during: tuple[Condition, ...] = ()
+
+    def __str__(self) -> str:
+        words = ["" if self.weight == 1 else _text(self.weight), self.kind if self.kind in KINDS else ""]
+        words += ["abs" if self.size else "", self.name]
+        if self.angle is not None:
+            words.append(f"at {_text(self.angle)}{' s' if self.in_time else ''}")
+        if self.where is not None:
+            words.append(f"where {self.where}")
+        if self.during:
+            words.append("while " + " and ".join(map(str, self.during)))
+        return " ".join(filter(None, words))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all quantities that the measure speaks of, its own first."""
+        where = () if self.where is None else (self.where.name,)
+        return (self.name, *where, *(condition.name for condition in self.during))
+
+    def with_names(self, names: Sequence[str]) -> Measure:
+        """Return the measure of other quantities, in the order of `names`."""
+        first, *rest = names
+        where = None if self.where is None else replace(self.where, name=rest.pop(0))
+        during = tuple(replace(one, name=name) for one, name in zip(self.during, rest, strict=True))
+        return replace(self, name=first, where=where, during=during)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A measure with its limit, in `unit` or else in the display unit: at most it (`sign` +1), or at least."""
+
+    measure: Measure
+    sign: int
+    limit: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.measure} {'<=' if self.sign > 0 else '>='} {_text(self.limit, self.unit)}"
+
+
+def parse_sum(text: str, label: str = "--least") -> tuple[Measure, ...]:
+    """Return the measures of a sum that is to be minimised. Raises InputError, which begins with `label`."""
+    reader = _Reader(text, label, SUM_SYNTAX)
+    terms = [reader.read_measure(weighted=True)]
+    while reader.accept("+"):
+        terms.append(reader.read_measure(weighted=True))
+    reader.end()
+    for term in terms:
+        if term.kind == "all":
+            reader.refuse(f"{term.name} needs a measure")
+        if term.size and term.kind in ("mean", "variance", "std", "work"):
+            reader.refuse(f"{term.kind} takes no abs, which has corners")
+        if term.weight < 0:
+            reader.refuse(f"the weight {term.weight:g} is negative")
+    return tuple(terms)
+
+
+def parse_limit(text: str, label: str = "--hold") -> Limit:
+    """Return a limit on a measure. Raises InputError, which begins with `label`."""
+    reader = _Reader(text, label, LIMIT_SYNTAX)
+    measure = reader.read_measure()
+    sign, number, unit = reader.read_bound(("<=", ">="))
+    reader.end()
+    if measure.size and sign == ">=":
+        reader.refuse("only abs NAME <= is a limit")
+    if measure.size and measure.kind in ("mean", "variance", "std", "work"):
+        reader.refuse(f"{measure.kind} takes no abs, which has corners")
+    if (measure.kind, sign) in (("max", ">="), ("min", "<="), ("range", ">=")):
+        reader.refuse("only max <=, min >= and range <= are limits")
+    return Limit(measure, 1 if sign == "<=" else -1, number, unit)
+
+
+def parse_measure(text: str, label: str) -> Measure:
+    """Return a single measure, or a quantity at an angle or a time. Raises InputError, which begins with `label`."""
+    reader = _Reader(text, label, MEASURE_SYNTAX)
+    measure = reader.read_measure(timed=True)
+    reader.end()
+    if measure.kind == "all":
+        reader.refuse(f"{measure.name} needs a measure")
+    return measure
+
+
+def _text(number: float, unit: str = "") -> str:
+    """Return a number as short as it reads back, with its unit."""
+    short = f"{number:g}"
+    digits = short if float(short) == number else repr(number)
+    return f"{digits} {unit}" if unit else digits
+
+
+_TOKEN = re.compile(
+    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|(?P<word>[A-Za-z_]\w*)|(?P<sign><=|>=|<|>)|(?P<other>\S)"
+)
+
+
+@dataclass(frozen=True)
+class _Token:
+    kind: str
+    text: str
+    start: int
+
+
+class _Reader:
+    """A text word by word; complaints name the word and the character at which it begins."""
+
+    def __init__(self, text: str, label: str, syntax: str) -> None:
+        self.text, self.label, self.syntax = text, label, syntax
+        self.tokens = [_Token(str(m.lastgroup), m[0], m.start()) for m in _TOKEN.finditer(text)]
+        self.tokens.append(_Token("end", "", len(text)))
+        self.index = 0
+
+    @property
+    def token(self) -> _Token:
+        return self.tokens[self.index]
+
+    def _next(self, offset: int = 1) -> _Token:
+        return self.tokens[min(self.index + offset, len(self.tokens) - 1)]
+
+    def refuse(self, reason: str) -> Never:
+        """Raise InputError for the whole text."""
+        raise InputError(f"{self.label} {self.text!r} is not allowed: {reason}; {self.syntax}")
+
+    def fail(self, reason: str, allowed: Sequence[str] = ()) -> Never:
+        """Raise InputError for the present word, with a close match among the words that are allowed."""
+        token = self.token
+        close = difflib.get_close_matches(token.text, allowed, 1) if token.text else []
+        hint = f", did you mean {close[0]}?" if close else ""
+        word = f"{token.text!r} at character {token.start + 1}" if token.text else "the end"
+        self.refuse(f"{word} {reason}{hint}")
+
+    def accept(self, *texts: str) -> str:
+        """Return the present word and go on, if it is one of these, else an empty text."""
+        text = self.token.text
+        if text not in texts or self.token.kind == "end":
+            return ""
+        self.index += 1
+        return text
+
+    def expect(self, texts: Sequence[str], reason: str) -> str:
+        """Return the present word, which must be one of these."""
+        return self.accept(*texts) or self.fail(f"{reason}: it must be {' or '.join(texts)}", texts)
+
+    def end(self) -> None:
+        """Require the end of the text."""
+        if self.token.kind != "end":
+            self.fail("is not expected", CLAUSES)
+
+    def read_measure(self, weighted: bool = False, timed: bool = False) -> Measure:
+        """Read a measure, with its weight if it may have one."""
+        weight = self._read_weight() if weighted else 1.0
+        kind = next((kind for kind in KINDS if kind == self.token.text), None) if self._qualifies() else None
+        self.index += kind is not None
+        size = self._qualifies() and bool(self.accept("abs"))
+        name = self._read_name(("abs",) if kind else ("abs", *KINDS))
+        measure = Measure(kind or "all", name, size, weight)
+        clause = self.token.text if self.token.kind == "word" else ""
+        if clause in ("at", "where") and kind is not None:
+            self.fail(f"does not go with {kind}: NAME {clause} is a single value")
+        if self.accept("at"):
+            angle = self._read_number()
+            in_time = timed and bool(self.accept("s"))
+            if not in_time:
+                self.accept("deg")
+            return replace(measure, kind="at", angle=angle, in_time=in_time)
+        if self.accept("where"):
+            return replace(measure, kind="at", where=self._read_extremum())
+        if self.accept("while"):
+            return replace(measure, during=self._read_conditions())
+        return measure
+
+    def read_bound(self, signs: Sequence[str]) -> tuple[str, float, str]:
+        """Read a sign, a number and the unit that may follow it."""
+        sign = self.expect(signs, "is not expected") if self.token.kind == "sign" else ""
+        if not sign:
+            self.fail("is not expected: a limit is missing" if self.token.kind == "end" else "is not expected", CLAUSES)
+        return sign, self._read_number(), self._read_unit()
+
+    def _qualifies(self) -> bool:
+        """Return whether the present word stands before a name, as a measure or abs does."""
+        following = self._next()
+        return self.token.kind == "word" and following.kind == "word" and following.text not in CLAUSES
+
+    def _read_weight(self) -> float:
+        if self.token.kind != "number" and self.token.text not in ("-", "+"):
+            return 1.0
+        weight = self._read_number()
+        self.accept("*")
+        return weight
+
+    def _read_name(self, before: Sequence[str]) -> str:
+        """Read a name; `before` are the words that might have stood in its place."""
+        if self.token.kind != "word":
+            self.fail("is no name of a quantity")
+        if self._qualifies() and not difflib.get_close_matches(self._next().text, CLAUSES):
+            self.fail("is no measure", before)
+        self.index += 1
+        return self.tokens[self.index - 1].text
+
+    def _read_number(self) -> float:
+        sign = self.accept("-", "+")
+        if self.token.kind != "number":
+            self.fail("is no number")
+        self.index += 1
+        return float(sign + self.tokens[self.index - 1].text)
+
+    def _read_unit(self) -> str:
+        """Read a unit, which ends at `and`, a sign, a plus or the end."""
+        begin = self.index
+        while self.token.kind not in ("sign", "end") and self.token.text not in ("and", "+"):
+            self.index += 1
+        unit = self.text[self.tokens[begin].start : self.token.start].strip()
+        try:
+            measured(unit)
+        except ValueError as error:
+            self.index = begin
+            self.fail(f"is no unit ({error})")
+        return unit
+
+    def _read_extremum(self) -> Extremum:
+        name = self.token.text
+        self.index += self.token.kind == "word"
+        self.expect(("is",), "is not expected")
+        return Extremum(name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1)
+
+    def _read_conditions(self) -> tuple[Condition, ...]:
+        conditions: list[Condition] = []
+        while not conditions or self.accept("and"):
+            absolute = self._qualifies() and bool(self.accept("abs"))
+            name = self._read_name(("abs",))
+            if self.token.kind != "sign":
+                self.fail("is not expected: a condition is NAME <= NUMBER")
+            sign, number, unit = self.read_bound(SIGNS)
+            conditions.append(Condition(name, 1 if "<" in sign else -1, number, unit, absolute, "=" not in sign))
+        return tuple(conditions)

@@ -1,0 +1,118 @@
+"""Statistics of a function over an interval, with first and second derivatives.
+
+The function is known by values f_k (n,) with weights w_k (n,), not necessarily of sum 1. Both may depend on p
+parameters. With the moments S_j = sum w_k f_k^j, j = 0, 1, 2, every smooth statistic is a function of S_0, S_1, S_2, or
+the root of one, so that its derivatives follow from those of three sums.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from planter.kernels import Array
+
+Kind = Literal["mean", "variance", "std", "rms", "integral"]
+SMOOTH: tuple[Kind, ...] = ("mean", "variance", "std", "rms", "integral")
+"""Statistics without corners in the values."""
+ROOTS = ("std", "rms")
+
+
+REDUCED: dict[str, Callable[[Array], Any]] = {
+    "max": lambda samples: samples.max(axis=0),
+    "min": lambda samples: samples.min(axis=0),
+    "range": lambda samples: np.ptp(samples, axis=0),
+    "mean": lambda samples: samples.mean(axis=0),
+    "variance": lambda samples: samples.var(axis=0),
+    "std": lambda samples: samples.std(axis=0),
+    "rms": lambda samples: np.sqrt((samples**2).mean(axis=0)),
+}
+
+
+def reduce(kind: str, samples: Array) -> Array:
+    """Return a statistic (...) of samples (n, ...) along the first axis, which all count the same."""
+    return np.asarray(REDUCED[kind](samples))
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Derivatives of a function of S_0, S_1, S_2 at one point: `first` (3,), `second` (3, 3)."""
+
+    value: float
+    first: Array
+    second: Array
+
+    @classmethod
+    def of(cls, kind: Kind, total: float, first: float, square: float) -> Moments:
+        """Return a statistic, of roots its square, at S_0, S_1, S_2.
+
+        Variances take S_1 = 0, so that they lose no digits: the values are then those about their mean.
+        """
+        one, two = np.zeros(3), np.zeros((3, 3))
+        if kind == "integral":
+            return cls(first, np.array([0.0, 1.0, 0.0]), two)
+        row, moment = (1, first) if kind == "mean" else (2, square)
+        one[[0, row]] = -moment / total**2, 1 / total
+        two[0, 0] = 2 * moment / total**3
+        two[0, row] = two[row, 0] = -1 / total**2
+        if kind in ("variance", "std"):
+            two[1, 1] = -2 / total**2
+        return cls(moment / total, one, two)
+
+
+class Statistic:
+    """A statistic without corners of values (n,) with weights (n,), by default 1/n each.
+
+    `slope` (n,) is its derivative in each value, `weight_slope` (n,) that in each weight.
+    """
+
+    def __init__(self, kind: Kind, values: Array, weights: Array | None = None) -> None:
+        self.weights = np.full(len(values), 1 / len(values)) if weights is None else weights
+        total = float(self.weights.sum())
+        mean = float(self.weights @ values) / total
+        origin = mean if kind in ("mean", "variance", "std") else 0.0
+        self._values = values - origin
+        first = 0.0 if origin else float(self.weights @ self._values)
+        square = float(self.weights @ self._values**2)
+        self._moments = Moments.of(kind, total, first, square)
+        inner = self._moments.value
+        self._outer = _root(inner) if kind in ROOTS else (inner, 1.0, 0.0)
+        self.value = self._outer[0] + (origin if kind == "mean" else 0.0)
+        zeroth, one, two = self._moments.first
+        rise = self._outer[1]
+        self.slope: Array = rise * self.weights * (one + 2 * two * self._values)
+        self.weight_slope: Array = rise * (zeroth + one * self._values + two * self._values**2)
+
+    def gradient(self, slopes: Array, weight_slopes: Array | None = None) -> Array:
+        """Return the derivative (p,) in the parameters from those of the values (n, p) and of the weights (n, p)."""
+        gradient = self.slope @ slopes
+        return gradient if weight_slopes is None else gradient + self.weight_slope @ weight_slopes
+
+    def curvature(self, slopes: Array, weight_slopes: Array | None = None) -> Array:
+        """Return the part (p, p) of the Hessian that first derivatives of values and weights (n, p) make.
+
+        The other part is sum slope_k f_k'' + weight_slope_k w_k''.
+        """
+        first, second = self._moments.first, self._moments.second
+        weights, values = self.weights, self._values
+        moments = np.array([np.zeros(slopes.shape[1]), weights @ slopes, 2 * (weights * values) @ slopes])
+        inner = 2 * first[2] * slopes.T @ (weights[:, None] * slopes)
+        if weight_slopes is not None:
+            moments += np.array([values**power @ weight_slopes for power in range(3)])
+            mixed = ((first[1] + 2 * first[2] * values)[:, None] * slopes).T @ weight_slopes
+            inner = inner + mixed + mixed.T
+        inner = inner + moments.T @ second @ moments
+        _, rise, bend = self._outer
+        gradient = first @ moments
+        return rise * inner + bend * np.outer(gradient, gradient)
+
+
+def _root(square: float) -> tuple[float, float, float]:
+    """Return a root with its first two derivatives in the square; zero has none, and counts as constant."""
+    if square <= 0:
+        return 0.0, 0.0, 0.0
+    root = float(np.sqrt(square))
+    return root, 1 / (2 * root), -1 / (4 * root**3)
