@@ -26,7 +26,7 @@ def test_the_support_force_is_that_of_the_device(name: str) -> None:
 def test_slopes_in_numbers_of_the_file_are_those_of_differences() -> None:
     machine = load_machine("compact", model="printed")
     paths = ("design.theta_deg", "mass.planet_kg", "operation.speed_rpm", "spring.rate_N_m")
-    machine = machine.with_moved({path: (0.0, 1.0) for path in paths})
+    machine = machine.with_moved(dict.fromkeys(paths, (0.0, 1.0)))
     response, x = Response(machine, ["F_support", "M_L"]), machine.design
     slopes = response.slopes(response.at(x), ANGLES)[1][:, :, 1:]
     for column, step in enumerate(np.diag(1e-5 * np.abs(x))):
