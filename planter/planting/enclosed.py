@@ -16,7 +16,7 @@ from planter.kernels import generated
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball
 from planter.optimise.proof.jets import Jet
-from planter.optimise.proof.roots import root
+from planter.optimise.proof.roots import roots
 from planter.planting.model import Device
 
 FLANK = "4-5-6-7 polynomial"
@@ -43,16 +43,15 @@ class EnclosedForce:
         own = [len(stage.names) for stage in device.stages]
         self._parts = np.cumsum([0, device.size - sum(own), *own]).tolist()
 
-    def share(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Jet:
+    def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
         pair = [gear.meshing(xp, own) for gear, own in zip(self._gears, parameters, strict=True)]
         packed = [part for own, stage in zip(parameters, pair, strict=True) for part in (own, stage.told)]
         constants = [xp.space.constant(Ball.exact([value])) for value in self.device.constants]
         contacts = [stage.contact for stage in pair]
         hoisted = self._module.prologue(xp, mounting, *packed, constants, *contacts)
-        (force,) = self._module.lane(xp, phi, mounting, *packed, constants, hoisted, *contacts)
-        found: Jet = force
-        return found
+        force: Sequence[Jet] = self._module.lane(xp, phi, mounting, *packed, constants, hoisted, *contacts)
+        return force
 
     @property
     def without(self) -> tuple[str, ...]:
@@ -110,8 +109,13 @@ class Gear:
             return [self._module.prologue(xp, parameters, 0)[0]]
         nodes, radii = self._module.radii(xp, parameters, self.stage.terms)
         middle = np.array([jet.value.mid[0, 0] for jet in parameters])
-        start = float(self.stage.prologue(parameters=middle)["hoisted"][0, 0])
-        distance = root(xp.space, start, lambda a: self._module.closure(a, radii)[1:])
+        start = self.stage.prologue(parameters=middle)["hoisted"][:1, :1]
+
+        def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+            _, excess, slope = self._module.closure(a[0], radii)
+            return [excess], [[slope]]
+
+        (distance,) = roots(xp.space, start, residual)
         ratios, _, _ = self._module.closure(distance, radii)
         return [distance, *self._module.series(xp, ratios, nodes)]
 

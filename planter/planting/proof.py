@@ -14,7 +14,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.optimise.proof.curve import samples
 from planter.optimise.proof.jets import Jet, Space
-from planter.optimise.proof.objective import Bounds, bounds
+from planter.optimise.proof.objective import Bounds, Extreme, bounds, variance
 from planter.optimise.proof.search import Bounded, Search
 from planter.planting import search as planting_search
 from planter.planting.enclosed import EnclosedForce
@@ -100,8 +100,10 @@ class Objective:
         self.force, self.weights = EnclosedForce(device), weights(device.machine)
 
     def __call__(self, lower: Array, upper: Array) -> Bounds:
-        force = samples(self.force, Space(lower, upper), self.count)
-        return bounds(force, self.weights.weight_range, self._spread)
+        (force,) = samples(self.force, Space(lower, upper), self.count)
+        weight = self.weights.weight_range
+        extremes = [Extreme(force * factor, largest=weight >= 0) for factor in (weight, -weight)]
+        return bounds(self._spread(variance(force)), extremes)
 
     @property
     def floor(self) -> float:
@@ -113,6 +115,6 @@ class Objective:
         gone = np.isin(self.device.names, self.force.without)
         return np.where(gone, design, self.device.lower), np.where(gone, design, self.device.upper)
 
-    def _spread(self, variance: Jet) -> Jet:
-        spread = variance if self.weights.kind == "paper" else variance.sqrt()
+    def _spread(self, squared: Jet) -> Jet:
+        spread = squared if self.weights.kind == "paper" else squared.sqrt()
         return spread * self.weights.weight_variance

@@ -29,6 +29,9 @@ class Enclosing:
             return no.where(np.logical_not(condition), yes)
         return self.space.constant(Ball.exact(np.where(condition, yes, no)))
 
+    def absolute(self, x: Any) -> Any:
+        return self.where(x >= 0, x, -x)
+
     def maximum(self, one: Any, two: Any) -> Any:
         return self.where(one >= two, one, two)
 
@@ -36,6 +39,9 @@ class Enclosing:
         return self.where(one <= two, one, two)
 
     logical_or, logical_and, logical_not = np.logical_or, np.logical_and, np.logical_not
+
+    def divide(self, one: Any, two: Any) -> Jet:
+        return self.space.constant(Ball.exact([float(one)])) / two
 
     @staticmethod
     def sin(x: Jet) -> Jet:

@@ -1,4 +1,4 @@
-"""A response over a box of designs: an enclosure of each of its samples over a turn."""
+"""Quantities over a box of designs: an enclosure of each of their samples over a turn."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ MOST_LANES = 8
 
 
 class Enclosed(Protocol):
-    """A response F(phi, x), continuous in x: the sum over `offsets` [turns] of `share` at phi + each.
+    """Quantities F(phi, x), continuous in x: the sums over `offsets` [turns] of `shares` at phi + each.
 
-    `period` [turns] is that of F.
+    `period` [turns] is that of all of them.
     """
 
     @property
@@ -29,20 +29,20 @@ class Enclosed(Protocol):
     @property
     def period(self) -> Fraction: ...
 
-    def share(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Jet:
-        """At designs x (p,) and angles over lanes [rad]; smooth but where it asks `xp`'s space."""
+    def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+        """At designs x (p,) and angles over lanes [rad]; smooth but where they ask `xp`'s space."""
 
 
-def samples(response: Enclosed, space: Space, count: int) -> Jet:
-    """The response at phi = 2 pi i / count over a box, a lane for each of the angles that differ by its period."""
+def samples(response: Enclosed, space: Space, count: int) -> list[Jet]:
+    """Each quantity at phi = 2 pi i / count over a box, a lane for each of the angles that differ by the period."""
     whole = (count * response.period).denominator == 1
     distinct = int(count * response.period) if whole else count
     turns = [Fraction(i, count) + offset for offset in response.offsets for i in range(distinct)]
-    shares = _pieces(response, space, _angles(turns))
-    found = shares.taken(slice(0, distinct))
-    for k in range(1, len(response.offsets)):
-        found = found + shares.taken(slice(k * distinct, (k + 1) * distinct))
-    return found
+    sides = range(1, len(response.offsets))
+    return [
+        sum((share.taken(slice(k * distinct, (k + 1) * distinct)) for k in sides), share.taken(slice(0, distinct)))
+        for share in _pieces(response, space, _angles(turns))
+    ]
 
 
 def _angles(turns: Sequence[Fraction]) -> Ball:
@@ -50,20 +50,21 @@ def _angles(turns: Sequence[Fraction]) -> Ball:
     return PI * Ball(share, U * np.abs(share))
 
 
-def _pieces(response: Enclosed, space: Space, phi: Ball) -> Jet:
-    """The share at angles (lanes,): around all pieces of each."""
+def _pieces(response: Enclosed, space: Space, phi: Ball) -> list[Jet]:
+    """The shares at angles (lanes,): around all pieces of each."""
     lanes, script = np.arange(len(phi.mid)), np.empty((0, len(phi.mid)))
-    parts: list[tuple[Integers, Jet]] = []
+    parts: list[tuple[Integers, list[Jet]]] = []
     while len(lanes):
         branches = Branches(len(lanes), script)
         asked = space.asking(branches)
-        jet = response.share(Enclosing(asked), asked.parameters(), asked.constant(phi[lanes]))
-        parts.append((lanes, Jet(space, jet.felt, jet.value, jet.gradient, jet.hessian)))
+        jets = response.shares(Enclosing(asked), asked.parameters(), asked.constant(phi[lanes]))
+        parts.append((lanes, [Jet(space, jet.felt, jet.value, jet.gradient, jet.hessian) for jet in jets]))
         further, script = branches.further()
         lanes = lanes[further]
         if sum(len(known) for known, _ in parts) > MOST_LANES * len(phi.mid):
             raise Unbounded("a box goes through many branches")
-    return _around(parts)
+    quantities = range(len(parts[0][1]))
+    return [_around([(known, jets[index]) for known, jets in parts]) for index in quantities]
 
 
 def _around(parts: Sequence[tuple[Integers, Jet]]) -> Jet:

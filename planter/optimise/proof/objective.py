@@ -1,9 +1,10 @@
-"""Weighted range and spread of a response over a box: bounds of the objective and of its slopes."""
+"""Sums of measures of samples over a box: bounds of the objective and of its slopes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
@@ -12,8 +13,16 @@ from planter.numerics.arrays import Integers
 from planter.optimise.proof.balls import Ball
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet
 
-MOST_PAIRS = 60
-"""Pairs of samples, of a possible maximum and a possible minimum, whose differences are each formed."""
+MOST_CHOICES = 60
+"""Choices of samples, one for each extreme, whose sums are each formed."""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The largest of the samples of a jet, or the least."""
+
+    samples: Jet
+    largest: bool = True
 
 
 @dataclass(frozen=True)
@@ -30,51 +39,62 @@ class Bounds:
     looseness: Array
 
 
-def bounds(force: Jet, weight: float, outer: Callable[[Jet], Jet]) -> Bounds:
-    """Of weight * (largest sample - least sample) + outer(population variance of the samples).
+def bounds(smooth: Jet, extremes: Sequence[Extreme]) -> Bounds:
+    """Return bounds of a smooth part (one lane) plus extremes of samples.
 
-    The largest sample is one of those that may exceed all others somewhere in the box; so its slopes are among theirs.
+    An extreme is one of the samples that may be it somewhere in the box, so its slopes are among theirs. No largest
+    sample is below any one of them: where there are many choices, that at the centre stands for all.
     """
-    spread = outer(_variance(force))
-    high, low = _extreme(force), _extreme(-force)
-    if len(high) * len(low) <= MOST_PAIRS:
-        i, j = (found.ravel() for found in np.meshgrid(high, low))
-        pairs = (force.taken(i) - force.taken(j)) * weight + spread
-        slopes, least = pairs.gradient[ANYWHERE].spread(), float(pairs.least.max())
-    else:
-        centre = force.value[CENTRE].mid
-        i, j = (np.array([find(centre)]) for find in (np.argmax, np.argmin))
-        pairs = (force.taken(i) - force.taken(j)) * weight + spread
-        rows = [pairs.over(force.felt) if pairs.felt != force.felt else pairs]
-        along = [force.taken(found).gradient[ANYWHERE].spread() for found in (high, low)]
-        slopes = Ball.exact(weight) * (along[0] - along[1]) + spread.over(force.felt).gradient[ANYWHERE][:, 0]
-        least = float(rows[0].least.max())
-    values = force.value[CENTRE]
-    reached = (
-        Ball.exact(weight) * (Ball.exact(values.high.max()) - Ball.exact(values.low.min())) + spread.value[CENTRE][0]
-    )
-    half = force.space.half[list(pairs.felt)]
-    bent = (half[:, None] * (force.space.reach(pairs.felt) @ pairs.hessian.most)).max(axis=-1)
-    return _whole(force, pairs, Bounds(least, float(reached.high), slopes, bent + half * slopes.rad))
+    candidates = [_candidates(extreme) for extreme in extremes]
+    centre = [
+        np.array([(np.argmax if e.largest else np.argmin)(e.samples.value[CENTRE].mid)]) if e.largest else own
+        for e, own in zip(extremes, candidates, strict=True)
+    ]
+    every = prod(len(lanes) for lanes in candidates) <= MOST_CHOICES
+    chosen = candidates if every else centre
+    total = smooth
+    for extreme, lanes in zip(extremes, np.meshgrid(*chosen, indexing="ij"), strict=True):
+        total = total + extreme.samples.taken(lanes.ravel())
+    if not extremes:
+        total = total.taken([0])
+    slopes = total.gradient[ANYWHERE].spread()
+    if not every:
+        felt = tuple(sorted({*total.felt, *(k for extreme in extremes for k in extreme.samples.felt)}))
+        total = total.over(felt)
+        slopes = smooth.over(felt).gradient[ANYWHERE][:, 0]
+        for extreme, lanes in zip(extremes, candidates, strict=True):
+            slopes = slopes + extreme.samples.over(felt).taken(lanes).gradient[ANYWHERE].spread()
+    least = total.least.reshape([len(lanes) for lanes in chosen])
+    falling = tuple(axis for axis, extreme in enumerate(extremes) if not extreme.largest)
+    reached = smooth.value[CENTRE][0]
+    for extreme in extremes:
+        high = extreme.samples.value[CENTRE].high
+        reached = reached + Ball.exact(high.max() if extreme.largest else high.min())
+    space = smooth.space
+    half = space.half[list(total.felt)]
+    bent = (half[:, None] * (space.reach(total.felt) @ total.hessian.most)).max(axis=-1)
+    found = Bounds(float(least.min(axis=falling).max()), float(reached.high), slopes, bent + half * slopes.rad)
+    return _whole(total, found)
 
 
-def _whole(force: Jet, pairs: Jet, found: Bounds) -> Bounds:
+def _whole(total: Jet, found: Bounds) -> Bounds:
     """Slopes and looseness for all parameters, zero for those of no width."""
-    size, felt = len(force.space.lower), list(pairs.felt)
+    size, felt = len(total.space.lower), list(total.felt)
     mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
     mid[felt], rad[felt], loose[felt] = found.slopes.mid, found.slopes.rad, found.looseness
     return Bounds(found.least, found.reached, Ball(mid, rad), loose)
 
 
-def _variance(force: Jet) -> Jet:
-    """Population variance over the lanes."""
-    about = force - force.mean()
-    found = (about**2).mean()
-    return found.holding(found.value.nonnegative())
+def variance(samples: Jet) -> Jet:
+    """Return the population variance over the lanes."""
+    about = samples - samples.mean()
+    square = (about**2).mean()
+    return square.holding(square.value.nonnegative())
 
 
-def _extreme(force: Jet) -> Integers:
-    """Lanes that may be the largest somewhere in the box: those not below the largest at its centre everywhere."""
-    largest = force.taken([int(np.argmax(force.value[CENTRE].mid))])
-    found: Integers = np.flatnonzero((largest - force).least <= 0)
-    return found
+def _candidates(extreme: Extreme) -> Integers:
+    """Return lanes that may be the extreme somewhere in the box: those that the one at the centre does not exclude."""
+    jet = extreme.samples if extreme.largest else -extreme.samples
+    largest = jet.taken([int(np.argmax(jet.value[CENTRE].mid))])
+    lanes: Integers = np.flatnonzero((largest - jet).least <= 0)
+    return lanes

@@ -1,75 +1,146 @@
-"""Roots over a box: enclosed by an interval Newton step, their derivatives by Newton steps on jets."""
+"""Roots over a box: enclosed by interval Newton steps, their derivatives by Newton steps on jets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
+from planter.kernels import Array
+from planter.numerics.arrays import Flags
 from planter.optimise.proof.balls import GROWN, Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, packed
 
-Residual = Callable[[Jet], tuple[Jet, Jet]]
-"""a -> (f(a), its derivative in a), both over the box."""
+Residual = Callable[[Sequence[Jet]], tuple[Sequence[Jet], Sequence[Sequence[Jet]]]]
+"""a (k,) -> f(a) (k,) and its Jacobian (k, k), both over the box."""
 WIDER = 1.5
 """How much wider than a Newton step each trial is."""
 MOST_STEPS = 30
 
 
-def root(space: Space, start: float, residual: Residual) -> Jet:
-    """The root a(x) of f(a, x) near `start`, over the box.
+def roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
+    """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box.
 
-    Newton's step N(A) = s - f(s) / f'(A) from a point s maps a ball A into itself: then A holds exactly one root at
-    each design. Let b be a function whose value, or whose value and gradient, are those of a at one design x*: then
-    b - f(b) / f'(b) has gradient, or gradient and Hessian, of a there, since the error of a Newton step goes with the
-    square of that before. So the derivatives anywhere are enclosed by steps on all constants a(x*), and then on all
+    Newton's step N(A) = s - f'(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root at
+    each design. Let b be functions whose values, or whose values and gradients, are those of a at one design x*: then
+    b - f'(b)^-1 f(b) have gradients, or gradients and Hessians, of a there, since the error of a Newton step goes with
+    the square of that before. So the derivatives anywhere are enclosed by steps on all constants a(x*), and then on all
     lines a(x*) + a'(x*) (x - x*).
 
-    Raises Unbounded where no ball is found that is mapped into itself.
+    Raises Unbounded where no balls are found that are mapped into themselves.
     """
-    at = _refined(space, start, residual)
-    values = [_enclosed(space, at, residual, part) for part in (CENTRE, ANYWHERE)]
-    steps = [_step(space.constant(value), residual) for value in values]
-    slopes = [steps[part].gradient[part] for part in (CENTRE, ANYWHERE)]
-    felt, slope = steps[ANYWHERE].felt, slopes[ANYWHERE]
-    moved = 2 * (space.half[list(felt)] @ slope.most) * GROWN
-    line = Jet(
-        space, felt, _twice(Ball(values[ANYWHERE].mid, (values[ANYWHERE].rad + moved) * GROWN)), _twice(slope),
-        Ball.exact(np.zeros((packed(len(felt)), 1))),
-    )  # fmt: skip
-    return Jet(space, felt, _pair(*values), _pair(*slopes), _step(line, residual).hessian).cut()
+    at = _refine(space, start, residual)
+    values = [_enclose(space, at, residual, part) for part in (CENTRE, ANYWHERE)]
+    steps = [_step([space.constant(value) for value in part], residual) for part in values]
+    lines, felts = [], []
+    for k, jet in enumerate(steps[ANYWHERE]):
+        slope, value = jet.gradient[ANYWHERE], values[ANYWHERE][k]
+        moved = 2 * (space.half[list(jet.felt)] @ slope.most) * GROWN
+        bent = Ball.exact(np.zeros((packed(len(jet.felt)), 1)))
+        wide = Ball(value.mid + 0 * moved, (value.rad + moved) * GROWN)
+        lines.append(Jet(space, jet.felt, _twice(wide), _twice(slope), bent))
+        felts.append(jet.felt)
+    ends = _step(lines, residual)
+    return [
+        Jet(
+            space, felt, _pair(values[CENTRE][k], values[ANYWHERE][k]),
+            _pair(steps[CENTRE][k].over(felt).gradient[CENTRE], steps[ANYWHERE][k].gradient[ANYWHERE]),
+            ends[k].over(felt).hessian,
+        ).cut()
+        for k, felt in enumerate(felts)
+    ]  # fmt: skip
 
 
-def _step(at: Jet, residual: Residual) -> Jet:
-    excess, slope = residual(at)
-    return at - excess / slope
+def _step(at: Sequence[Jet], residual: Residual) -> list[Jet]:
+    excess, slopes = residual(at)
+    return [a - change for a, change in zip(at, _solve(slopes, excess), strict=True)]
 
 
-def _refined(space: Space, start: float, residual: Residual) -> float:
-    """Closer to the root at the box's centre: Newton's method in plain numbers."""
-    at = start
+def _solve(matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Any]:
+    """Return the solution (k,) of simultaneous equations of jets, or of balls, by elimination without pivoting."""
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    size = len(rows)
+    for k in range(size):
+        for i in range(k + 1, size):
+            share = rows[i][k] / rows[k][k]
+            rows[i] = [*rows[i][: k + 1], *(rows[i][j] - share * rows[k][j] for j in range(k + 1, size + 1))]
+    solution: list[Any] = []
+    for k in reversed(range(size)):
+        value = rows[k][size]
+        for place, known in enumerate(solution):
+            value = value - rows[k][size - 1 - place] * known
+        solution.append(value / rows[k][k])
+    return solution[::-1]
+
+
+def _refine(space: Space, start: Array, residual: Residual) -> Array:
+    """Return a point (k, lanes) closer to the roots at the box's centre, by Newton's method in plain numbers."""
+    at = np.array(start, dtype=float)
     for _ in range(MOST_STEPS):
-        excess, slope = residual(space.constant(Ball.exact([at])))
-        step = float(excess.value.mid[0, 0] / slope.value.mid[0, 0])
-        at -= step
-        if abs(step) <= 1e-15 * abs(at):
+        excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
+        lanes = at.shape[1]
+        right = np.array([np.broadcast_to(jet.value.mid[0], lanes) for jet in excess])
+        matrix = np.array([[np.broadcast_to(jet.value.mid[0], lanes) for jet in row] for row in slopes])
+        step = np.linalg.solve(matrix.transpose(2, 0, 1), right.T[..., None])[..., 0].T
+        at = at - step
+        if (np.abs(step) <= 1e-15 * np.abs(at)).all():
             break
     return at
 
 
-def _enclosed(space: Space, start: float, residual: Residual, part: int) -> Ball:
-    """The root, (1,): at the centre of the box, or anywhere in it."""
-    point = Ball.exact([start])
-    excess, slope = residual(space.constant(point))
-    first = excess.value[part] / slope.value[part]
-    rad = np.abs(first.mid) + first.rad
+def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[Ball]:
+    """Return the roots (lanes,) each: at the centre of the box, or anywhere in it.
+
+    Equations of several unknowns are multiplied by the inverse of the Jacobian's midpoints, so that what is eliminated
+    from them is small.
+    """
+    points = [Ball.exact(row) for row in start]
+    excess, slopes = residual([space.constant(point) for point in points])
+    scale = _preconditioner([[jet.value[part].mid for jet in row] for row in slopes], start.shape[1])
+    right = _scaled(scale, [[jet.value[part]] for jet in excess])
+    first = _solve(_scaled(scale, [[jet.value[part] for jet in row] for row in slopes]), [row[0] for row in right])
+    rad = np.array([np.abs(ball.mid) + ball.rad for ball in first])
+    settled: Flags = np.zeros(start.shape[1], dtype=bool)
+    result: list[Ball] = []
     for _ in range(MOST_STEPS):
-        rad = WIDER * rad + 1e-15 * abs(start)
-        _, slope = residual(space.constant(Ball(point.mid, rad)))
-        step = point - excess.value[part] / slope.value[part]
-        if np.all((np.abs(step.mid - point.mid) + step.rad) * GROWN < rad):
-            return step
+        rad = np.where(settled, rad, WIDER * rad + 1e-15 * np.abs(start))
+        balls = [space.constant(Ball(point.mid, own)) for point, own in zip(points, rad, strict=True)]
+        _, slopes = residual(balls)
+        matrix = _scaled(scale, [[jet.value[part] for jet in row] for row in slopes])
+        try:
+            changes = _solve(matrix, [row[0] for row in right])
+        except Unbounded:
+            break
+        result = [point - change for point, change in zip(points, changes, strict=True)]
+        moved = np.array([np.abs(ball.mid - point.mid) + ball.rad for ball, point in zip(result, points, strict=True)])
+        settled = np.asarray((moved * GROWN < rad).all(axis=0))
+        if settled.all():
+            return result
     raise Unbounded("no ball is mapped into itself by a Newton step")
+
+
+def _preconditioner(midpoints: Sequence[Sequence[Array]], lanes: int) -> Array | None:
+    """Return inverses (lanes, k, k) of matrices (k, k) of arrays, or None for a single unknown."""
+    if len(midpoints) == 1:
+        return None
+    matrix = np.array([[np.broadcast_to(entry, lanes) for entry in row] for row in midpoints]).transpose(2, 0, 1)
+    try:
+        return np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        raise Unbounded("a Jacobian is singular") from None
+
+
+def _scaled(scale: Array | None, rows: Sequence[Sequence[Ball]]) -> list[list[Ball]]:
+    """Return rows (k, m) of balls, multiplied from the left by matrices (lanes, k, k)."""
+    if scale is None:
+        return [list(row) for row in rows]
+    size = len(rows)
+    return [
+        [sum((Ball.exact(scale[:, i, j]) * rows[j][m] for j in range(1, size)), Ball.exact(scale[:, i, 0]) * rows[0][m])
+         for m in range(len(rows[0]))]
+        for i in range(size)
+    ]  # fmt: skip
 
 
 def _twice(ball: Ball) -> Ball:

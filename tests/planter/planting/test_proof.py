@@ -44,7 +44,7 @@ def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
 
 @cache
 def enclosed(name: str, model: Model) -> Jet:
-    return samples(EnclosedForce(device(name, model)), Space(*box(name, model)), COUNT)
+    return samples(EnclosedForce(device(name, model)), Space(*box(name, model)), COUNT)[0]
 
 
 def inside(name: str, model: Model, seed: int) -> Array:
@@ -96,7 +96,7 @@ def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.
     exact = [by_arb(subject, x, i) for i in ASKED]
 
     def missed() -> int:
-        found = samples(EnclosedForce(subject), Space(x, x), COUNT).value[ANYWHERE]
+        found = samples(EnclosedForce(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
         return sum(not holds(found[i], value) for i, value in zip(ASKED, exact, strict=True))
 
     assert missed() == 0

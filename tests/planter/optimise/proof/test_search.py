@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -15,7 +15,7 @@ from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball, Unbounded
 from planter.optimise.proof.branches import Branches
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
-from planter.optimise.proof.roots import root
+from planter.optimise.proof.roots import roots
 from planter.optimise.proof.search import Bounded, Search
 
 LOWER, UPPER = np.array([0.1, 0.9, -0.04]), np.array([0.6, 1.3, 0.1])
@@ -27,9 +27,8 @@ class Bent:
 
     offsets, period = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2)
 
-    def share(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Jet:
-        wave = xp.sin(phi - x[2])
-        return x[0] * xp.where(wave >= 0, wave, -wave) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)
+    def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+        return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
 
 
 def force(x: Array) -> Array:
@@ -43,7 +42,9 @@ def value(x: Array) -> float:
 
 
 def bounding(lower: Array, upper: Array) -> objective.Bounds:
-    return objective.bounds(curve.samples(Bent(), Space(lower, upper), SAMPLES), 0.6, lambda v: v * 0.4)
+    (force,) = curve.samples(Bent(), Space(lower, upper), SAMPLES)
+    extremes = [objective.Extreme(force * 0.6), objective.Extreme(force * -0.6)]
+    return objective.bounds(objective.variance(force) * 0.4, extremes)
 
 
 def found_by_hand() -> Array:
@@ -70,7 +71,7 @@ def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
     for share in (1.0, 0.1):
         half = share * (UPPER - LOWER) / 2
         middle = (LOWER + UPPER) / 2
-        found = curve.samples(Bent(), Space(middle - half, middle + half), SAMPLES).value[ANYWHERE]
+        found = curve.samples(Bent(), Space(middle - half, middle + half), SAMPLES)[0].value[ANYWHERE]
         for _ in range(100):
             exact = force(middle + rng.uniform(-1, 1, 3) * half)[: SAMPLES // 2]
             assert (found.low <= exact + 1e-14).all()
@@ -79,7 +80,7 @@ def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
 
 def slopes_at_the_kink() -> Ball:
     """Of the sample at phi = 0 in x2, over a box in which |sin x2| has its kink."""
-    found = curve.samples(Bent(), Space(LOWER, UPPER), SAMPLES)
+    (found,) = curve.samples(Bent(), Space(LOWER, UPPER), SAMPLES)
     return found.gradient[ANYWHERE][2, 0]
 
 
@@ -155,10 +156,10 @@ def test_a_root_is_enclosed_with_its_derivatives() -> None:
     space = Space(LOWER, upper)
     x = space.parameters()
 
-    def residual(a: Jet) -> tuple[Jet, Jet]:
-        return a**3 + x[0] * a - x[1], 3 * a**2 + x[0]
+    def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+        return [a[0] ** 3 + x[0] * a[0] - x[1]], [[3 * a[0] ** 2 + x[0]]]
 
-    found, rng = root(space, 0.8, residual), np.random.default_rng(6)
+    (found,), rng = roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
     for _ in range(100):
         p = LOWER + rng.random(3) * (upper - LOWER)
         a = float(np.roots([1, 0, p[0], -p[1]])[-1].real)
@@ -177,9 +178,46 @@ def within(ball: Ball, value: Array | float) -> bool:
     return bool(((ball.low <= value) & (value <= ball.high)).all())
 
 
+def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
+    """(a cos b, a sin b) = (x0 + lane, x1): polar coordinates."""
+    lower, upper = np.array([1.0, 0.5]), np.array([1.1, 0.6])
+    space, lanes = Space(lower, upper), np.array([0.0, 1.0])
+    x, shift = space.parameters(), space.constant(Ball.exact(lanes))
+
+    def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+        radius, angle = a
+        cos, sin = angle.cos(), angle.sin()
+        return [radius * cos - x[0] - shift, radius * sin - x[1]], [[cos, -radius * sin], [sin, radius * cos]]
+
+    found, rng = roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual), np.random.default_rng(3)
+    for _ in range(50):
+        px, py = (lower + rng.random(2) * (upper - lower))[:, None] + np.array([lanes, 0 * lanes])
+        r2, r = px**2 + py**2, np.hypot(px, py)
+        exact = [
+            (r, (px / r, py / r), (py**2 / r**3, -px * py / r**3, px**2 / r**3)),
+            (np.arctan2(py, px), (-py / r2, px / r2),
+             (2 * px * py / r2**2, (py**2 - px**2) / r2**2, -2 * px * py / r2**2)),
+        ]  # fmt: skip
+        for jet, (value, first, second) in zip(found, exact, strict=True):
+            assert within(jet.value[ANYWHERE], value)
+            assert within(jet.gradient[ANYWHERE], np.array(first))
+            assert within(jet.hessian, np.array(second))
+    assert max(jet.value.rad[0].max() for jet in found) < 1e-13
+
+
+def test_a_least_sample_among_choices_is_bounded_from_below() -> None:
+    """The least of the samples counts with all that may be it, not with that of the centre alone."""
+    space = Space(np.array([-1.0]), np.array([1.0]))
+    (x,) = space.parameters()
+    lines = x * space.constant(Ball.exact([1.0, -1.0]))
+    assert objective.bounds(space.whole(0), [objective.Extreme(lines, largest=False)]).least <= -1.0
+    assert objective.bounds(space.whole(0), [objective.Extreme(lines)]).least <= 0.0
+    wrong = objective.bounds(space.whole(0), [objective.Extreme(lines)]).least
+    assert wrong > -1.0 - 1e-9, "what is taken for a largest sample is no bound of a least one"
+
+
 def test_a_root_that_may_not_be_there_is_refused() -> None:
     space = Space(np.array([-1.0]), np.array([1.0]))
     (x,) = space.parameters()
-    unknown: Callable[[Jet], tuple[Jet, Jet]] = lambda a: (a**2 - x, 2 * a)  # noqa: E731
     with pytest.raises(Unbounded):
-        root(space, 0.5, unknown)
+        roots(space, np.array([[0.5]]), lambda a: ([a[0] ** 2 - x], [[2 * a[0]]]))
