@@ -13,8 +13,8 @@ from tests.support.starts import find_starts
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("records",), ("files",), ("kernels", "terminal"), ("numerics", "report"),
-    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",), ("gears", "sweeps"), ("tolerance",),
-    ("explain", "mechanism"),
+    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
+    ("gears", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
 DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",), ("build",))

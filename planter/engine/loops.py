@@ -7,6 +7,7 @@ machine has a dead point.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -208,6 +209,20 @@ class Course:
             places.append(q[:, 0].copy())
         self.gained = self._returned(walk)
         self.angles, self.places = walk.angles, np.array(places).T
+
+    def moved_to(self, d: Array) -> Course | None:
+        """Return the course at other values d (v,), or None if it is not near this one.
+
+        It begins as a walk would, from the assembly of those values.
+        """
+        lanes = np.repeat(d[:, None], len(self.angles), axis=1)
+        q = self.loops.near(self.angles, lanes, self.places)
+        first = self.loops.walk(d[:, None], np.empty(0)).first[:, 0]
+        if q is None or np.abs(np.column_stack([q[:, 0] - first, q[:, -1] - first - self.gained])).max() > RETURNED:
+            return None
+        course = copy.copy(self)
+        course.d, course.places = d, q
+        return course
 
     def at(self, angles: Array) -> Array:
         """Return the coordinates (c, n) at angles (n,) [rad] of any turn."""

@@ -78,6 +78,11 @@ class Condition:
     absolute: bool = False
     strict: bool = False
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the quantity."""
+        return (self.name,)
+
     def __str__(self) -> str:
         sign = ("<" if self.sign > 0 else ">") + ("" if self.strict else "=")
         return f"{'abs ' if self.absolute else ''}{self.name} {sign} {_text(self.number, self.unit)}"
@@ -131,11 +136,16 @@ class Limit:
 
     measure: Measure
     sign: int
-    limit: float
+    number: float
     unit: str = ""
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all quantities that the limit speaks of, its own first."""
+        return self.measure.names
+
     def __str__(self) -> str:
-        return f"{self.measure} {'<=' if self.sign > 0 else '>='} {_text(self.limit, self.unit)}"
+        return f"{self.measure} {'<=' if self.sign > 0 else '>='} {_text(self.number, self.unit)}"
 
 
 def parse_sum(text: str, label: str = "--least") -> tuple[Measure, ...]:

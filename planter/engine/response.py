@@ -16,10 +16,9 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.loops import Course, Loops
-from planter.engine.machine import LEAST_PIVOT, Machine
+from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
-from planter.numerics.latest import Latest
 
 INPUTS = ("phi", "d", "h", "q")
 
@@ -34,16 +33,30 @@ class DesignPoint:
 
 
 class Response:
-    """Quantities by name (m,), all if none are named, at angles phi (n,) [rad] over designs x (p,), in SI units."""
+    """Quantities by name (m,), all if none are named, at angles phi (n,) [rad] over designs x (p,), in SI units.
 
-    def __init__(self, machine: Machine, names: Sequence[str] | None = None) -> None:
+    After them stand the derivatives in phi of the quantities that `rates` names, then, `with_events`, the functions
+    whose zeros are the machine's switching points.
+    """
+
+    def __init__(
+        self, machine: Machine, names: Sequence[str] | None = None, rates: Sequence[str] = (), with_events: bool = False
+    ) -> None:
         chosen = [quantity.name for quantity in machine.quantities] if names is None else names
         self.machine = machine
-        self.quantities = tuple(machine.find_quantity(name) for name in chosen)
+        self.quantities = tuple(machine.find_quantity(name) for name in (*chosen, *rates))
         self._graph, self.shared = machine.rows([quantity.name for quantity in self.quantities])
+        if with_events and machine.events is not None:
+            events = machine.events(*machine.symbols)
+            self._graph = ca.densify(ca.vertcat(self._graph, events))
+            self.quantities += tuple(Quantity(f"event {i}", "1", "switching", "") for i in range(events.numel()))
+            self.shared += (False,) * events.numel()
+        if rates:
+            quantities, rated = self._graph[: len(chosen)], self._graph[len(chosen) :]
+            self._graph = ca.densify(ca.vertcat(quantities, ca.jacobian(rated, machine.symbols[0])))
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
         self._places: tuple[Array, Array] | None = None
-        self._courses = Latest(lambda d: Course(self._loops, machine.name, d))
+        self._course: Course | None = None
 
     @property
     def _loops(self) -> Loops:
@@ -80,14 +93,26 @@ class Response:
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
         """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p)."""
+        lanes, hoisted = self._bend(point, phi, weights)
+        hessian: Array = lanes.sum(axis=2)
+        hessian[1:, 1:] += hoisted
+        return hessian
+
+    def curvature_along(self, point: DesignPoint, phi: Array, weights: Array, angle_slopes: Array) -> Array:
+        """Return that sum in the design alone, (p, p), of angles with slopes (n, p), but not for their bending."""
+        lanes, hoisted = self._bend(point, phi, weights)
+        moving = np.tile(angle_slopes, (len(self.offsets), 1))
+        mixed = lanes[1:, 0] @ moving
+        return lanes[1:, 1:].sum(axis=2) + hoisted + mixed + mixed.T + moving.T @ (lanes[0, 0][:, None] * moving)
+
+    def _bend(self, point: DesignPoint, phi: Array, weights: Array) -> tuple[Array, Array]:
+        """Return weighted Hessians in (phi, x), (1 + p, 1 + p, lanes), and what the prologue's own adds in x."""
         size = 1 + len(self.machine.moved)
         tiled = np.tile(weights, len(self.offsets))
         tiled[~np.array(self.shared), len(phi) :] = 0.0
         result = self._evaluate(self._bent, point, phi, dh=point.dh, weights=tiled)
-        hessian: Array = result["hessian"].sum(axis=1).reshape(size, size)
         along = result["along"].sum(axis=1)
-        hessian[1:, 1:] += self._prologue_bent(d=point.d, weights=along)["hessian"]
-        return hessian
+        return result["hessian"].reshape(size, size, -1), self._prologue_bent(d=point.d, weights=along)["hessian"]
 
     def check(self, values: Array, phi: Array) -> None:
         """Raise ComputationError where forces (m, n) of all quantities are not determined, or friction holds fast."""
@@ -111,8 +136,17 @@ class Response:
             if q is not None:
                 self._places = phi, q
                 return q
-        self._places = phi, self._courses(d).at(phi)
+        self._places = phi, self._follow(d).at(phi)
         return self._places[1]
+
+    def _follow(self, d: Array) -> Course:
+        """Return the coordinates over a turn, near those of the design before if they lead there."""
+        course = self._course
+        if course is None or not np.array_equal(course.d, d):
+            course = None if course is None else course.moved_to(d)
+            self._course = course or Course(self._loops, self.machine.name, d)
+        assert self._course is not None
+        return self._course
 
     def compile(self) -> None:
         """Compile what a search calls again and again."""
@@ -229,44 +263,3 @@ class Response:
         names = [*INPUTS, "dh", "weights"]
         function = ca.Function("bending", [phi, d, h, q, self._dh, weights], outputs, names, ["hessian", "along"])
         return Kernel(function, lanes=["phi", "q", "weights"])
-
-
-@dataclass(frozen=True)
-class Sampled:
-    """Quantities (m, n) at the samples of a design in the units of their keys, with Jacobians (m, n, p) in it."""
-
-    values: Array
-    slopes: Array
-    _samples: Samples
-    _point: DesignPoint
-
-    def curvature(self, weights: Array) -> Array:
-        """Return the sum of weights (m, n) times Hessians (p, p) in the design."""
-        scaled = weights / self._samples.units[:, None]
-        bent = self._samples.response.curvature(self._point, self._samples.angles, scaled)
-        return bent[1:, 1:]
-
-
-class Samples:
-    """Quantities by name at fixed angles (n,) [rad] over designs x (p,), in the units of their keys."""
-
-    def __init__(self, machine: Machine, names: Sequence[str], angles: Array) -> None:
-        self.machine, self.angles = machine, angles
-        self.response = Response(machine, names)
-        self.units = np.array([quantity.factor for quantity in self.response.quantities])
-        self._latest = Latest(self._sample)
-
-    @property
-    def design(self) -> Array:
-        """The machine's own design (p,)."""
-        return self.machine.design
-
-    def __call__(self, x: Array) -> Sampled:
-        """Return the quantities at a design x (p,). Raises ComputationError where loops do not close."""
-        return self._latest(x)
-
-    def _sample(self, x: Array) -> Sampled:
-        point = self.response.at(x)
-        values, slopes = self.response.slopes(point, self.angles)
-        units = self.units[:, None]
-        return Sampled(values / units, slopes[:, :, 1:] / units[:, :, None], self, point)

@@ -8,14 +8,16 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.measures import AVERAGES, Measure
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
-from planter.numerics import extremes, statistics
+from planter.numerics import statistics
 
 LOOKED_AT = 720
 """Samples of a turn among which extremes are looked for."""
@@ -57,37 +59,28 @@ def measure(file: MechanismFile, one: Measure, samples: int | None, until_s: flo
 
     Raises InputError for a measure that the mechanism does not have, ComputationError where it does not move so.
     """
-    if one.where or one.during or one.kind == "work":
-        raise InputError(f"{one} is not allowed: it must be of a whole turn, or at an angle")
     return _of_turn(file, one, samples, until_s) if turns(file) else _of_motion(file, one, samples, until_s)
 
 
 def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
     if one.in_time or until_s is not None:
         raise InputError(f"{one} is not allowed: an angle drives {file.name}, so that measures are of a turn")
-    model = Model(file)
-
-    def values(angles: Array) -> Array:
-        found = model(angles)[one.name]
-        return np.abs(found) if one.size else found
-
-    if one.kind == "at":
-        return float(values(np.radians([one.angle or 0.0]))[0])
+    machine = build_machine(file)
+    resolved = resolve_measure(machine, one)
     if one.kind in AVERAGES:
-        require_repeating(model, [one.name], samples or LOOKED_AT)
-    if samples is not None:
-        return _reduce(one, values(2 * np.pi * np.arange(samples) / samples))
-    if one.kind in ("max", "min", "range"):
-        places = np.linspace(0.0, 2 * np.pi, LOOKED_AT + 1)  # with the end: not every turn ends as it began
-        high = extremes.largest(values, places).value if one.kind != "min" else 0.0
-        low = extremes.least(values, places).value if one.kind != "max" else 0.0
-        return high - low if one.kind == "range" else high + low
-    return _reduce(one, values(2 * np.pi * np.arange(AVERAGED) / AVERAGED))
+        require_repeating(Model(file), [resolved.name], samples or machine.samples)
+    count = samples or (AVERAGED if one.kind in AVERAGES and not one.during else LOOKED_AT)
+    goal, x = Goal(machine, [resolved], [], count, with_events=samples is None), machine.design
+    if samples is None:
+        goal = goal.refined(x, 0.0) or goal
+    return goal.measure(x, resolved) * find_display_unit(machine, resolved).factor
 
 
 def _of_motion(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
     """Extremes and means are those of a spline through the instants."""
     end = one.angle if one.kind == "at" else until_s
+    if one.where or one.during or one.kind == "work":
+        raise InputError(f"{one} is not allowed: {file.name} moves by itself, and these are measures of a cycle")
     if end is None or (one.kind == "at" and not one.in_time):
         raise InputError(f"{one} is not allowed: {file.name} moves by itself: say NAME at SECONDS s, or until_s")
     times = np.linspace(0.0, end, INSTANTS if samples is None else samples) if end else np.array([0.0])

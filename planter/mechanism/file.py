@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
+from planter.engine.measures import Limit, Measure, parse_limit, parse_sum
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document, Origins
@@ -16,6 +17,7 @@ from planter.files.text import read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
+from planter.optimise.sections import GeneticAlgorithm
 
 GENERATED = "generated"
 
@@ -26,6 +28,19 @@ class Turn(Section):
     samples: Annotated[Whole, Field(ge=4, le=100_000)] = 360
 
 
+class Objective(Section):
+    """What `planter optimise` minimises: a sum of measures, over `samples` of a turn or "refined", by true extremes."""
+
+    least: Line
+    samples: Annotated[Whole, Field(ge=4, le=100_000)] | Literal["refined"] = "refined"
+
+
+class Requirements(Section):
+    """Limits on measures of a turn."""
+
+    hold: Annotated[list[Line], Field(min_length=1)]
+
+
 class MechanismFile(Document):
     """Values of a mechanism, bounds for the search, and the name of its functions, which stand beside the file."""
 
@@ -34,6 +49,9 @@ class MechanismFile(Document):
     values: dict[str, Real]
     bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
     turn: Annotated[Turn, Field(default_factory=Turn)]
+    objective: Objective | None = None
+    requirements: Requirements | None = None
+    genetic_algorithm: GeneticAlgorithm | None = None
     origins: Origins = Field(alias="origin")
 
     _folder: Path = PrivateAttr(default=Path())
@@ -42,6 +60,19 @@ class MechanismFile(Document):
     def model(self) -> Formulas:
         """The generated functions."""
         return formulas(self.functions, self._folder)
+
+    @property
+    def least(self) -> tuple[Measure, ...]:
+        """The measures of the file's sum; none if it has no [objective]. Raises InputError for what is no sum."""
+        if self.objective is None:
+            return ()
+        return parse_sum(self.objective.least, f"{self.source}: objective.least =")
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """The limits of the file's [requirements]. Raises InputError for what is none."""
+        texts = [] if self.requirements is None else self.requirements.hold
+        return tuple(parse_limit(text, f"{self.source}: requirements.hold[{i}] =") for i, text in enumerate(texts))
 
     def moved_to(self, values: Mapping[str, float]) -> Self:
         """The same with other values, by key."""
@@ -110,6 +141,7 @@ def _functions(path: Path, file: MechanismFile) -> Path:
 def _check(found: MechanismFile) -> None:
     """The values are those that the functions take. Raises InputError."""
     known = {entry["shown"].rpartition(".")[2]: entry["meaning"] for entry in found.entries}
+    _ = found.least, found.limits
     for section, given in (("values", found.values), ("bounds", found.bounds)):
         for key in given:
             if key not in known:

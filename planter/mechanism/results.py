@@ -44,12 +44,28 @@ class Warned(Record):
 
 
 @dataclass(frozen=True)
+class Held(Record):
+    """A limit, in its unit, with what it is on, whether that is at the limit, and whether it satisfies it.
+
+    `value` is null if the condition of the limit never holds, which satisfies it, and if it is an average of what does
+    not repeat, which does not.
+    """
+
+    limit_on: str
+    value: float | None
+    limit: float
+    active: bool
+    met: bool
+
+
+@dataclass(frozen=True)
 class Turn(Record):
     """A turn of a mechanism; works [J] by what does them, null if their power does not repeat.
 
     `repeats_after_turns` is 1 if the turn ends in the state in which it began, null if no number of turns is known
     after which it does; `not_repeating` has the largest difference, a turn later, of each quantity that does not
-    repeat, in its unit, or null if the next turn cannot be computed. Angles are compared modulo 360 deg.
+    repeat, in its unit, or null if the next turn cannot be computed. Angles are compared modulo 360 deg. `holds` are
+    the limits of the file, if it has any, and `met` says whether all of them are satisfied.
     """
 
     machine: str
@@ -60,6 +76,8 @@ class Turn(Record):
     warnings: list[Warned]
     repeats_after_turns: int | None
     not_repeating: dict[str, float | None]
+    holds: list[Held] | None = None
+    met: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -114,13 +132,12 @@ class Motion(Record):
 
 
 @dataclass(frozen=True)
-class Held(Record):
-    """A limit, what the optimum makes of it, and whether it holds the optimum back."""
+class ActiveLimit(Record):
+    """A limit that holds an optimum: what the objective loses per `unit` of the limit."""
 
     limit_on: str
-    value: float
-    limit: float
-    active: bool
+    multiplier: float
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -129,9 +146,19 @@ class Proof(Record):
 
     kkt_residual: float
     active_bounds: list[str]
+    active_limits: list[ActiveLimit]
     starts: int
     agreeing_starts: int
     spread: float
+
+
+@dataclass(frozen=True)
+class Evaluations(Record):
+    """How often the objective was evaluated: its value, its gradient, its Hessian."""
+
+    objective: int
+    gradient: int
+    hessian: int
 
 
 @dataclass(frozen=True)
@@ -139,13 +166,16 @@ class Optimum(Record):
     """The least sum of measures of a turn within bounds and limits."""
 
     machine: str
+    method: str
     least: str
     objective: float
     start_objective: float
     design: dict[str, float]
     start_design: dict[str, float]
     holds: list[Held]
+    met: bool
     certificate: Proof
+    evaluations: Evaluations
     samples: int
     seconds: float
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from planter.files import units
-from planter.mechanism.results import Course, Motion, Optimum, Quantity, Turn
+from planter.mechanism.results import Course, Held, Motion, Optimum, Quantity, Turn
 from planter.report.labels import name
 from planter.terminal.console import Console
 
@@ -24,6 +24,7 @@ def turn(console: Console, found: Turn) -> None:
     console.table(f"{found.machine}: a turn in {found.samples} samples", HEAD, rows)
     if found.work:
         _values(console, "Work of a turn", found.work)
+    _limits(console, found.holds or ())
     if found.warnings:
         console.table(
             "Warnings", ("name", "at / deg", "what"), ((w.name, w.angle_deg, w.message) for w in found.warnings)
@@ -63,16 +64,23 @@ def optimum(console: Console, found: Optimum) -> None:
     change = f"{found.start_objective:.6g} to {found.objective:.6g}"
     rows = [(name(k), found.start_design[k], v, units.unit(k)) for k, v in found.design.items()]
     console.table(f"{found.machine}: least {found.least}, {change}", ("quantity", "before", "optimum", "unit"), rows)
-    if found.holds:
-        rows = [(one.limit_on, one.value, one.limit, "yes" if one.active else "no") for one in found.holds]
-        console.table("Limits", ("limit", "value", "limit", "binds"), rows)
+    _limits(console, found.holds)
     proof = found.certificate
     console.table("Certificate", ("", "value"), [
         ("residual of the optimality conditions", f"{proof.kkt_residual:.2g}"),
         ("starts that agree", f"{proof.agreeing_starts} of {proof.starts}"),
         ("bounds that bind", ", ".join(proof.active_bounds) or "none"),
+        *((f"price of {one.limit_on} per {one.unit or 'unit'}", one.multiplier) for one in proof.active_limits),
         ("samples of the turn", found.samples),
     ])  # fmt: skip
+
+
+def _limits(console: Console, holds: Sequence[Held]) -> None:
+    """Limits with what they are on, and whether they bind or are violated."""
+    if holds:
+        state = {True: "binds", False: ""}
+        rows = [(one.limit_on, one.value, one.limit, state[one.active] if one.met else "violated") for one in holds]
+        console.table("Limits", ("limit", "value", "limit", ""), rows)
 
 
 def _values(console: Console, title: str, values: Mapping[str, float | None]) -> None:

@@ -10,6 +10,7 @@ from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import lifting
 from planter.mechanism.model import LAW, PIVOTS, STATES, Model, component_axes
+from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.periodicity import Periodicity, periodicity
 from planter.mechanism.results import Law, Quantity
 from planter.mechanism.results import Turn as Result
@@ -55,6 +56,7 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     columns = {key: found[name] / units.factor(key) for name, key in keys.items()}
     axes = {keys[name]: frame for name, frame in component_axes(model.formulas).items() if name in keys}
     degrees, repeats = np.degrees(angles), periodicity(model, angles, found)
+    holds = evaluate_limits(model.file, repeats.changes) if model.file.limits else None
     ends = {keys[name]: value / units.factor(keys[name]) for name, value in repeats.end.items()}
     result = Result(
         machine=model.file.name,
@@ -68,6 +70,8 @@ def turn(model: Model, samples: int | None = None) -> Turn:
         warnings=[*repeats.warnings(), *lifting.warnings(model, angles, found, not repeats.changes)],
         repeats_after_turns=repeats.turns,
         not_repeating=repeats.changes,
+        holds=holds,
+        met=None if holds is None else all(hold.met for hold in holds),
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in told}
     seconds = 2 * np.pi / abs(model.speed) if model.speed else np.inf

@@ -11,6 +11,7 @@ from planter.files.complaints import lacking, problem, refuse, refused
 from planter.files.document import Document, Origins
 from planter.files.fields import Pair, Problems, Real, check
 from planter.files.tip_path import inlined
+from planter.optimise.sections import GeneticAlgorithm
 from planter.planting.requirements.section import Requirements
 from planter.planting.sections import (
     Cam,
@@ -18,7 +19,6 @@ from planter.planting.sections import (
     ContactAngles,
     GearPair,
     Gears,
-    GeneticAlgorithm,
     Inertia,
     Mass,
     Nozzle,

@@ -16,11 +16,9 @@ from planter.files.fields import (
     Pair,
     Positive,
     PositiveTriple,
-    Probability,
     Problems,
     Real,
     Section,
-    Share,
     Triple,
     Whole,
     check,
@@ -182,17 +180,6 @@ class Objective(Section):
     def _something_counts(self) -> Problems:
         if self.weight_range == self.weight_variance == 0:
             yield refused("weight_range", self.weight_range, "it must be above 0 where weight_variance is 0")
-
-
-class GeneticAlgorithm(Section):
-    """Settings of the genetic algorithm."""
-
-    individuals: Annotated[Whole, Field(ge=4, le=10_000)]
-    generations: Annotated[Whole, Field(ge=1, le=100_000)]
-    bits_per_variable: Annotated[Whole, Field(ge=2, le=52)]
-    selection_ratio: Share
-    crossover_probability: Probability
-    mutation_probability: Probability
 
 
 def least_inertia(mass_kg: float, offset_mm: tuple[float, ...]) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from planter.mechanism.file import MechanismFile
@@ -12,7 +12,7 @@ from planter.mechanism.optimisation import Found
 from planter.mechanism.report import optimum_file, page
 from planter.mechanism.report.figures import Course
 from planter.mechanism.report.scene import scene
-from planter.mechanism.results import Optimum
+from planter.mechanism.results import Held, Optimum
 from planter.mechanism.tables import CHANGED_START, unit_with_axes
 from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
@@ -25,7 +25,8 @@ def write_turn(out: Path, found: Turn, machine: MechanismFile, progress: Listene
     course = Course(found.angles_deg, f"{found.angle} / deg", turn=True, ends=found.ends, repeats=found.repeats)
     title = f"A turn of {machine.name}"
     seen = scene(title, course, found.seconds, found.columns, found.places)
-    page.write(out, title, machine, found.result.table(), _turn(found), found.columns, course, progress, seen)
+    told = [*_turn(found), *_limits(found.result.holds or ())]
+    page.write(out, title, machine, found.result.table(), told, found.columns, course, progress, seen)
 
 
 def write_motion(out: Path, found: Motion, machine: MechanismFile, progress: Listener | None = None) -> None:
@@ -41,7 +42,7 @@ def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> 
     best = turn(Model(found.machine))
     course = Course(best.angles_deg, f"{best.angle} / deg", turn=True, ends=best.ends, repeats=best.repeats)
     title = f"Optimum of {found.machine.name}"
-    told = [*_optimum(found.result), *_turn(best)]
+    told = [*_optimum(found.result), *_limits(found.result.holds), *_turn(best)]
     more = {"optimum.toml": optimum_file.text(found)}
     seen = scene(title, course, best.seconds, best.columns, best.places)
     page.write(out, title, found.machine, found.result.table(), told, best.columns, course, progress, seen, more)
@@ -50,16 +51,22 @@ def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> 
 def _optimum(found: Optimum) -> Iterator[Section]:
     change = f"{found.start_objective:.6g} to {found.objective:.6g}"
     rows = [(label(key), found.start_design[key], value) for key, value in found.design.items()]
-    limits = [(one.limit_on, one.value, one.active) for one in found.holds]
     blocks: list[Block] = [Text(f"Least {found.least}: {change}."), Table(("quantity", "before", "optimum"), rows)]
-    yield Section("Optimum", [*blocks, *([Table(("limit", "value", "binds"), limits)] if limits else [])])
+    yield Section("Optimum", blocks)
     proof = found.certificate
     yield Section("Certificate", [Keys({
         "residual of the optimality conditions": proof.kkt_residual,
         "starts that agree": f"{proof.agreeing_starts} of {proof.starts}",
         "bounds that bind": ", ".join(proof.active_bounds) or "none",
+        **{f"price of {one.limit_on} per {one.unit or 'unit'}": one.multiplier for one in proof.active_limits},
         "samples of the turn": found.samples,
     })])  # fmt: skip
+
+
+def _limits(holds: Sequence[Held]) -> Iterator[Section]:
+    if holds:
+        rows = [(one.limit_on, one.value, one.active, one.met) for one in holds]
+        yield Section("Limits", [Table(("limit", "value", "binds", "satisfied"), rows)])
 
 
 def _turn(found: Turn) -> Iterator[Section]:

@@ -9,7 +9,7 @@ import typer
 
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
-from planter.mechanism.search import HoldOption, LeastOption, search
+from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, load_mechanism, search
 from planter.planting.commands.options import (
     MachineArgument,
     Model,
@@ -111,8 +111,13 @@ def optimise(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
     method: Annotated[
-        Method, typer.Option(help="genetic algorithm, descents from several starts, or both")
-    ] = Method.hybrid,
+        Method | None,
+        typer.Option(
+            help="genetic algorithm, descents from several starts, or both [default: hybrid; ipopt for a mechanism of "
+            "your own]",
+            show_default=False,
+        ),
+    ] = None,
     samples: Annotated[
         str | None,
         typer.Option(
@@ -148,16 +153,22 @@ def optimise(
 
     console = Console(as_json)
     with console.outcome(), renewing(out):
-        if least is not None:
-            besides = {"--model": model is not Model.exact, "--method": method is not Method.hybrid, "--front": front,
-                       "--samples": samples is not None, "--speed-rpm": speed_rpm is not None,
-                       "--prove": prove, "--teeth": teeth is not None, "--module": module is not None,
-                       "--module1": module1 is not None, "--module2": module2 is not None}  # fmt: skip
-            search(console, machine, least, hold or (), starts, seed, changes(set_), out, besides)
+        from planter.mechanism.machines import takes
+        from planter.planting import optimisation
+
+        if least is not None or takes(machine):
+            besides = {"--model": model is not Model.exact, "--front": front, "--prove": prove,
+                       "--teeth": teeth is not None, "--module": module is not None, "--module1": module1 is not None,
+                       "--module2": module2 is not None}  # fmt: skip
+            sampling = None if samples is None else optimisation.sampling_of(samples)
+            options = SearchOptions(None if method is None else method.value, sampling, seed, starts)
+            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
+            search(console, mechanism, least, hold or (), options, out, besides)
             return
+        method = method or Method.hybrid
         if out is not None:
             check(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
-        from planter.planting import optimisation, tables
+        from planter.planting import tables
         from planter.planting.report import results as report
         from planter.planting.whole import run
 

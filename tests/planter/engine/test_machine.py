@@ -9,7 +9,8 @@ import pytest
 
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import Response, Samples
+from planter.engine.nodes import FixedNodes
+from planter.engine.response import Response
 from planter.errors import ComputationError, InputError
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
@@ -62,7 +63,7 @@ def test_derivatives_are_those_of_differences(name: str) -> None:
 def test_samples_are_in_the_units_of_their_keys() -> None:
     built = machine("slider_crank", "r_mm")
     quantity = built.find_quantity("s")
-    sampled = Samples(built, ["s"], ANGLES)(built.design)
+    sampled = FixedNodes(built, ["s"], ANGLES)(built.design)
     si = Response(built, ["s"]).values(Response(built, ["s"]).at(built.design), ANGLES)
     assert quantity.key.endswith("_mm")
     np.testing.assert_allclose(sampled.values * quantity.factor, si, rtol=1e-13)

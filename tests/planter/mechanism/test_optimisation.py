@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main as derive
-from planter.engine.measures import parse_limit, parse_sum
-from planter.engine.response import Samples
+from planter.engine.search import SearchSpec
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
-from planter.mechanism.goal import Goal, Limits
-from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise
+from planter.optimise.hybrid import METHODS
 from planter.records import schema
 from tests.support.cli import answer, refusal
 
@@ -55,32 +53,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "generated" / "press.toml"
 
 
-def test_derivatives_are_those_of_differences(file: Path) -> None:
-    names = ["F_Ox", "M_in", "s"]
-    samples = Samples(build_machine(load(file)), names, 2 * np.pi * np.arange(40) / 40)
-    least = parse_sum("range F_Ox + 3 rms M_in + 0.5 variance s + mean s + max abs M_in + s at 90")
-    holds = [parse_limit(text) for text in ("abs F_Ox <= 9", "rms M_in <= 1", "range s <= 70", "s at 45 >= 120")]
-    goal = Goal(samples, names, least, holds)
-    limits, y = Limits(goal), goal.start(samples.design)
-    weights = np.random.default_rng(3).random(limits.count)
-
-    def gradient(point: np.ndarray) -> np.ndarray:
-        return goal.gradient(point) + limits.slopes(point).T @ weights
-
-    def value(point: np.ndarray) -> float:
-        return goal.value(point) + limits.values(point) @ weights
-
-    steps = 1e-6 * np.maximum(np.abs(y), 1e-1)
-    first = [(value(y + h) - value(y - h)) / (2 * h.sum()) for h in np.diag(steps)]
-    assert gradient(y) == pytest.approx(first, rel=1e-6, abs=1e-6)
-    second = [(gradient(y + h) - gradient(y - h)) / (2 * h.sum()) for h in np.diag(steps)]
-    bent = goal.hessian(y) + limits.curvature(y, weights)
-    assert bent == pytest.approx(np.array(second), rel=1e-5, abs=1e-4 * np.abs(bent).max())
-
-
 def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
-    found = optimise(load(file), "range s", ["s at 0 >= 170"], starts=2).result
+    found = optimise(load(file), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2)).result
     assert found.design["r_mm"] == pytest.approx(30, abs=1e-9)
     assert found.design["e_mm"] == pytest.approx(0, abs=0.3), "flat there, and the ends fall between samples"
     assert found.objective == pytest.approx(60, rel=1e-5)
@@ -90,7 +65,7 @@ def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
 
 def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
     machine = load(file)
-    found = optimise(machine, "max abs M_in", ["s at 180 >= 100"], starts=2)
+    found = optimise(machine, "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
     best = np.inf
     phi = np.radians(np.arange(0.0, 360.0, 2.0))
     for r in (30.0, 31.0):
@@ -107,15 +82,15 @@ def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
 
 def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) -> None:
     with pytest.raises(
-        ComputationError, match=r"no design within the bounds keeps s at 180 >= 500: the best .* reaches 1"
+        ComputationError, match=r"no design within the bounds satisfies s at 180 >= 500: the best .* reaches 1"
     ):
-        optimise(load(file), "range s", ["s at 180 >= 500"], starts=1)
+        optimise(load(file), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.parametrize(
     ("least", "hold", "said"),
     [
-        ("range F_Oxx", None, "press has no such quantity; did you mean F_Ox"),
+        ("range F_Oxx", None, "press has no quantity F_Oxx: did you mean F_Ox"),
         ("s", None, "s needs a measure"),
         ("range", None, "range needs a measure"),
         ("mean abs s", None, "mean takes no abs"),
@@ -126,7 +101,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
 )
 def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | None, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        optimise(load(file), least, [hold] if hold else [], starts=1)
+        optimise(load(file), least, [hold] if hold else [], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.usefixtures("blank_figures")
@@ -140,5 +115,69 @@ def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_pa
     assert "# was 40.0 mm" in (out / "optimum.toml").read_text(encoding="utf-8")
 
 
-def test_options_of_the_planting_device_do_not_go_with_it(file: Path) -> None:
-    assert "--method does not go with --least" in refusal("optimise", str(file), "--least", "range s", "--method", "ga")
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [(["--teeth", "31,31"], "--teeth does not apply to press: it has no gear stages"), (["--front"], "--front")],
+)
+def test_options_that_do_not_apply_are_refused(file: Path, options: list[str], reason: str) -> None:
+    assert reason in refusal("optimise", str(file), "--least", "range s", *options)
+
+
+def with_goal(file: Path, folder: Path, goal: str, name: str = "own.toml") -> Path:
+    """Write the file with a goal of its own beside the generated functions."""
+    text = file.read_text(encoding="utf-8").replace("[values]", f"{goal}\n[values]")
+    (folder / name).write_text(f'folder = "{file.parent}"\n{text}', encoding="utf-8")
+    return folder / name
+
+
+SUM = '[objective]\nleast = "range s + max abs M_in while s >= 0.15 m"\n'
+LIMITS = ["s at 0 >= 0.233 m", "F_Ox where s is greatest >= -1 kN"]
+
+
+def test_the_file_brings_its_own_goal(file: Path, tmp_path: Path) -> None:
+    """A turn reports the file's limits; the optimum satisfies them, and prices agree with a limit that is moved."""
+    goal = f"{SUM}[requirements]\nhold = {LIMITS}\n"
+    source = with_goal(file, tmp_path, goal)
+    found = answer("optimise", str(source), "--starts", "2")
+    assert found["met"] is True
+    assert found["certificate"]["kkt_residual"] < 1e-6
+    (price,) = found["certificate"]["active_limits"]
+    assert (price["limit_on"], price["unit"]) == ("s at 0 >= 233 mm", "mm")
+    moved = with_goal(file, tmp_path, goal.replace("0.233 m", "0.23301 m"), "moved.toml")
+    dearer = answer("optimise", str(moved), "--starts", "1")
+    assert (dearer["objective"] - found["objective"]) / 0.01 == pytest.approx(price["multiplier"], rel=1e-2)
+
+
+def test_a_turn_reports_the_limits_of_the_file(file: Path, tmp_path: Path) -> None:
+    source = with_goal(file, tmp_path, f"[requirements]\nhold = {[*LIMITS, 'max M_in <= 1e3']}\n")
+    turned = answer("turn", str(source))
+    assert [hold["met"] for hold in turned["holds"]] == [False, True, True]
+    assert turned["met"] is False
+    assert turned["holds"][2]["value"] == pytest.approx(turned["quantities"]["M_in_Nm"]["max"], rel=1e-3)
+
+
+def test_methods_agree(file: Path, tmp_path: Path) -> None:
+    settings = "individuals = 8\ngenerations = 6\nbits_per_variable = 12\nselection_ratio = 0.8\n"
+    settings += "crossover_probability = 0.75\nmutation_probability = 0.05\n"
+    goal = f'[genetic_algorithm]\n{settings}[objective]\nleast = "rms F_Ox"\nsamples = 60\n'
+    source = load(with_goal(file, tmp_path, goal))
+    found = {
+        method: optimise(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic_algorithm))
+        for method in METHODS
+    }
+    best = found["ipopt"].result.objective
+    assert found["hybrid"].result.objective == pytest.approx(best, rel=1e-9)
+    assert best <= found["ga"].result.objective < 1.2 * best
+    assert found["ga"].result.holds[0].met
+
+
+@pytest.mark.parametrize(
+    ("goal", "part"),
+    [('[objective]\nleast = "rang s"\n', "objective.least = 'rang s' is not allowed: 'rang' at character 1"),
+     ('[requirements]\nhold = ["s <= 3", "s < 3"]\n', "requirements.hold[1] = 's < 3'"),
+     ('[requirements]\nhold = []\n', "requirements.hold")],
+)  # fmt: skip
+def test_goals_of_files_are_refused_by_their_place(file: Path, tmp_path: Path, goal: str, part: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load(with_goal(file, tmp_path, goal))
+    assert part in caught.value.message

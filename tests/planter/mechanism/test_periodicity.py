@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planter.engine.measures import parse_measure
+from planter.engine.search import SearchSpec
 from planter.errors import ComputationError
 from planter.mechanism import cam, course, optimisation
 from planter.mechanism.file import MechanismFile
@@ -90,7 +91,7 @@ def test_averages_of_what_does_not_repeat_are_refused() -> None:
     with pytest.raises(ComputationError, match="M_in"):
         course.measure(half, parse_measure("rms M_in", "a"), None, None)
     with pytest.raises(ComputationError, match="M_in"):
-        optimisation.optimise(half, "rms M_in", starts=1)
+        optimisation.optimise(half, "rms M_in", spec=SearchSpec(starts=1))
     with pytest.raises(ComputationError, match="cord"):
         cam.profile(Model(half), 0.001, "cord", "e")
     assert course.measure(half, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)

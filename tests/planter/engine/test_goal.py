@@ -1,0 +1,89 @@
+"""Goals on the engine: derivatives against differences, units, and measures against dense grids."""
+
+import numpy as np
+import pytest
+
+from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
+from planter.engine.machine import Machine
+from planter.engine.measures import parse_limit, parse_sum
+from planter.errors import InputError
+from planter.mechanism.machines import build_machine
+from tests.support import own
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    moved = dict.fromkeys(("r_mm", "l_mm", "e_mm", "omega_rpm"), (0.0, 1e3))
+    return build_machine(own.file("slider_crank")).with_moved(moved)
+
+
+def build(machine: Machine, least: str, *limits: str, count: int = 24) -> Goal:
+    measures = [resolve_measure(machine, measure) for measure in parse_sum(least)]
+    return Goal(machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], count)
+
+
+LEAST = (
+    "range F_Ox + 3 rms M_in + 0.5 variance s + mean s + max abs M_in + s at 90 + std F_Ox + abs beta where s is least"
+    " + 0.1 work P_M_in + work M_in + mean M_in while s <= 0.2 m + max F_Ox while beta >= 1 deg and s <= 230"
+    " + 2 F_Ox where beta is greatest + std s while s >= 180"
+)
+LIMITS = (
+    "abs F_Ox <= 0.09 kN",
+    "rms M_in <= 1", "range s <= 7 cm", "s at 45 >= 120", "abs beta where s is least <= 0.1 rad",
+    "abs M_in while s <= 200 <= 900 N mm", "mean F_Ox while s >= 200 <= 3",
+    "work P_M_in >= 1 mJ", "variance s <= 30 cm2",
+)  # fmt: skip
+
+
+def test_derivatives_are_those_of_differences(machine: Machine) -> None:
+    goal = build(machine, LEAST, *LIMITS)
+    limits, y = GoalConstraints(goal), goal.start(machine.design)
+    weights = np.random.default_rng(3).random(limits.count)
+
+    def gradient(point: np.ndarray) -> np.ndarray:
+        return goal.gradient(point) + limits.slopes(point).T @ weights
+
+    def value(point: np.ndarray) -> float:
+        return goal.value(point) + float(limits.values(point) @ weights)
+
+    steps = 1e-6 * np.maximum(np.abs(y), 1e-2)
+    first = [(value(y + h) - value(y - h)) / (2 * h.sum()) for h in np.diag(steps)]
+    np.testing.assert_allclose(gradient(y), first, rtol=1e-6, atol=1e-7 * np.abs(first).max())
+    second = np.array([(gradient(y + h) - gradient(y - h)) / (2 * h.sum()) for h in np.diag(steps)])
+    hessian = goal.hessian(y) + limits.curvature(y, weights)
+    np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
+
+
+def test_units_are_converted_to_those_of_results(machine: Machine) -> None:
+    goal = build(machine, "max s", *LIMITS)
+    numbers = [limit.number for limit in goal.limits]
+    np.testing.assert_allclose(numbers, [90, 1, 70, 120, np.degrees(0.1), 0.9, 3, 1e-3, 3000], rtol=1e-14)
+    assert str(goal.limits[0]) == "abs F_Ox <= 90 N"
+    assert str(goal.limits[5]) == "abs M_in while s <= 200 <= 0.9 N m"
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [("F_Oxx <= 3", "did you mean F_Ox"), ("F_Ox <= 3 mm", "mm is no unit of F_Ox"), ("work s <= 3", "a power"),
+     ("s while beta <= 3 mm <= 4", "mm is no unit of beta"), ("variance s <= 3 mm", "mm is no unit")],
+)  # fmt: skip
+def test_names_and_units_of_other_kinds_are_refused(machine: Machine, text: str, part: str) -> None:
+    with pytest.raises(InputError, match=part):
+        resolve_limit(machine, parse_limit(text))
+
+
+def test_a_condition_that_never_holds_reaches_nothing(machine: Machine) -> None:
+    goal = build(machine, "max s", "abs M_in while s <= 1 <= 3", "M_in while s >= 1 <= 1e6")
+    assert goal.reached(machine.design, goal.limits[0]) is None
+    assert goal.reached(machine.design, goal.limits[1]) is not None
+
+
+def test_extremes_between_nodes_become_nodes(machine: Machine) -> None:
+    goal = build(machine, "range F_Ox", count=9)
+    coarse, x = goal.evaluate(machine.design), machine.design
+    for _ in range(4):
+        goal = goal.refined(x, 1e-10) or goal
+    dense = build(machine, "range F_Ox", count=36_000).evaluate(x)
+    assert goal.refined(x, 1e-10) is None
+    assert coarse < dense <= goal.evaluate(x) + 1e-12
+    assert goal.evaluate(x) == pytest.approx(dense, rel=1e-5)

@@ -1,0 +1,101 @@
+"""Nodes at angles, extrema and parts of a cycle: where they are, and their derivatives against differences."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planter.engine.loops import TURN
+from planter.engine.machine import Machine
+from planter.engine.measures import Condition, Extremum
+from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, Nodes, SpanNodes, clenshaw_curtis
+from planter.mechanism.machines import build_machine
+from tests.support import own
+
+NAMES = ("s", "F_Ox")
+
+
+@cache
+def machine(name: str = "slider_crank", *moved: str) -> Machine:
+    return build_machine(own.file(name)).with_moved(dict.fromkeys(moved or ("r_mm", "l_mm", "e_mm"), (0.0, 1e3)))
+
+
+NODES = {
+    "angles": lambda: FixedNodes(machine(), NAMES, np.array([0.3, 2.0])),
+    "events": lambda: EventNodes(machine(), NAMES),
+    "where": lambda: ExtremumNode(machine(), NAMES, Extremum("beta", 1)),
+    "while": lambda: SpanNodes(machine(), NAMES, [Condition("s", 1, 200.0)], *clenshaw_curtis(5)),
+    "while both": lambda: SpanNodes(
+        machine(), NAMES, [Condition("s", 1, 220.0), Condition("beta", -1, 4.0, absolute=True)], *clenshaw_curtis(4)
+    ),
+}
+
+
+@pytest.mark.parametrize("build", NODES.values(), ids=NODES.keys())
+def test_derivatives_are_those_of_differences(build: object) -> None:
+    nodes: Nodes = build()  # type: ignore[operator]
+    x = machine().design
+    first = nodes(x)
+    rng = np.random.default_rng(7)
+    weights, weight_weights = rng.normal(size=first.values.shape), rng.normal(size=first.weights.shape)
+
+    def value(y: np.ndarray) -> float:
+        result = nodes.evaluate(y)
+        return float((weights * result.values).sum() + weight_weights @ result.weights)
+
+    def gradient(y: np.ndarray) -> np.ndarray:
+        result = nodes.evaluate(y)
+        return np.asarray(np.einsum("mn,mnp->p", weights, result.slopes) + weight_weights @ result.weight_slopes)
+
+    steps = np.diag(2e-6 * np.maximum(np.abs(x), 1e-2))
+    slopes = [(value(x + step) - value(x - step)) / (2 * step.sum()) for step in steps]
+    np.testing.assert_allclose(gradient(x), slopes, rtol=1e-6, atol=1e-6 * np.abs(slopes).max())
+    second = np.array([(gradient(x + step) - gradient(x - step)) / (2 * step.sum()) for step in steps])
+    hessian = first.curvature(weights, weight_weights)
+    np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
+
+
+def test_an_extremum_is_that_of_a_dense_grid() -> None:
+    node = ExtremumNode(machine(), ["beta"], Extremum("beta", -1))
+    grid = TURN * np.arange(7200) / 7200
+    beta = FixedNodes(machine(), ["beta"], grid)(machine().design).values[0]
+    assert node(machine().design).values[0, 0] == pytest.approx(beta.min(), rel=1e-6)
+    assert node(machine().design).values[0, 0] <= beta.min()
+
+
+def test_switching_points_are_where_friction_jumps() -> None:
+    """The slider turns at its dead centres, and friction with it: both sides of the jumps, against a dense grid."""
+    nodes = EventNodes(machine(), ["F_Ox", "s"])(machine().design)
+    grid = TURN * (np.arange(72_000) + 0.5) / 72_000
+    force, place = FixedNodes(machine(), ["F_Ox", "s"], grid)(machine().design).values
+    jumps = np.flatnonzero(np.abs(np.diff(force)) > 0.5)
+    expected = np.column_stack([force[jumps], force[jumps + 1]]).ravel()
+    np.testing.assert_allclose(nodes.values[0], expected, atol=5e-3)
+    np.testing.assert_allclose(np.sort(nodes.values[1])[[0, -1]], [place.min(), place.max()], rtol=1e-8)
+
+
+def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:
+    """Length, mean and both ends of the parts, one of which spans the end of the turn."""
+    spans = SpanNodes(machine(), ["s"], [Condition("s", -1, 180.0)])
+    result = spans(machine().design)
+    grid = TURN * np.arange(100_000) / 100_000
+    s = FixedNodes(machine(), ["s"], grid)(machine().design).values[0]
+    assert result.weights.sum() == pytest.approx((s >= 180).mean(), abs=3e-5)
+    mean = result.weights @ result.values[0] / result.weights.sum()
+    assert mean == pytest.approx(s[s >= 180].mean(), rel=1e-4)
+    ends = result.values[0].reshape(spans.most, -1)[:, [0, -1]]
+    np.testing.assert_allclose(ends, 180.0, rtol=1e-12)
+
+
+def test_conditions_that_hold_everywhere_or_nowhere() -> None:
+    always = SpanNodes(machine(), ["s"], [Condition("s", 1, 1e4)])(machine().design)
+    assert always.weights.sum() == pytest.approx(1, rel=1e-12)
+    assert not always.is_empty
+    never = SpanNodes(machine(), ["s"], [Condition("s", 1, 10.0)])(machine().design)
+    assert never.is_empty
+    assert np.ptp(never.values) == 0
+
+
+def test_quadrature_is_exact_for_polynomials() -> None:
+    nodes, weights = clenshaw_curtis(9)
+    np.testing.assert_allclose([weights @ nodes**k for k in range(10)], [1 / (k + 1) for k in range(10)], rtol=1e-14)
