@@ -43,7 +43,7 @@ class Case:
         model = Model(file)
         self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
         self.angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
-        self.places = np.ascontiguousarray(model.loops.at(self.angles)) if model.loops else np.zeros((0, ANGLES))
+        self.places = np.ascontiguousarray(model.course.at(self.angles)) if model.course else np.zeros((0, ANGLES))
         self.row = self.formulas.outputs("lane").index(TORQUE)
         self.hoists = "prologue" in self.formulas.sidecar["functions"]
 

@@ -81,9 +81,9 @@ class Kernel:
         return self._evaluated(*self._given(inputs))
 
     def masked(self, **inputs: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-        """Outputs by name, and in which lanes (n,) all of them are finite; inputs are taken as they are.
+        """Return the outputs by name, each (rows, lanes), and the lanes (n,) that are finite [units of the function].
 
-        Raises CallError for a missing, unknown or misshapen input.
+        Inputs are not checked. Raises CallError for a missing, unknown or misshapen input.
         """
         arrays, count = self._given(inputs)
         results = dict(zip(self.outputs, self._way(arrays, count), strict=True))

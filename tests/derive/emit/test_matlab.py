@@ -52,7 +52,7 @@ def test_a_mechanism_of_ones_own(name: str, tmp_path: Path) -> None:
     """Newton steps, simultaneous equations and friction by cases."""
     assert main([str(own.EXAMPLES / f"{name}.py"), "--target", "matlab", "--out", str(tmp_path)]) == 0
     model = Model(own.file(name))
-    at = model.loops.at(PHI) if model.loops else np.zeros((0, PHI.size))
+    at = model.course.at(PHI) if model.course else np.zeros((0, PHI.size))
     module = generated.module(name, own.generated(name))
     lane, hoisted = module.lane(), module.prologue()(model.data)
     expected = np.array([lane(p, model.data, g, hoisted).full()[:, 0] for p, g in zip(PHI, at.T, strict=True)]).T
