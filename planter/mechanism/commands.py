@@ -20,32 +20,6 @@ MechanismArgument = Annotated[
 
 @app.command()
 @writes("summary.json", "values.csv", "report.html")
-def turn(
-    mechanism: MechanismArgument,
-    samples: Annotated[
-        int | None, typer.Option(min=4, max=100_000, help="samples of the turn, else those of the file")
-    ] = None,
-    set_: SetOption = None,
-    as_json: JsonOption = False,
-    out: OutOption = None,
-) -> None:
-    """A turn of a mechanism of your own, which `planter derive FILE.py` derived: every quantity, works, laws."""
-    console = Console(as_json)
-    with console.outcome():
-        from planter.mechanism import file, model, tables
-        from planter.mechanism import turn as turns
-
-        machine = file.load(mechanism, changes(set_))
-        found = turns.turn(model.Model(machine), samples)
-        if out is not None:
-            from planter.mechanism.report import results
-
-            results.write_turn(out, found, machine, console.progress)
-        console.result(found.result, lambda: tables.turn(console, found.result))
-
-
-@app.command()
-@writes("summary.json", "values.csv", "report.html")
 def move(
     mechanism: MechanismArgument,
     until: Annotated[float, typer.Option(metavar="S", min=1e-9, help="end of the motion [s]")],

@@ -73,7 +73,7 @@ class Dynamics:
     def __init__(self, file: MechanismFile) -> None:
         self.file, self.formulas, self.data = file, file.model, file.data()
         if "start" not in self.formulas.sidecar["functions"]:
-            raise InputError(f"{file.source}: {file.name} is driven along an angle; `planter turn` takes it")
+            raise InputError(f"{file.source}: {file.name} is driven along an angle; `planter simulate` takes it")
         self._stages = self.formulas.sidecar["functions"].keys()
 
     @property

@@ -83,6 +83,14 @@ class Model:
         self._check(angles, found)
         return found
 
+    def results(self, angles: Array) -> dict[str, Array]:
+        """Return the results (n,) at angles (n,) [rad] by key, each in the unit that its key ends in.
+
+        Raises ComputationError as a call does.
+        """
+        values = self(angles)
+        return {q.key: values[q.name] / q.factor for q in self.machine.results}
+
     def places(self, angles: Array) -> dict[str, Array]:
         """Where the points of all bodies are (n,) [m] at angles (n,) [rad], by name, for a drawing."""
         return self.formulas("places", **self._inputs(angles))

@@ -59,13 +59,22 @@ class Held(Record):
 
 
 @dataclass(frozen=True)
+class AngleValues(Record):
+    """All quantities at an angle of the drive [deg], by key."""
+
+    angle_deg: float
+    quantities: dict[str, float]
+
+
+@dataclass(frozen=True)
 class Turn(Record):
     """A turn of a mechanism; works [J] by what does them, null if their power does not repeat.
 
     `repeats_after_turns` is 1 if the turn ends in the state in which it began, null if no number of turns is known
     after which it does; `not_repeating` has the largest difference, a turn later, of each quantity that does not
     repeat, in its unit, or null if the next turn cannot be computed. Angles are compared modulo 360 deg. `holds` are
-    the limits of the file, if it has any, and `met` says whether all of them are satisfied.
+    the limits of the file, if it has any, and `met` says whether all of them are satisfied. `at` are the angles that
+    were asked for.
     """
 
     machine: str
@@ -78,6 +87,7 @@ class Turn(Record):
     not_repeating: dict[str, float | None]
     holds: list[Held] | None = None
     met: bool | None = None
+    at: list[AngleValues] | None = None
 
 
 @dataclass(frozen=True)
@@ -180,5 +190,5 @@ class Optimum(Record):
     seconds: float
 
 
-COMMANDS = {"turn": Turn, "move": Motion, "optimise least": Optimum}
+COMMANDS = {"move": Motion, "optimise least": Optimum}
 """What the room's commands return."""

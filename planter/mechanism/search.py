@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
-from planter.errors import InputError
-from planter.files.units import factor
 
 if TYPE_CHECKING:
     from planter.engine.search import Sampling
@@ -37,18 +34,6 @@ HoldOption = Annotated[
         show_default=False,
     ),
 ]
-RPM = factor("speed_rpm")
-NO_STAGES = "it has no gear stages"
-REFUSED = {
-    "--model": "it has one model, its statement",
-    "--front": "the front weighs the range of a support force against its variance",
-    "--prove": "the proof bounds range and variance of a support force",
-    "--teeth": NO_STAGES,
-    "--module": NO_STAGES,
-    "--module1": NO_STAGES,
-    "--module2": NO_STAGES,
-}
-"""Options of `planter optimise` that do not apply to mechanisms of one's own, with the reason."""
 
 
 @dataclass(frozen=True)
@@ -61,26 +46,11 @@ class SearchOptions:
     starts: int | None = None
 
 
-def load_mechanism(source: str, changes: Mapping[str, float], speed_rpm: float | None) -> MechanismFile:
-    """Return the file of a mechanism, its drive's speed [r/min] set if it is given."""
-    from planter.mechanism import file
-    from planter.mechanism.machines import build_machine
-
-    mechanism = file.load(source, changes)
-    if speed_rpm is None:
-        return mechanism
-    machine = build_machine(mechanism)
-    speed = machine.values[machine.speed]
-    return file.load(source, {**changes, speed.path: speed_rpm * RPM / speed.factor})
-
-
 def search(
     console: Console, mechanism: MechanismFile, least: str | None, holds: Sequence[str], options: SearchOptions,
-    out: Path | None, besides: Mapping[str, bool],
+    out: Path | None,
 ) -> None:  # fmt: skip
-    """Find, print and write the optimum. Raises InputError for options that do not apply to the mechanism."""
-    if wrong := [option for option, present in besides.items() if present]:
-        raise InputError(f"{wrong[0]} does not apply to {mechanism.name}: {REFUSED[wrong[0]]}")
+    """Find, print and write the optimum."""
     from planter.engine.search import SearchSpec
     from planter.mechanism import optimisation, tables
     from planter.optimise.sections import DEFAULT_GENETIC

@@ -24,6 +24,10 @@ def turn(console: Console, found: Turn) -> None:
     console.table(f"{found.machine}: a turn in {found.samples} samples", HEAD, rows)
     if found.work:
         _values(console, "Work of a turn", found.work)
+    if found.at:
+        head = ("quantity", *(f"at {one.angle_deg:g} deg" for one in found.at), "unit")
+        rows_at = ((name(key), *(one.quantities[key] for one in found.at), units.unit(key)) for key in found.quantities)
+        console.table("At single angles", head, rows_at)
     _limits(console, found.holds or ())
     if found.warnings:
         console.table(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from planter.files import units
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.mechanism.motion import Motion
@@ -80,6 +81,12 @@ def _turn(found: Turn) -> Iterator[Section]:
     yield Section("Turn", [Table(head, rows)])
     if found.result.work:
         yield Section("Work of a turn", [_keys(found.result.work)])
+    if at := found.result.at:
+        angles = [f"{one.angle_deg:.6g} deg" for one in at]
+        cells: list[list[str | float]] = [
+            [key, units.unit(key), *(one.quantities[key] for one in at)] for key in found.result.quantities
+        ]
+        yield Section("At single angles", [Table(("quantity", "unit", *angles), cells)])
     laws = [(law.law, law.violation, law.unit) for law in found.result.laws]
     yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
 

@@ -9,8 +9,10 @@ import typer
 
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
-from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, load_mechanism, search
+from planter.mechanism.options import load_mechanism, refuse_options
+from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, search
 from planter.planting.commands.options import (
+    AnyMachineArgument,
     MachineArgument,
     Model,
     ModelOption,
@@ -48,14 +50,13 @@ that `planter gears` makes them without scaling; --teeth says how many, else the
 """
 
 
-@app.command()
-@writes("summary.json", "cycle.csv", "report.html", figures=FIGURES)
+@writes("summary.json", "report.html")
 def simulate(
-    machine: MachineArgument,
+    machine: AnyMachineArgument,
     model: ModelOption = Model.exact,
     samples: SamplesOption = None,
     at: Annotated[
-        list[float] | None, typer.Option(metavar="DEG", help="also report at this carrier angle", show_default=False)
+        list[float] | None, typer.Option(metavar="DEG", help="also report at this drive angle", show_default=False)
     ] = None,
     lift: Annotated[
         bool, typer.Option("--lift", help="lift assumptions one by one, and say what each does (exact model)")
@@ -66,9 +67,21 @@ def simulate(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Forces and motion of a machine's own design over a cycle."""
+    """Forces and motion of a machine's own design over a cycle; of your own mechanism every quantity, works, laws."""
     console = Console(as_json)
     with console.outcome():
+        from planter.mechanism.machines import takes
+        from planter.report.folder import check
+
+        if takes(machine):
+            from planter.mechanism.simulation import run_simulate
+
+            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
+            refuse_options(mechanism, {"--model": model is not Model.exact, "--lift": lift})
+            run_simulate(console, mechanism, samples, at or (), out)
+            return
+        if out is not None:
+            check(out, ["cycle.csv", *figure_files(*FIGURES)])
         from planter.planting import simulation, tables
 
         device = device_of(machine, model, set_, speed_rpm)
@@ -78,6 +91,10 @@ def simulate(
 
             report.write_simulation(out, device, found)
         console.result(found.result, lambda: tables.simulation(console, found.result))
+
+
+app.command()(simulate)
+app.command("turn", help="Another name for `simulate`.")(simulate)
 
 
 @app.command()
@@ -163,7 +180,8 @@ def optimise(
             sampling = None if samples is None else optimisation.sampling_of(samples)
             options = SearchOptions(None if method is None else method.value, sampling, seed, starts)
             mechanism = load_mechanism(machine, changes(set_), speed_rpm)
-            search(console, mechanism, least, hold or (), options, out, besides)
+            refuse_options(mechanism, besides)
+            search(console, mechanism, least, hold or (), options, out)
             return
         method = method or Method.hybrid
         if out is not None:

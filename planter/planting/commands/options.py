@@ -26,6 +26,14 @@ class Model(enum.StrEnum):
 MachineArgument = Annotated[
     str, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
 ]
+AnyMachineArgument = Annotated[
+    str,
+    typer.Argument(
+        help="a machine file, the name of a built-in machine, or your mechanism's file: NAME.toml, or NAME of one here "
+        "or in generated/",
+        show_default=False,
+    ),
+]
 ModelOption = Annotated[Model, typer.Option(help="first principles, or the paper's equations as printed")]
 SamplesOption = Annotated[
     int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)

@@ -1,5 +1,6 @@
 """What the planting device's commands return, key by key."""
 
+from planter.mechanism.results import Turn
 from planter.planting.measured.results import MeasuredFound
 from planter.planting.results.calibrated import CalibrationFound
 from planter.planting.results.compared import ComparisonFound
@@ -11,7 +12,8 @@ from planter.workshop.cams.results import Cam
 
 COMMANDS = {
     "drive": DriveFound,
-    "simulate": SimulationFound,
+    "simulate": SimulationFound | Turn,
+    "turn": SimulationFound | Turn,
     "sensitivity": SensitivityFound,
     "validate": Validation,
     "calibrate": CalibrationFound | MeasuredFound,

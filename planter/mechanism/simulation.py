@@ -1,0 +1,54 @@
+"""`planter simulate FILE` for a mechanism of one's own: its cycle, and its results at single angles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from planter.errors import InputError
+from planter.mechanism import tables
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.model import Model
+from planter.mechanism.results import AngleValues
+from planter.mechanism.turn import Turn, turn
+from planter.terminal.console import Console
+
+FEWEST_SAMPLES, MOST_SAMPLES = 4, 100_000
+
+
+def simulate(file: MechanismFile, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn:
+    """Return the cycle of a mechanism in `samples` equal steps, the file's own without, and results at angles [deg].
+
+    Raises InputError for a number of samples out of range, or an angle that is not finite; ComputationError as the
+    model does.
+    """
+    if samples is not None and not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
+        allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
+        raise InputError(f"--samples = {samples} is not allowed: {allowed}")
+    if bad := [angle for angle in at_deg if not np.isfinite(angle)]:
+        raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
+    model = Model(file)
+    cycle = turn(model, samples)
+    if not at_deg:
+        return cycle
+    columns = model.results(np.radians(np.asarray(at_deg, dtype=float)))
+    at = [
+        AngleValues(float(angle), {key: float(values[i]) for key, values in columns.items()})
+        for i, angle in enumerate(at_deg)
+    ]
+    return replace(cycle, result=replace(cycle.result, at=at))
+
+
+def run_simulate(
+    console: Console, file: MechanismFile, samples: int | None, at_deg: Sequence[float], out: Path | None
+) -> None:
+    """Simulate, print, and write into a folder if one is named."""
+    cycle = simulate(file, samples, at_deg)
+    if out is not None:
+        from planter.mechanism.report import results
+
+        results.write_turn(out, cycle, file, console.progress)
+    console.result(cycle.result, lambda: tables.turn(console, cycle.result))

@@ -1,0 +1,51 @@
+"""`planter simulate` of a mechanism of one's own: one command under two names, results at single angles, refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from typer.testing import CliRunner
+
+from planter.cli.app import application
+from planter.errors import InputError
+from planter.mechanism.simulation import simulate
+from tests.support import own
+from tests.support.cli import answer
+
+
+def test_simulate_and_turn_are_one_command() -> None:
+    path = str(own.generated("slider_crank") / "slider_crank.toml")
+    options = (path, "--samples", "12", "--speed-rpm", "250", "--at", "90")
+    assert answer("simulate", *options) == answer("turn", *options)
+
+
+def test_results_at_angles_are_those_of_geometry() -> None:
+    """A slider stands at r cos phi + sqrt(l^2 - (e - r sin phi)^2)."""
+    result = simulate(own.file("slider_crank"), 12, [37.0, 397.0, -90.0]).result
+    assert result.at is not None
+    for one in result.at:
+        phi = math.radians(one.angle_deg)
+        expected = 50 * math.cos(phi) + math.sqrt(200**2 - (10 - 50 * math.sin(phi)) ** 2)
+        assert one.quantities["s_mm"] == pytest.approx(expected, rel=1e-12)
+    assert simulate(own.file("slider_crank"), 12).result.at is None
+
+
+@pytest.mark.parametrize(("samples", "angle"), [(3, 0.0), (100_001, 0.0), (12, math.nan)])
+def test_simulate_refuses_numbers_out_of_range(samples: int, angle: float) -> None:
+    with pytest.raises(InputError, match=r"--(samples|at) = "):
+        simulate(own.file("slider_crank"), samples, [angle])
+
+
+@pytest.mark.parametrize("options", [("--model", "printed"), ("--lift",)])
+def test_options_of_the_planting_device_are_refused(options: tuple[str, ...]) -> None:
+    path = str(own.generated("slider_crank") / "slider_crank.toml")
+    result = CliRunner().invoke(application(), ["simulate", path, *options])
+    assert result.exit_code == 2
+    assert f"{options[0]} does not apply" in result.stderr
+
+
+def test_built_in_machines_turn_under_both_names() -> None:
+    results = [CliRunner().invoke(application(), [name, "wang2017", "--json"]) for name in ("turn", "simulate")]
+    assert json.loads(results[0].stdout) == json.loads(results[1].stdout)
