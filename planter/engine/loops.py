@@ -8,22 +8,18 @@ machine has a dead point.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
+from planter.engine.lanes import LEAST_STEP, VECTOR, WalkLanes
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Flags
 
 TURN = 2 * np.pi
-LARGEST_STEP = TURN / 360
-"""Largest step of the walk [rad]; one that does not close is halved."""
-LEAST_STEP = 1e-5
-"""Least step of the walk [rad]."""
 UNROLLED = 3
 """Steps of Newton's method in a call: from the predictor at the largest step, two steps close a loop to rounding."""
 MOST_ITERATIONS = 16
@@ -32,6 +28,8 @@ CLOSED = 1e-13
 """A loop is closed where Newton's next step is below this share of the coordinates' size."""
 SINGULAR = 1e-9
 """Below this share of its largest entries' product the Jacobian's determinant counts as zero."""
+KEPT_LANES = 0.9
+"""Lanes of a walk are put together, in fewer vectors, where no more than this share of them is running."""
 RETURNED = 1e-6
 """A coordinate that differs by less after a turn, apart from whole turns, has returned [m or rad]."""
 
@@ -125,70 +123,74 @@ class Loops:
 
 
 class Walk:
-    """Coordinates of loops along angles, a machine in each lane.
+    """Coordinates of loops along angles, a machine in each lane, none of which waits for another.
 
-    `alive` (lanes,) are the lanes that closed until now, `reached` (lanes,) the angles at which the others ended.
+    `places` (c, n, lanes) are the coordinates at the angles, without meaning beyond what a lane `reached` (lanes,), the
+    angle at which it ended; `alive` (lanes,) are the lanes that came to the end. `first` and `last` (c, lanes) are the
+    coordinates at the start and at the end, and `assembled` (lanes,) the lanes that closed at the start.
     """
 
     def __init__(self, loops: Loops, d: Array, angles: Array) -> None:
         self.loops, self.angles = loops, angles
-        self.lanes = d.shape[1]
-        self._d = np.ascontiguousarray(d, dtype=float)
-        zeros = np.zeros(self.lanes)
-        start, finite = loops._start.masked(d=self._d)
-        self.first, self._sense, closed = loops.close(zeros, self._d, np.nan_to_num(start["q"]))
-        self.alive, self.reached = closed & finite, np.full(self.lanes, np.inf)
-        self.reached[~self.alive] = 0.0
-        self.at, self.q = zeros.copy(), self.first.copy()
-        self._before, self._q_before = zeros.copy(), self.first.copy()
-        self._step = np.full(self.lanes, LARGEST_STEP)
-        self._park()
-
-    def __iter__(self) -> Iterator[Array]:
-        """Yield the coordinates (c, lanes) at each of the angles; those of lanes that are not alive mean nothing."""
-        for angle in self.angles:
-            while (self.at < angle).any():
-                reach = self.at + self._step
-                self._advance(np.where(reach > angle - LEAST_STEP, angle, reach))
-            yield self.q
-
-    def _advance(self, target: Array) -> None:
-        """Take one step in each lane, or halve it."""
-        apart = self.at - self._before
-        slope = np.divide(self.q - self._q_before, apart, out=np.zeros_like(self.q), where=apart > 0)
-        q, sense, closed = self.loops.close(target, self._d, self.q + slope * (target - self.at))
-        good = closed & (sense * self._sense > 0)
-        if good.all():
-            self._before, self._q_before, self.at, self.q = self.at, self.q, target, q
-            self._step = np.minimum(2 * self._step, LARGEST_STEP)
+        d = np.ascontiguousarray(d, dtype=float)
+        count = d.shape[1]
+        start, finite = loops._start.masked(d=d)
+        self.first, sense, closed = loops.close(np.zeros(count), d, np.nan_to_num(start["q"]))
+        self.assembled = closed & finite
+        self.alive, self.last = self.assembled.copy(), self.first.copy()
+        self.reached = np.where(self.alive, np.inf, 0.0)
+        begun = int(np.searchsorted(angles, 0.0, side="right"))
+        self.places = np.empty((loops.size, len(angles), count))
+        self.places[:, :begun] = self.first[:, None]
+        if begun == len(angles):
             return
-        moves = good & (target > self.at)
-        self._before = np.where(moves, self.at, self._before)
-        self._q_before = np.where(moves, self.q, self._q_before)
-        self.at, self.q = np.where(moves, target, self.at), np.where(moves, q, self.q)
-        self._step = np.where(good, np.minimum(2 * self._step, LARGEST_STEP), self._step / 2)
-        ended = self.alive & (self._step <= LEAST_STEP)
-        self.reached[ended] = self.at[ended]
-        self.alive = self.alive & ~ended
-        self._park()
+        lanes = WalkLanes.at_start(d, sense, self.first, begun)
+        lanes.stop(~self.alive)
+        while lanes.running.any():
+            if np.count_nonzero(lanes.running) + VECTOR <= KEPT_LANES * len(lanes.running):
+                lanes = lanes.compacted()
+            self._advance(lanes)
 
-    def _park(self) -> None:
-        """Let lanes that failed go along with a lane that did not, so that they cost no further steps."""
-        lost = np.flatnonzero(~self.alive)
-        if not len(lost):
-            return
-        if not self.alive.any():
-            self.at = np.full(self.lanes, np.inf)
-            return
-        guide = int(np.argmax(self.at * self.alive))
-        for array in (self._d, self.q, self._q_before):
-            array[:, lost] = array[:, [guide]]
-        for array in (self.at, self._before, self._step, self._sense):
-            array[lost] = array[guide]
+    def _advance(self, lanes: WalkLanes) -> None:
+        """Let each lane take a few steps of Newton's method, and go on, or back, where these have ended."""
+        lanes.aim(self.angles)
+        out, finite = self.loops._steps.masked(phi=lanes.target, d=lanes.d, q=lanes.guess)
+        good = finite & (out["least"][0] > SINGULAR)
+        closed = good & (out["step"][0] <= CLOSED)
+        accepted = closed & (out["determinant"][0] * lanes.sense > 0)
+        refused = ~accepted & (closed | ~good | (lanes.calls + 1 >= MOST_ITERATIONS))
+        lanes.move(accepted, refused, out["next"])
+        arrived = accepted & (lanes.at >= self.angles[lanes.index])
+        if arrived.any():
+            self._arrive(lanes, arrived)
+        if refused.any():
+            ended = refused & lanes.running & (lanes.step <= LEAST_STEP)
+            chosen = lanes.lane[ended]
+            self.alive[chosen], self.reached[chosen] = False, lanes.at[ended]
+            self._end(lanes, ended)
+
+    def _arrive(self, lanes: WalkLanes, arrived: Flags) -> None:
+        """Keep the places of lanes at their angles; a lane at the last one has come to its end."""
+        index = lanes.index[0]
+        if len(arrived) == len(self.alive) and arrived.all() and (lanes.index == index).all():
+            np.copyto(self.places[:, index], lanes.q, where=lanes.running)
+        else:
+            chosen = arrived & lanes.running
+            self.places[:, lanes.index[chosen], lanes.lane[chosen]] = lanes.q[:, chosen]
+        lanes.index = lanes.index + arrived
+        ended = lanes.index == len(self.angles)
+        if ended.any():
+            lanes.index = np.minimum(lanes.index, len(self.angles) - 1)
+            self._end(lanes, ended & lanes.running)
+
+    def _end(self, lanes: WalkLanes, ended: Flags) -> None:
+        if ended.any():
+            self.last[:, lanes.lane[ended]] = lanes.q[:, ended]
+            lanes.stop(ended)
 
     def gains(self) -> tuple[Array, Flags]:
         """Return what coordinates (c, lanes) gained since the start, as whole turns, and which lanes returned."""
-        gained = self.q - self.first
+        gained = self.last - self.first
         angular = np.array([unit == "rad" for unit in self.loops.units])[:, None]
         whole = np.where(angular, TURN * np.round(gained / TURN), 0.0)
         return whole, np.asarray(self.alive & (np.abs(gained - whole) <= RETURNED).all(axis=0))
@@ -200,15 +202,12 @@ class Course:
     def __init__(self, loops: Loops, name: str, d: Array) -> None:
         self.loops, self.name, self.d = loops, name, np.asarray(d, dtype=float)
         walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
-        if not walk.alive[0]:
+        if not walk.assembled[0]:
             raise ComputationError(f"{name}: at 0 deg, from the start that is given, {self._obstacle(0.0, walk.first)}")
-        places = []
-        for q in walk:
-            if not walk.alive[0]:
-                raise ComputationError(self._dead_point(walk))
-            places.append(q[:, 0].copy())
+        if not walk.alive[0]:
+            raise ComputationError(self._dead_point(walk))
         self.gained = self._returned(walk)
-        self.angles, self.places = walk.angles, np.array(places).T
+        self.angles, self.places = walk.angles, walk.places[:, :, 0]
 
     def moved_to(self, d: Array) -> Course | None:
         """Return the course at other values d (v,), or None if it is not near this one.
@@ -237,7 +236,7 @@ class Course:
         """Return what the coordinates gain in a turn: lengths nothing, angles whole turns."""
         whole, returned = walk.gains()
         if not returned[0]:
-            gained = walk.q[:, 0] - walk.first[:, 0]
+            gained = walk.last[:, 0] - walk.first[:, 0]
             worst = int(np.argmax(np.abs(gained - whole[:, 0])))
             raise ComputationError(
                 f"{self.name}: after a turn {self.loops.names[worst]} is not what it was (it gains {gained[worst]:.6g} "
@@ -249,8 +248,8 @@ class Course:
     def _dead_point(self, walk: Walk) -> str:
         at = float(walk.reached[0])
         names = ", ".join(self.loops.names)
-        _, _, closed = self.loops.close(np.array([at + 2 * LEAST_STEP]), self.d[:, None], walk.q)
-        beyond = f"{names} go on in another assembly" if closed[0] else self._obstacle(at + 2 * LEAST_STEP, walk.q)
+        _, _, closed = self.loops.close(np.array([at + 2 * LEAST_STEP]), self.d[:, None], walk.last)
+        beyond = f"{names} go on in another assembly" if closed[0] else self._obstacle(at + 2 * LEAST_STEP, walk.last)
         return f"{self.name}: dead point near {np.degrees(at):.6g} deg: beyond it {beyond}"
 
     def _obstacle(self, angle: float, q: Array) -> str:

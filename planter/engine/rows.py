@@ -11,17 +11,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from planter.engine.lanes import VECTOR
 from planter.engine.loops import TURN
 from planter.engine.machine import LEAST_PIVOT, Machine
 from planter.engine.response import INPUTS, Response
 from planter.kernels import Array, Kernel
-from planter.numerics.arrays import Flags
+from planter.numerics.arrays import Flags, Integers
 
 MEMORY = 1 << 22
 """Numbers that the samples of a block may take."""
 MOST_LANES, LEAST_LANES = 2048, 64
-VECTOR = 8
-"""Lanes that a processor takes at once, at most."""
 COMPARED = 24
 """Samples at which a cycle is compared with the next one."""
 SHARE, FLOOR = 1e-7, 1e-12
@@ -30,10 +29,18 @@ SHARE, FLOOR = 1e-7, 1e-12
 
 @dataclass(frozen=True)
 class Block:
-    """Quantities of machines in lanes: samples (m, n, lanes) in SI, and which quantities (m, lanes) repeat."""
+    """Quantities of machines in lanes: samples (m, n, lanes) in SI, and which quantities (m, lanes) repeat.
+
+    `rows` (lanes,) are the machines' rows; the last of them may stand in several lanes. `places` (c, n, lanes) are the
+    coordinates of their loops, `data` (v, lanes) their values, `hoisted` (k, lanes) what no angle changes.
+    """
 
     samples: Array
     repeats: Flags
+    rows: Integers
+    data: Array
+    hoisted: Array
+    places: Array
 
 
 class Rows:
@@ -47,12 +54,10 @@ class Rows:
     ) -> None:
         """`compared` says whether each cycle is compared with the next, without which nothing counts as repeating."""
         self.machine, self.compared = machine, compared
-        units = {machine.find_quantity(name).unit for name in names} if compared else set()
-        guards = [q.name for q in machine.quantities if q.role in ("pivot", "states")]
-        near = [q.name for q in machine.results if q.unit in units and q.total == machine.find_quantity(names[0]).total]
-        self.names = tuple(machine.find_quantity(name).name for name in names)
-        self._all = tuple(dict.fromkeys([*self.names, *guards, *near]))
-        self.response = Response(machine, self._all)
+        self.quantities = tuple(machine.find_quantity(name) for name in names)
+        self.names = tuple(quantity.name for quantity in self.quantities)
+        self._units = sorted({quantity.unit for quantity in self.quantities if quantity.unit != "rad"})
+        self._guards = [quantity for quantity in machine.quantities if quantity.role in ("pivot", "states")]
         count = machine.samples if samples is None else samples
         self.angles = TURN * np.arange(count) / count
 
@@ -66,106 +71,111 @@ class Rows:
     def evaluate(self, d: Array, reduce: Callable[[Block], Array], threads: int = 1) -> Array:
         """Return what `reduce` makes of blocks, (outputs, lanes) each, as (r, outputs); NaN in rows without a cycle."""
         self.compile()
-        size = int(np.clip(MEMORY // (len(self._all) * len(self.angles)), LEAST_LANES, MOST_LANES))
+        coordinates = self.machine.loops.size if self.machine.loops else 0
+        size = MEMORY // ((len(self.names) + coordinates) * len(self.angles))
+        size = int(np.clip(size, LEAST_LANES, MOST_LANES))
         parts = [d[start : start + size] for start in range(0, len(d), size)]
 
-        def run(part: Array) -> Array:
+        def run(part: Array) -> tuple[Array, Flags, Integers]:
             block, failed = self.block(part)
-            result = reduce(block)
-            result[:, failed] = np.nan
-            return result[:, : len(part)].T
+            return reduce(block), failed, block.rows
 
         if threads == 1:
-            return np.vstack([run(part) for part in parts])
-        with ThreadPoolExecutor(threads) as pool:
-            return np.vstack(list(pool.map(run, parts)))
+            results = [run(part) for part in parts]
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                results = list(pool.map(run, parts))
+        rows = []
+        for reduced, failed, lanes in results:
+            values = np.full((len(failed), len(reduced)), np.nan)
+            values[lanes] = reduced.T
+            values[failed] = np.nan
+            rows.append(values)
+        return np.vstack(rows)
 
     def block(self, d: Array) -> tuple[Block, Flags]:
-        """Return the samples of machines with values d (lanes, v), and which of them have no cycle.
+        """Return the samples of machines with values d (r, v), and which of these (r,) have no cycle.
 
-        The last machine is repeated up to full vectors of lanes, so that sums have the same order in every block.
+        A machine whose loops do not close is in no lane. The last one of the others is repeated up to full vectors of
+        lanes, so that sums have the same order in every block.
         """
-        padded = np.ascontiguousarray(np.vstack([d, np.repeat(d[-1:], -len(d) % VECTOR, axis=0)]).T, dtype=float)
-        hoisted, finite = self._hoist.masked(d=padded)
+        rows = _filled(np.arange(len(d)))
+        data = np.ascontiguousarray(np.asarray(d, dtype=float)[rows].T)
+        places, gained = np.empty((0, len(self.angles) + 1, len(rows))), np.empty((0, len(rows)))
+        if self.machine.loops:
+            walk = self.machine.loops.walk(data, np.append(self.angles, TURN))
+            places, (gained, alive) = walk.places, walk.gains()
+            if not alive.all():
+                lanes = _filled(np.flatnonzero(alive))
+                rows, data, gained = rows[lanes], np.ascontiguousarray(data[:, lanes]), gained[:, lanes]
+                places = places[:, :, lanes]
+        hoisted, finite = self._hoist.masked(d=data)
         h = np.where(finite, hoisted["h"], 0.0)
-        alive, samples, later = self._follow(padded, h)
-        alive &= finite & np.isfinite(samples).all(axis=(0, 1))
-        for row, name in enumerate(self._all):
-            role = self.machine.find_quantity(name).role
-            if role in ("pivot", "states"):
-                least = samples[row].min(axis=0)
-                alive &= least >= LEAST_PIVOT if role == "pivot" else least != 0
-        repeats = self._repeats(samples, later)
-        chosen = len(self.names)
-        return Block(samples[:chosen], repeats[:chosen]), ~alive
+        samples, least, largest = self._follow(data, h, places)
+        finite &= np.isfinite(samples).all(axis=(0, 1)) & np.isfinite(least).all(axis=0)
+        for row, guard in zip(least, self._guards, strict=True):
+            finite &= row >= LEAST_PIVOT if guard.role == "pivot" else row != 0
+        failed = np.ones(len(d), dtype=bool)
+        failed[rows[finite]] = False
+        repeats = self._repeats(data, h, places, gained, samples, largest)
+        return Block(samples, repeats, rows, data, h, places[:, :-1]), failed
 
-    def _follow(self, d: Array, h: Array) -> tuple[Flags, Array, Array | None]:
-        """Return which lanes have a cycle, the samples (m, n, lanes), and those a turn later of the compared ones."""
-        lanes, offsets = d.shape[1], self.response.offsets
-        samples = np.empty((len(self._all), len(self.angles), lanes))
-        loops = self.machine.loops
-        walk = loops.walk(d, np.append(self.angles, TURN)) if loops else None
-        places = iter(walk) if walk is not None else None
-        chosen = self._chosen
-        kept: list[Array] = []
-        for index, angle in enumerate(self.angles):
-            q = np.empty((0, lanes)) if places is None else next(places)
-            for side, offset in enumerate(offsets):
-                rows = self._rows_at(angle + offset, d, h, q)
-                if side == 0:
-                    samples[:, index] = rows
-                else:
-                    samples[self._shared, index] += rows[self._shared]
-            if walk is not None and index in chosen:
-                kept.append(q.copy())
-        alive = np.ones(lanes, dtype=bool)
-        gained = np.zeros((0, lanes))
-        if walk is not None and places is not None:
-            next(places)
-            gained, alive = walk.gains()
-        if not self.compared:
-            return alive, samples, None
-        later = np.empty((len(self._all), len(chosen), lanes))
-        for place, index in enumerate(chosen):
-            q = kept[place] + gained if kept else np.empty((0, lanes))
-            parts = [self._rows_at(self.angles[index] + offset + TURN, d, h, q) for offset in offsets]
-            later[:, place] = np.where(np.array(self.response.shared)[:, None], sum(parts), parts[0])
-        return alive, samples, later
-
-    def _rows_at(self, angle: float, d: Array, h: Array, q: Array) -> Array:
+    def _follow(self, d: Array, h: Array, places: Array) -> tuple[Array, Array, Array]:
+        """Return samples (m, n, lanes), the least values of all guards, and the largest ones in each unit."""
         lanes = d.shape[1]
-        inputs = {"phi": np.full((1, lanes), angle), "d": d, "h": h, "q": q}
-        return self._values.masked(**inputs)[0]["rows"]
+        samples = np.empty((len(self.names), len(self.angles), lanes))
+        least, largest = np.full((len(self._guards), lanes), np.inf), np.zeros((len(self._units), lanes))
+        for index, angle in enumerate(self.angles):
+            inputs = {"phi": np.full((1, lanes), angle), "d": d, "h": h, "q": places[:, index]}
+            out, _ = self._values.masked(**inputs, least=least, largest=largest)
+            samples[:, index], least, largest = out["rows"], out["lowest"], out["highest"]
+        return samples, least, largest
 
-    def _repeats(self, samples: Array, later: Array | None) -> Flags:
+    def _repeats(self, d: Array, h: Array, places: Array, gained: Array, samples: Array, largest: Array) -> Flags:
         """Return which quantities (m, lanes) are a turn later what they were; angles may gain whole turns."""
-        if later is None:
-            return np.zeros((samples.shape[0], samples.shape[2]), dtype=bool)
-        units = [self.machine.find_quantity(name).unit for name in self._all]
-        sizes = np.abs(samples).max(axis=1)
-        repeats = np.empty(sizes.shape, dtype=bool)
-        for row, unit in enumerate(units):
-            change = later[row] - samples[row][self._chosen]
-            size = np.array(1.0)
-            if unit == "rad":
-                change -= TURN * np.round(change / TURN)
-            else:
-                size = sizes[[i for i, other in enumerate(units) if other == unit]].max(axis=0)
-            repeats[row] = np.abs(change).max(axis=0) <= np.maximum(SHARE * size, FLOOR)
-        return repeats
+        lanes = d.shape[1]
+        if not self.compared:
+            return np.zeros((len(self.names), lanes), dtype=bool)
+        least, none = np.zeros((len(self._guards), lanes)), np.zeros((len(self._units), lanes))
+        changes = np.zeros((len(self.names), lanes))
+        angular = np.array([quantity.unit == "rad" for quantity in self.quantities])[:, None]
+        for index in self._chosen:
+            phi, q = np.full((1, lanes), self.angles[index] + TURN), places[:, index] + gained
+            later = self._values.masked(phi=phi, d=d, h=h, q=q, least=least, largest=none)[0]["rows"]
+            change = later - samples[:, index]
+            changes = np.maximum(changes, np.abs(change - np.where(angular, TURN * np.round(change / TURN), 0.0)))
+        sizes = np.ones_like(changes)
+        for row, quantity in enumerate(self.quantities):
+            if quantity.unit in self._units:
+                sizes[row] = largest[self._units.index(quantity.unit)]
+        return np.asarray(changes <= np.maximum(SHARE * sizes, FLOOR))
 
     @cached_property
     def _chosen(self) -> list[int]:
         count = min(COMPARED, len(self.angles))
         return [int(index) for index in np.unique(np.linspace(0, len(self.angles) - 1, count).astype(int))]
 
-    @property
-    def _shared(self) -> list[int]:
-        return [row for row, shared in enumerate(self.response.shared) if shared]
-
     @cached_property
     def _values(self) -> Kernel:
-        return Kernel(self.response.values_function, lanes=list(INPUTS))
+        """(phi, d, h, q, least, largest) -> quantities of all sides, the least guards and largest sizes until then."""
+        machine = self.machine
+        near = [q for q in machine.results if self.compared and q.unit in self._units]
+        near = [q for q in near if q.total == self.quantities[0].total]
+        names = [quantity.name for quantity in (*self.quantities, *self._guards, *near)]
+        rows = _sum_sides(Response(machine, names))
+        first, second = len(self.quantities), len(self.quantities) + len(self._guards)
+        least, largest = ca.SX.sym("least", len(self._guards)), ca.SX.sym("largest", len(self._units))
+        sizes = ca.SX(largest)
+        for index, unit in enumerate(self._units):
+            for place, quantity in enumerate(near):
+                if quantity.unit == unit:
+                    sizes[index] = ca.fmax(sizes[index], ca.fabs(rows[second + place]))
+        outputs = [rows[:first], ca.fmin(least, rows[first:second]), sizes]
+        function = ca.Function(
+            "sampled", [*machine.symbols, least, largest], ca.cse([ca.densify(output) for output in outputs]),
+            [*INPUTS, "least", "largest"], ["rows", "lowest", "highest"],
+        )  # fmt: skip
+        return Kernel(function, lanes=[*INPUTS, "least", "largest"])
 
     @cached_property
     def _hoist(self) -> Kernel:
@@ -173,3 +183,16 @@ class Rows:
         symbol: Any = ca.SX if prologue.is_a("SXFunction") else ca.MX
         d = symbol.sym("d", len(self.machine.values))
         return Kernel(ca.Function("hoist", [d], [ca.densify(prologue(d))], ["d"], ["h"]), lanes=["d"])
+
+
+def _sum_sides(response: Response) -> ca.SX:
+    """Return the graph of a response's quantities (m,), shares of the sides added up."""
+    phi, d, h, q = response.machine.symbols
+    sides = [response.values_function(phi + offset, d, h, q) for offset in response.offsets]
+    return ca.vertcat(*(sum(side[i] for side in sides) if shared else sides[0][i]
+                        for i, shared in enumerate(response.shared)))  # fmt: skip
+
+
+def _filled(lanes: Integers) -> Integers:
+    """Return lanes, the last of them repeated up to full vectors."""
+    return np.append(lanes, np.repeat(lanes[-1:], -len(lanes) % VECTOR))

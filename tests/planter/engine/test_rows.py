@@ -10,9 +10,10 @@ import pytest
 from planter.engine.loops import TURN
 from planter.engine.rows import Block, Rows
 from planter.errors import ComputationError
-from planter.kernels import Array, backends
+from planter.kernels import Array, Kernel, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
+from planter.numerics.arrays import Flags
 from tests.planter.mechanism.test_periodicity import belt
 from tests.support import own
 
@@ -55,6 +56,51 @@ def test_digits_do_not_depend_on_threads_and_neighbours() -> None:
     np.testing.assert_array_equal(rows.evaluate(d, measure, threads=3), whole)
     for start, stop in ((0, 1), (7, 20), (140, 150)):
         np.testing.assert_array_equal(rows.evaluate(d[start:stop], measure), whole[start:stop])
+
+
+def test_rows_that_cannot_close_cost_no_more_than_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = build_machine(own.file("slider_crank"))
+    loops = machine.loops
+    assert loops is not None
+    evaluated: list[int] = []
+    steps = loops._steps
+
+    def masked(phi: Array, d: Array, q: Array) -> tuple[dict[str, Array], Flags]:
+        evaluated.append(q.shape[1])
+        return Kernel.masked(steps, phi=phi, d=d, q=q)
+
+    monkeypatch.setattr(steps, "masked", masked)
+    angles = np.radians(np.arange(361.0))
+
+    def count_lanes(data: Array) -> tuple[int, int]:
+        evaluated.clear()
+        walk = loops.walk(np.ascontiguousarray(data.T), angles)
+        return sum(evaluated), int(np.count_nonzero(~walk.alive))
+
+    d = spread(machine.data, 0.02, 256)
+    usual, failed = count_lanes(d)
+    assert failed == 0
+    d[::2, machine.index_of("l_mm")] *= np.linspace(0.2, 0.28, 128)
+    slow, failed = count_lanes(d)
+    assert failed == 128
+    assert slow < 2 * usual
+
+
+def test_a_lane_that_halves_its_step_keeps_its_digits() -> None:
+    """A crank that nearly stretches out needs small steps there: alone, and beside others, the same ones."""
+    machine = build_machine(own.file("slider_crank"))
+    loops = machine.loops
+    assert loops is not None
+    d = spread(machine.data, 0.0, 24)
+    d[:, machine.index_of("l_mm")] = (0.05 + 0.01) * (1 + np.geomspace(1e-7, 1e-1, 24))
+    angles = np.append(TURN * np.arange(ANGLES) / ANGLES, TURN)
+    whole = loops.walk(np.ascontiguousarray(d.T), angles)
+    assert np.count_nonzero(whole.alive) > 0
+    for lane in (0, 8, 16):
+        part = loops.walk(np.ascontiguousarray(d[lane : lane + 8].T), angles)
+        np.testing.assert_array_equal(part.reached, whole.reached[lane : lane + 8])
+        for place in np.flatnonzero(part.alive):
+            np.testing.assert_array_equal(part.places[:, :, place], whole.places[:, :, lane + place])
 
 
 def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
