@@ -6,7 +6,7 @@ the coordinates of its closed loops, and phi the angle of its drive. Equal sides
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -70,12 +70,22 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Vector:
+    """A vector by the names of its components, which have one unit and one frame."""
+
+    name: str
+    meaning: str
+    components: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Machine:
     """A machine that an angle drives.
 
     Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two, d) -> quantities
     of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks, `tangent` moved values -> (d -> h, dh).
     `speed` is the index of the drive's speed [rad/s] among the values; `period` [rad] is that of the totals.
+    `vectors` are the quantities whose size counts; `motors` names the torques of motors.
     """
 
     name: str
@@ -97,6 +107,8 @@ class Machine:
     offsets: tuple[float, ...] = (0.0,)
     samples: int = 360
     tangent: Callable[[tuple[int, ...]], ca.Function] | None = None
+    vectors: tuple[Vector, ...] = ()
+    motors: tuple[str, ...] = ()
 
     @property
     def design(self) -> Array:
@@ -174,19 +186,24 @@ class Machine:
 
         Added up are totals that are sums of equal shares of the sides: their row is the share of one side.
         """
-        phi, d, h, q = self.symbols
-        sides = [quantity.name for quantity in self.quantities if not quantity.total]
         totals = [quantity.name for quantity in self.quantities if quantity.total]
-        side = self.lane(phi, d, h, q)
         rows, shared = [], []
         for name in (self.find_quantity(name).name for name in names):
             share = self._share(totals.index(name)) if name in totals else None
-            if share is not None:
-                rows.append(share)
-            else:
-                rows.append(side[sides.index(name)] if name in sides else self._both[totals.index(name)])
+            rows.append(self.graph(name) if share is None else share)
             shared.append(share is not None)
         return ca.densify(ca.vertcat(*rows)), tuple(shared)
+
+    def graph(self, name: str) -> ca.SX:
+        """Return the graph of a quantity at an angle, of all sides if it is a total."""
+        quantity = self.find_quantity(name)
+        names = [other.name for other in self.quantities if other.total == quantity.total]
+        graph: ca.SX = (self._both if quantity.total else self._side)[names.index(quantity.name)]
+        return graph
+
+    @cached_property
+    def _side(self) -> ca.SX:
+        return self.lane(*self.symbols)
 
     @cached_property
     def _both(self) -> ca.SX:
@@ -207,6 +224,15 @@ class Machine:
             return None
         none = ca.SX.zeros(one.numel())
         return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
+
+
+def build_vectors(components: Mapping[str, tuple[str, ...]], quantities: Sequence[Quantity]) -> Iterator[Vector]:
+    """Yield vectors by the names of their components, those of which all are there; the first says what they mean."""
+    known = {quantity.name: quantity for quantity in quantities}
+    for name, parts in components.items():
+        if all(part in known for part in parts):
+            meaning = known[parts[0]].meaning
+            yield Vector(name, meaning.rpartition(", ")[0] or meaning.partition(" ")[2] or name, parts)
 
 
 def _is_symmetric(total: ca.Function) -> bool:

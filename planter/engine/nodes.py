@@ -17,6 +17,7 @@ from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Condition, Extremum
 from planter.engine.response import DesignPoint, Response
+from planter.engine.switching import Switchings
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics import extremes, roots
@@ -222,13 +223,12 @@ class EventNodes(MovingNodes):
     """
 
     def __init__(self, machine: Machine, names: Sequence[str]) -> None:
-        super().__init__(machine, names, Response(machine, (), with_events=True))
-        kinds = machine.event_kinds or ({},) * len(self.anchors.quantities)
-        self.periods = np.array([kind.get("period") or np.inf for kind in kinds])
-        self.count = max(len(self._switching(self.response.at(machine.design))[0]), 1)
+        self.switchings = Switchings(machine, max(machine.samples, SCANNED))
+        super().__init__(machine, names, self.switchings.response)
+        self.count = max(len(self.switchings.find(self.response.at(machine.design))[0]), 1)
 
     def place(self, point: DesignPoint) -> Placement:
-        angles, rows = self._switching(point)
+        angles, rows = self.switchings.find(point)
         if not len(angles):
             return Placement.at_rest(np.zeros(2 * self.count))
         chosen = np.arange(self.count)
@@ -237,28 +237,6 @@ class EventNodes(MovingNodes):
         sides = np.tile([-SIDE, SIDE], self.count)
         weights = np.zeros(2 * self.count)
         return Placement(angles, rows, sides, mix, weights, np.zeros_like(mix))
-
-    def _switching(self, point: DesignPoint) -> tuple[Array, Integers]:
-        """Return angles (s,) at which events happen, in their order, and the rows of these."""
-        grid = np.append(self.grid, TURN)
-        values = self.anchors.values(point, grid)
-        periods = self.periods[:, None]
-        turns = np.where(np.isinf(periods), np.where(values < 0, -1.0, 0.0), np.floor(values / periods))
-        rows, cells = np.nonzero(turns[:, 1:] != turns[:, :-1])
-        periodic = np.where(np.isinf(self.periods), 0.0, self.periods)[rows]
-        levels = np.maximum(turns[rows, cells], turns[rows, cells + 1]) * periodic
-        lanes = np.arange(len(rows))
-
-        def function(phi: Array) -> tuple[Array, Array]:
-            values, slopes = self.anchors.slopes(point, phi)
-            return values[rows, lanes] - levels, slopes[rows, lanes, 0]
-
-        if not len(rows):
-            return np.empty(0), rows
-        ends = values[rows, cells] - levels, values[rows, cells + 1] - levels
-        angles = roots.newton(function, grid[cells], grid[cells + 1], ends)
-        order = np.argsort(angles)
-        return angles[order], rows[order]
 
 
 class SpanNodes(MovingNodes):

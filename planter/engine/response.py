@@ -36,11 +36,16 @@ class Response:
     """Quantities by name (m,), all if none are named, at angles phi (n,) [rad] over designs x (p,), in SI units.
 
     After them stand the derivatives in phi of the quantities that `rates` names, then, `with_events`, the functions
-    whose zeros are the machine's switching points.
+    whose zeros are the machine's switching points, then `more` quantities, by their graphs in the machine's symbols.
     """
 
     def __init__(
-        self, machine: Machine, names: Sequence[str] | None = None, rates: Sequence[str] = (), with_events: bool = False
+        self,
+        machine: Machine,
+        names: Sequence[str] | None = None,
+        rates: Sequence[str] = (),
+        with_events: bool = False,
+        more: Sequence[tuple[Quantity, ca.SX]] = (),
     ) -> None:
         chosen = [quantity.name for quantity in machine.quantities] if names is None else names
         self.machine = machine
@@ -54,6 +59,10 @@ class Response:
         if rates:
             quantities, rated = self._graph[: len(chosen)], self._graph[len(chosen) :]
             self._graph = ca.densify(ca.vertcat(quantities, ca.jacobian(rated, machine.symbols[0])))
+        if more:
+            self._graph = ca.densify(ca.vertcat(self._graph, *(graph for _, graph in more)))
+            self.quantities += tuple(quantity for quantity, _ in more)
+            self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
         self._places: tuple[Array, Array] | None = None
         self._course: Course | None = None
@@ -84,6 +93,11 @@ class Response:
         slopes = result["slopes"].reshape(len(self.quantities), size, -1)
         folded = np.stack([self._fold(slopes[:, j], len(phi)) for j in range(size)], axis=2)
         return self._fold(result["rows"], len(phi)), folded
+
+    def derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return the quantities and their derivatives in phi, (m, n) each."""
+        result = self._evaluate(self._derivatives, point, phi)
+        return self._fold(result["rows"], len(phi)), self._fold(result["first"], len(phi))
 
     def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array, Array]:
         """Return the quantities and their first two derivatives in phi, (m, n) each."""
@@ -234,6 +248,13 @@ class Response:
     @cached_property
     def _slopes(self) -> Kernel:
         return Kernel(self.slopes_function, lanes=["phi", "q"])
+
+    @cached_property
+    def _derivatives(self) -> Kernel:
+        phi, *rest = self.machine.symbols
+        outputs = [self._graph, ca.densify(ca.jacobian(self._graph, phi))]
+        function = ca.Function("derivatives", [phi, *rest], outputs, list(INPUTS), ["rows", "first"])
+        return Kernel(function, lanes=["phi", "q"])
 
     @cached_property
     def _rates(self) -> Kernel:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.loops import Loops
-from planter.engine.machine import Machine, Quantity, Role, Value
+from planter.engine.machine import Machine, Quantity, Role, Value, Vector, build_vectors
 from planter.errors import InputError
 from planter.files import units
 from planter.files.text import read_toml
@@ -62,8 +62,10 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         speed=[value.name for value in values].index(sidecar["speed"]),
         loops=stages.loops,
         events=stages.events,
-        event_kinds=tuple(sidecar.get("joints", [])),
+        event_kinds=tuple(sidecar.get("events", [])),
         samples=mechanism.turn.samples,
+        vectors=_vectors(formulas),
+        motors=_motors(formulas),
     )
 
 
@@ -126,3 +128,25 @@ def _quantities(formulas: Formulas) -> tuple[Quantity, ...]:
         )
         for e in formulas.sidecar["vectors"]["outputs"]
     )  # fmt: skip
+
+
+@cache
+def _vectors(formulas: Formulas) -> tuple[Vector, ...]:
+    """Return the results that end in x, y and perhaps z, as one vector each: those of one unit and one frame."""
+    results = {q.name: q for q in _quantities(formulas) if q.role == "result"}
+    parts = {}
+    for name, first in results.items():
+        stem = name.removesuffix("x")
+        alike = [results[stem + axis] for axis in "xyz" if stem + axis in results]
+        components = tuple(q.name for q in alike if (q.unit, q.axes) == (first.unit, first.axes))
+        label = stem.rstrip("_")
+        if stem != name and len(components) > 1 and label and label not in results:
+            parts[label] = components
+    return tuple(build_vectors(parts, list(results.values())))
+
+
+@cache
+def _motors(formulas: Formulas) -> tuple[str, ...]:
+    """Return the torques that a power is given of."""
+    units_of = {q.name: q.unit for q in _quantities(formulas)}
+    return tuple(name for name, unit in units_of.items() if unit == "N m" and units_of.get(f"P_{name}") == "W")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planter.engine.summary import Summary
 from planter.records import Record
 
 
@@ -74,7 +75,7 @@ class Turn(Record):
     after which it does; `not_repeating` has the largest difference, a turn later, of each quantity that does not
     repeat, in its unit, or null if the next turn cannot be computed. Angles are compared modulo 360 deg. `holds` are
     the limits of the file, if it has any, and `met` says whether all of them are satisfied. `at` are the angles that
-    were asked for.
+    were asked for. `designer` has true extremes; it is missing where there is none, and a warning says why.
     """
 
     machine: str
@@ -88,6 +89,7 @@ class Turn(Record):
     holds: list[Held] | None = None
     met: bool | None = None
     at: list[AngleValues] | None = None
+    designer: Summary | None = None
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.errors import InputError
+from planter.engine.summary import Summary, summarise
+from planter.errors import ComputationError, InputError
 from planter.mechanism import tables
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
-from planter.mechanism.results import AngleValues
+from planter.mechanism.results import AngleValues, Warned
 from planter.mechanism.turn import Turn, turn
 from planter.terminal.console import Console
 
@@ -32,14 +33,22 @@ def simulate(file: MechanismFile, samples: int | None = None, at_deg: Sequence[f
         raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
     model = Model(file)
     cycle = turn(model, samples)
-    if not at_deg:
-        return cycle
-    columns = model.results(np.radians(np.asarray(at_deg, dtype=float)))
+    designer, warnings = _summarise(model, cycle)
     at = [
-        AngleValues(float(angle), {key: float(values[i]) for key, values in columns.items()})
-        for i, angle in enumerate(at_deg)
+        AngleValues(float(angle), {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()})
+        for angle in at_deg
     ]
-    return replace(cycle, result=replace(cycle.result, at=at))
+    warnings = [*cycle.result.warnings, *warnings]
+    return replace(cycle, result=replace(cycle.result, at=at or None, designer=designer, warnings=warnings))
+
+
+def _summarise(model: Model, cycle: Turn) -> tuple[Summary | None, list[Warned]]:
+    """Return the designer's summary, or a warning where a quantity has a pole between samples."""
+    try:
+        return summarise(model.machine, cycle.result.not_repeating), []
+    except ComputationError as error:
+        message = f"there is no summary for the designer: {error.message}"
+        return None, [Warned(name="no_summary", angle_deg=0.0, message=message)]
 
 
 def run_simulate(

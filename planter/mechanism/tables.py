@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from planter.engine.shown import round_mean, summary_tables
 from planter.files import units
 from planter.mechanism.results import Course, Held, Motion, Optimum, Quantity, Turn
 from planter.report.labels import name
@@ -11,14 +12,21 @@ from planter.terminal.console import Console
 
 HEAD = ("quantity", "min", "at", "max", "at", "mean", "rms", "unit")
 CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used"
-ROUNDING = 1e-12
-"""Means below this share of the root mean square are shown as zero."""
 
 
 def turn(console: Console, found: Turn) -> None:
     """Quantities, works and laws."""
     rows = [
-        (name(key), q.min, f"{q.min_deg:g}", q.max, f"{q.max_deg:g}", _mean(q), q.rms, unit_with_axes(q))
+        (
+            name(key),
+            q.min,
+            f"{q.min_deg:g}",
+            q.max,
+            f"{q.max_deg:g}",
+            round_mean(q.mean, q.rms),
+            q.rms,
+            unit_with_axes(q),
+        )
         for key, q in found.quantities.items()
     ]
     console.table(f"{found.machine}: a turn in {found.samples} samples", HEAD, rows)
@@ -28,6 +36,9 @@ def turn(console: Console, found: Turn) -> None:
         head = ("quantity", *(f"at {one.angle_deg:g} deg" for one in found.at), "unit")
         rows_at = ((name(key), *(one.quantities[key] for one in found.at), units.unit(key)) for key in found.quantities)
         console.table("At single angles", head, rows_at)
+    if found.designer is not None:
+        for table in summary_tables(found.designer):
+            console.table(table.title, table.head, table.rows)
     _limits(console, found.holds or ())
     if found.warnings:
         console.table(
@@ -90,9 +101,3 @@ def _limits(console: Console, holds: Sequence[Held]) -> None:
 def _values(console: Console, title: str, values: Mapping[str, float | None]) -> None:
     rows = [(name(key), value, units.unit(key)) for key, value in values.items()]
     console.table(title, ("quantity", "value", "unit"), rows)
-
-
-def _mean(quantity: Quantity) -> float | None:
-    if quantity.mean is None or quantity.rms is None:
-        return None
-    return quantity.mean if abs(quantity.mean) > ROUNDING * quantity.rms else 0.0

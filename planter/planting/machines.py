@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from planter.engine.machine import Machine, Quantity, Value
+from planter.engine.machine import Machine, Quantity, Value, build_vectors
 from planter.files import examples, units
 from planter.planting import file
 from planter.planting.functions import Functions, Model
@@ -17,6 +17,18 @@ from planter.planting.swept.room import KIND, OWN
 SIDES = (0.0, -np.pi)
 """Where the two sides stand [rad]."""
 SPEED = "operation.speed_rpm"
+VECTORS = {
+    "tooth_P": ("F_Px", "F_Py"),
+    "tooth_Q": ("F_Qx", "F_Qy"),
+    "bearing_A1": ("F_A1x", "F_A1y"),
+    "bearing_B1": ("F_B1x", "F_B1y"),
+    "hinge_inner": ("F_Ax", "F_Ay", "F_Az"),
+    "hinge_outer": ("F_Aox", "F_Aoy", "F_Aoz"),
+    "bearing_O1": ("F_O1x", "F_O1y"),
+    "mount_O": ("F_Ox", "F_Oy"),
+    "frame": ("F_support_x", "F_support"),
+}
+"""Forces by their components; those that a model does not report are left out."""
 
 
 def takes(source: str) -> bool:
@@ -50,6 +62,11 @@ def build_machine(device: Device) -> Machine:
     totals = ca.Function("totals", [one, two, d], [functions.frame(one, two, d[size:])])
     both = ca.MX.sym("d", len(values))
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
+    quantities = tuple(
+        Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total)
+        for vector, total in (("side", False), ("totals", True))
+        for e in vectors[vector]
+    )
     return Machine(
         name=device.machine.name,
         source=device.machine.source,
@@ -59,11 +76,7 @@ def build_machine(device: Device) -> Machine:
         moved=tuple(range(size)),
         lower=device.lower,
         upper=device.upper,
-        quantities=tuple(
-            Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total)
-            for vector, total in (("side", False), ("totals", True))
-            for e in vectors[vector]
-        ),
+        quantities=quantities,
         prologue=prologue,
         lane=lane,
         speed=[value.path for value in values].index(SPEED),
@@ -73,6 +86,8 @@ def build_machine(device: Device) -> Machine:
         offsets=SIDES,
         samples=device.machine.objective.samples,
         tangent=lambda moved: _tangent(functions, size, moved),
+        vectors=tuple(build_vectors(VECTORS, quantities)),
+        motors=("M_L",),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from planter.engine.shown import summary_tables
 from planter.files import units
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
@@ -19,6 +20,8 @@ from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
 from planter.report.html import Block, Items, Keys, Section, Table, Text
 from planter.report.labels import label
+
+ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
 
 
 def write_turn(out: Path, found: Turn, machine: MechanismFile, progress: Listener | None = None) -> None:
@@ -81,6 +84,9 @@ def _turn(found: Turn) -> Iterator[Section]:
     yield Section("Turn", [Table(head, rows)])
     if found.result.work:
         yield Section("Work of a turn", [_keys(found.result.work)])
+    if found.result.designer is not None:
+        blocks = [Table(one.head, one.rows, one.title) for one in summary_tables(found.result.designer)]
+        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
     if at := found.result.at:
         angles = [f"{one.angle_deg:.6g} deg" for one in at]
         cells: list[list[str | float]] = [

@@ -1,35 +1,22 @@
-"""The functions of the carrier angle that a designer looks at, with exact derivatives, as one kernel."""
+"""The functions of the carrier angle that a designer of a planting device looks at, as rows of the engine's summary."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterator, Mapping
 
 import casadi as ca
 import numpy as np
 
+from planter.engine.machine import Machine, Quantity
+from planter.engine.summary import Row, build_vector_row
 from planter.gearing.stage import Stage
-from planter.kernels import Array, Kernel, formulas
-from planter.planting.functions import Prologue
+from planter.kernels import formulas
 from planter.planting.model import Device
 
 STRENGTH = formulas.load("gear_strength")
 CAM = formulas.load("planting_cam")
 CONTACTS = ("F_NP", "F_NQ", "F_E")
 """Forces that can only push: normal forces of the teeth at P and Q, of the cam on the roller."""
-VECTORS = {
-    "tooth_P": ("F_Px", "F_Py"),
-    "tooth_Q": ("F_Qx", "F_Qy"),
-    "bearing_A1": ("F_A1x", "F_A1y"),
-    "bearing_B1": ("F_B1x", "F_B1y"),
-    "hinge_inner": ("F_Ax", "F_Ay", "F_Az"),
-    "hinge_outer": ("F_Aox", "F_Aoy", "F_Aoz"),
-    "bearing_O1": ("F_O1x", "F_O1y"),
-    "mount_O": ("F_Ox", "F_Oy"),
-    "frame": ("F_support_x", "F_support"),
-}
-"""Forces by their components; those that a model does not report are left out."""
 TORQUES = ("M_L", "M_1")
 TURNED = ("phi52", "phi72", "theta1")
 """Angles of bodies; their second derivatives are accelerations, since the carrier's speed is constant."""
@@ -39,118 +26,76 @@ OF_GEARS = {"module": "module_mm", "b": "face_width_mm", "E": "youngs_modulus_GP
 GEARS = (("sun", "gear 5"), ("gear 6", "planet gear"))
 
 
-@dataclass(frozen=True)
-class Row:
-    """A function of the carrier angle: what it is, its SI unit, and whether its extremes or its jumps count."""
+class DeviceRows:
+    """Rows of a device: signed forces and torques, sizes, accelerations, pressure angles, stress if [gears] has it."""
 
-    expression: ca.SX
-    meaning: str
-    unit: str
-    peaks: bool = True
-    jumps: bool = False
+    def __init__(self, device: Device, machine: Machine) -> None:
+        self.device, self.machine = device, machine
+        self.phi, self._d, self._h, _ = machine.symbols
+        self._constants = {
+            value.name: self._d[device.size + i] for i, value in enumerate(machine.values[device.size :])
+        }
 
+    def build(self) -> list[Row]:
+        """Return all rows."""
+        return [*self._forces(), *self._accelerations(), *self._meshing(), self._cam()]
 
-class Quantities:
-    """Rows of a device by name: signed forces and torques, squares of sizes, angles, stress where [gears] give it."""
+    def _forces(self) -> Iterator[Row]:
+        for name in (*TORQUES, *CONTACTS):
+            yield Row(self.machine.find_quantity(name), self.machine.graph(name))
+        for vector in self.machine.vectors:
+            for part in vector.components:
+                yield Row(self.machine.find_quantity(part), self.machine.graph(part), has_peaks=False)
+            yield build_vector_row(self.machine, vector)
 
-    def __init__(self, device: Device) -> None:
-        self.device, self.functions = device, device.functions
-        one, _, totals = self.functions.both
-        vectors = device.sidecar["vectors"]
-        self._entries = {e["name"]: e for name in ("side", "totals") for e in vectors[name]}
-        self._values = dict(zip((e["name"] for e in vectors["side"]), ca.vertsplit(one), strict=True))
-        self._values |= dict(zip((e["name"] for e in vectors["totals"]), ca.vertsplit(totals), strict=True))
-        self._c = dict(zip((e["name"] for e in vectors["machine"]), ca.vertsplit(self.functions.c), strict=True))
-        self.rows = {**self._forces(), **self._accelerations(), **self._meshing(), "cam": self._cam()}
-        self.names = tuple(self.rows)
-        self.peaks = tuple(name for name, row in self.rows.items() if row.peaks)
-
-    def values(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
-        """Rows (k, n) with their first derivatives in phi at carrier angles (n,) [SI]."""
-        found = self._values_kernel(**self._inputs(at, phi))
-        return found["f"], found["df"]
-
-    def rates(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
-        """First and second derivatives in phi of the rows `peaks` at carrier angles (n,) [SI]."""
-        found = self._rates_kernel(**self._inputs(at, phi))
-        return found["df"], found["ddf"]
-
-    def _inputs(self, at: Prologue, phi: Array) -> dict[str, Array]:
-        return {"phi": np.asarray(phi), "x": at.x, "c": self.device.constants, "h": at.h}
-
-    @cached_property
-    def _values_kernel(self) -> Kernel:
-        rows = ca.vertcat(*(row.expression for row in self.rows.values()))
-        return self._kernel("designer", {"f": rows, "df": ca.jacobian(rows, self.functions.phi)})
-
-    @cached_property
-    def _rates_kernel(self) -> Kernel:
-        first = ca.jacobian(ca.vertcat(*(self.rows[name].expression for name in self.peaks)), self.functions.phi)
-        return self._kernel("designer_rates", {"df": first, "ddf": ca.jacobian(first, self.functions.phi)})
-
-    def _kernel(self, name: str, outputs: Mapping[str, ca.SX]) -> Kernel:
-        values = [ca.densify(value) for value in outputs.values()]
-        f = ca.Function(name, self.functions.inputs, values, ["phi", "x", "c", "h"], list(outputs))
-        return Kernel(f, lanes=["phi"])
-
-    def _row(self, name: str) -> Row:
-        entry = self._entries[name]
-        return Row(self._values[name], entry["meaning"], entry["unit"], name in (*TORQUES, *CONTACTS), jumps=True)
-
-    def _forces(self) -> dict[str, Row]:
-        found = {name: self._row(name) for name in (*TORQUES, *CONTACTS)}
-        for name, parts in VECTORS.items():
-            if all(part in self._values for part in parts):
-                own = {part: self._row(part) for part in parts}
-                square = ca.sumsqr(ca.vertcat(*(row.expression for row in own.values())))
-                first = own[parts[0]].meaning
-                meaning = first.rpartition(", ")[0] or first.partition(" ")[2]
-                found |= own | {name: Row(square, meaning, "N2")}
-        return found
-
-    def _accelerations(self) -> dict[str, Row]:
-        phi, omega = self.functions.phi, self._c["omega"]
-        found = {}
+    def _accelerations(self) -> Iterator[Row]:
         for name in (*TURNED, *CENTRE):
-            own = self._row(name)
-            rate = ca.gradient(ca.gradient(own.expression, phi), phi) * omega**2
-            found[f"{name}_ddot"] = replace(
-                own, expression=rate, meaning=f"acceleration of the {own.meaning}", unit=f"{own.unit}/s2"
-            )
-        return found
+            quantity = self.machine.find_quantity(name)
+            rate = ca.gradient(ca.gradient(self.machine.graph(name), self.phi), self.phi)
+            meaning, unit = f"acceleration of the {quantity.meaning}", f"{quantity.unit}/s2"
+            acceleration = Quantity(f"{name}_ddot", unit, meaning, "")
+            yield Row(acceleration, rate * self._constants["omega"] ** 2, has_peaks=False)
 
-    def _meshing(self) -> dict[str, Row]:
-        found: dict[str, Row] = {}
+    def _meshing(self) -> Iterator[Row]:
         for index, (stage, t, force) in enumerate(zip(self.device.stages, ("t1", "t2"), CONTACTS, strict=False)):
             parameters, hoisted = self._of_stage(index)
+            polar = self.machine.graph(t)
             contact = dict(zip(stage.contact.function.name_out(),
-                               stage.contact.function(self._values[t], parameters, hoisted), strict=True))  # fmt: skip
-            known: dict[str, ca.SX] = {"r": contact["r"], "dr": contact["dr"], "alpha0": self._c["alpha_n"]}
+                               stage.contact.function(polar, parameters, hoisted), strict=True))  # fmt: skip
+            known: dict[str, ca.SX] = {"r": contact["r"], "dr": contact["dr"], "alpha0": self._constants["alpha_n"]}
             for name, value in STRENGTH.composed("pressure_angles", known).items():
-                found[f"{name}{index + 1}"] = Row(value, "pressure angle", "rad")
+                yield _row(f"{name}{index + 1}", value, "pressure angle", "rad")
             gears = self.device.machine.gears
             if gears is not None and gears.give_stress:
-                bends = _curvatures(stage, self._values[t], parameters, hoisted)
-                found |= self._stresses(index, known | {"F": self._values[force]}, bends)
-        return found
+                bends = _curvatures(stage, polar, parameters, hoisted)
+                yield from self._stresses(index, known | {"F": self.machine.graph(force)}, bends)
 
-    def _stresses(self, index: int, known: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> dict[str, Row]:
+    def _stresses(self, index: int, known: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> Iterator[Row]:
         own = {**known, **{name: self.device.machine.si(f"gears.{key}") for name, key in OF_GEARS.items()}}
         contact = STRENGTH.composed("contact_stress", own | {"kappa1": bends[0], "kappa2": bends[1]})
-        found = {f"contact{index + 1}": Row(contact["square"], "square of the contact stress", "N2/m4")}
+        stress = Quantity(f"contact{index + 1}", "N/m2", "contact stress", "")
+        yield Row(stress, contact["square"], has_jumps=False, is_square=True)
         for gear, bend in zip(GEARS[index], bends, strict=True):
-            stress = STRENGTH.composed("bending_stress", own | {"kappa1": bend})["sigma"]
-            found[f"bending, {gear}"] = Row(stress, "bending stress", "N/m2")
-        return found
+            bending = STRENGTH.composed("bending_stress", own | {"kappa1": bend})["sigma"]
+            yield _row(f"bending, {gear}", bending, "bending stress", "N/m2")
 
     def _of_stage(self, index: int) -> tuple[ca.SX, ca.SX]:
-        inputs = self.functions.lane_inputs(self.functions.phi)
-        return inputs[2 + 2 * index], inputs[3 + 2 * index]
+        """Return parameters and coefficients of a stage, in the machine's symbols."""
+        functions = self.device.functions
+        inputs = functions.lane_inputs(functions.phi)[2 + 2 * index : 4 + 2 * index]
+        design = self._d[: self.device.size]
+        parameters, hoisted = ca.substitute(inputs, [functions.x, functions.h], [design, self._h])
+        return parameters, hoisted
 
     def _cam(self) -> Row:
-        rate = ca.gradient(self._values["theta1"], self.functions.phi) * self._c["omega"]
-        known = {**self._c, "theta1": self._values["theta1"], "theta1_dot": rate, "Omega": self._values["Omega"]}
-        return Row(CAM.composed("cam", known)["pressure"], "pressure angle of the cam", "rad")
+        theta = self.machine.graph("theta1")
+        rate = ca.gradient(theta, self.phi) * self._constants["omega"]
+        known = {**self._constants, "theta1": theta, "theta1_dot": rate, "Omega": self.machine.graph("Omega")}
+        return _row("cam", CAM.composed("cam", known)["pressure"], "pressure angle of the cam", "rad")
+
+
+def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> Row:
+    return Row(Quantity(name, unit, meaning, ""), graph, has_jumps=False)
 
 
 def _curvatures(stage: Stage, t: ca.SX, parameters: ca.SX, hoisted: ca.SX) -> tuple[ca.SX, ca.SX]:

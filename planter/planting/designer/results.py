@@ -4,20 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planter.engine.summary import MotorTorque, Shock
 from planter.records import Record
-
-
-@dataclass(frozen=True)
-class MotorTorque(Record):
-    """Torque of the motor on the carrier over a turn: true extremes with their carrier angles, integrals, power."""
-
-    max_Nm: float
-    max_phi_deg: float
-    min_Nm: float
-    min_phi_deg: float
-    mean_Nm: float
-    rms_Nm: float
-    peak_power_W: float
 
 
 @dataclass(frozen=True)
@@ -72,19 +60,6 @@ class StageFound(Record):
     pressure_angle_max_phi_deg: float
     contact_ratio_min: float | None
     stress: StressFound | None
-
-
-@dataclass(frozen=True)
-class Shock(Record):
-    """A finite jump over a turn: the event of a side, the quantity with its unit, its values just before and after."""
-
-    event: str
-    side: int
-    phi_deg: float
-    quantity: str
-    unit: str
-    before: float
-    after: float
 
 
 @dataclass(frozen=True)

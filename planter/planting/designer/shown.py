@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
-from planter.planting.designer.results import DesignersSummary, GearFound, PeakForce, Shock, StageFound
-
-Cells = Sequence[str | float | None]
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A table."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: Sequence[Cells]
+from planter.engine.shown import Cells, Shown, motor_rows, shock_tables
+from planter.planting.designer.results import DesignersSummary, GearFound, PeakForce, StageFound
 
 
 def tables(found: DesignersSummary) -> Iterator[Shown]:
     """Torque, forces, gears and shocks of a design."""
     motor = found.motor
     yield Shown("Torque of the motor on the carrier", ("", "N m", "phi / deg"), [
-        ("largest", motor.max_Nm, motor.max_phi_deg), ("least", motor.min_Nm, motor.min_phi_deg),
-        ("mean", motor.mean_Nm, None), ("root mean square", motor.rms_Nm, None),
+        *motor_rows(motor),
         ("on the sun, to hold it", found.holding_torque_max_Nm, found.holding_torque_max_phi_deg),
     ])  # fmt: skip
     yield Shown(
@@ -36,20 +24,7 @@ def tables(found: DesignersSummary) -> Iterator[Shown]:
                 ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
                 [_gear(gear) for stage in found.stages for gear in stage.gears])  # fmt: skip
     yield Shown("Stages", ("", "stage 1", "stage 2"), _stages(found.stages))
-    worst = [(one.event, one.phi_deg, one.quantity, one.before, one.after, one.unit) for one in _worst(found.shocks)]
-    if worst:
-        title = "Shocks of side 1: the largest jump of each kind"
-        yield Shown(title, ("event", "phi / deg", "of", "from", "to", "unit"), worst)
-
-
-def _worst(shocks: Sequence[Shock]) -> Iterator[Shock]:
-    """Of each event of side 1 and each unit, the shock that is largest; side 2 has the same half a turn later."""
-    found: dict[tuple[str, str], Shock] = {}
-    for one in shocks:
-        last = found.get((one.event, one.unit))
-        if one.side == 1 and (last is None or abs(one.after - one.before) > abs(last.after - last.before)):
-            found[one.event, one.unit] = one
-    yield from found.values()
+    yield from shock_tables(found.shocks, "Shocks of side 1: the largest jump of each kind")
 
 
 def sentences(found: DesignersSummary) -> Iterator[str]:

@@ -111,9 +111,9 @@ def _pressure(turn: DesignTurn, index: int, sign: int) -> Extreme:
 
 
 def _stress(turn: DesignTurn, index: int, gears: list[GearFound]) -> StressFound | None:
-    if f"contact{index + 1}" not in turn.quantities.rows:
+    if f"contact{index + 1}" not in turn.names:
         return None
-    contact = turn.size(f"contact{index + 1}", 1)
+    contact = turn.extreme(f"contact{index + 1}", 1)
     bent = [turn.extreme(f"bending, {gear.gear}", 1) if _formed(turn, gear) else None for gear in gears]
     return StressFound(
         contact_MPa=contact.value * MEGA,

@@ -1,0 +1,71 @@
+"""The designer's summary as tables, for the terminal and for pages: title, head, rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from planter.engine.summary import MotorTorque, Shock, Summary
+
+Cells = Sequence[str | float | None]
+ON_THE_SCREEN = ("N", "N m", "W")
+"""Units of the peaks that are shown; results have all."""
+ROUNDING = 1e-12
+"""Means below this share of the root mean square are shown as zero."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A table."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: Sequence[Cells]
+
+
+def summary_tables(summary: Summary) -> Iterator[Shown]:
+    """Yield the torque of the motor, peaks of forces, torques and powers, and the largest shock of each kind."""
+    if summary.motor is not None:
+        rows: list[Cells] = [*motor_rows(summary.motor), ("peak power / W", summary.motor.peak_power_W, None)]
+        yield Shown("Torque of the motor on the drive", ("", "N m", "phi / deg"), rows)
+    peaks = [one for one in summary.peaks if one.unit in ON_THE_SCREEN]
+    if peaks:
+        head = ("", "largest", "phi / deg", "least", "phi / deg", "mean", "unit")
+        cells = [
+            (one.name, one.max, one.max_phi_deg, one.min, one.min_phi_deg, round_mean(one.mean, one.rms), one.unit)
+            for one in peaks
+        ]
+        yield Shown("Peaks, true extremes over a turn", head, cells)
+    yield from shock_tables(summary.shocks, "Shocks: the largest jump of each kind")
+
+
+def motor_rows(motor: MotorTorque) -> list[Cells]:
+    """Return extremes and integrals of a motor's torque."""
+    return [
+        ("largest", motor.max_Nm, motor.max_phi_deg), ("least", motor.min_Nm, motor.min_phi_deg),
+        ("mean", round_mean(motor.mean_Nm, motor.rms_Nm), None), ("root mean square", motor.rms_Nm, None),
+    ]  # fmt: skip
+
+
+def shock_tables(shocks: Sequence[Shock], title: str) -> Iterator[Shown]:
+    """Yield the shocks that are largest, if anything jumps."""
+    worst = [(one.event, one.phi_deg, one.quantity, one.before, one.after, one.unit) for one in find_worst(shocks)]
+    if worst:
+        yield Shown(title, ("event", "phi / deg", "of", "from", "to", "unit"), worst)
+
+
+def find_worst(shocks: Sequence[Shock]) -> list[Shock]:
+    """Return, of each event of side 1 and each unit, the shock that is largest; other sides have the same later."""
+    worst: dict[tuple[str, str], Shock] = {}
+    for shock in shocks:
+        last = worst.get((shock.event, shock.unit))
+        if shock.side == 1 and (last is None or abs(shock.after - shock.before) > abs(last.after - last.before)):
+            worst[shock.event, shock.unit] = shock
+    return list(worst.values())
+
+
+def round_mean(mean: float | None, rms: float | None) -> float | None:
+    """Return a mean as it is shown: zero where it is rounding."""
+    if mean is None or rms is None:
+        return None
+    return mean if abs(mean) > ROUNDING * rms else 0.0

@@ -1,0 +1,273 @@
+"""What a designer reads off a cycle: true peaks with their angles, means, and jumps where a law changes.
+
+A cycle is split at its switching points; between them quantities are smooth, so that extremes are roots of exact
+derivatives and integrals are right to rounding (`planter.numerics.pieces`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from planter.engine.loops import TURN
+from planter.engine.machine import Machine, Quantity, Vector
+from planter.engine.response import Response
+from planter.engine.switching import Switchings
+from planter.files import units
+from planter.kernels import Array
+from planter.numerics.angles import turn_deg
+from planter.numerics.extremes import Extreme
+from planter.numerics.pieces import Pieces
+from planter.records import Record
+
+ROUNDING = 1e-9
+"""A jump or a peak below this share of the largest value over the cycle is rounding."""
+SAME_ANGLE = 1e-8
+"""Events closer than this are one, named by the first [rad]."""
+SCANNED = 360
+"""Steps of a cycle in which switching points are looked for."""
+COMPARED = 25
+"""Samples of a cycle by which the size of a quantity is judged."""
+REPEATS = 1e-7
+"""Share of the largest value by which a quantity may miss after a cycle what it was at its beginning."""
+
+
+@dataclass(frozen=True)
+class MotorTorque(Record):
+    """Torque of the motor on the drive over a cycle: true extremes with their angles, integrals, power."""
+
+    max_Nm: float
+    max_phi_deg: float
+    min_Nm: float
+    min_phi_deg: float
+    mean_Nm: float | None
+    rms_Nm: float | None
+    peak_power_W: float
+
+
+@dataclass(frozen=True)
+class Peak(Record):
+    """True extremes of a quantity, or of the size of a vector, in `unit`, with their angles; one-sided where it jumps.
+
+    Mean and root mean square are null if the quantity does not end the cycle as it began it.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    max: float
+    max_phi_deg: float
+    min: float
+    min_phi_deg: float
+    mean: float | None
+    rms: float | None
+
+
+@dataclass(frozen=True)
+class Shock(Record):
+    """A finite jump over a turn: the event of a side, the quantity with its unit, its values just before and after."""
+
+    event: str
+    side: int
+    phi_deg: float
+    quantity: str
+    unit: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Summary(Record):
+    """What a designer sizes a machine by; `motor` is null unless a single motor turns the drive.
+
+    `peaks` are those of all quantities and of sizes of vectors; `shocks` is empty where nothing jumps.
+    """
+
+    motor: MotorTorque | None
+    peaks: list[Peak]
+    shocks: list[Shock]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A function of the angle by its graph in the machine's symbols, and whether its extremes or its jumps count.
+
+    The graph of the size of a vector is that of its square (`is_square`).
+    """
+
+    quantity: Quantity
+    graph: ca.SX
+    has_peaks: bool = True
+    has_jumps: bool = True
+    is_square: bool = False
+
+
+def build_rows(machine: Machine) -> list[Row]:
+    """Return the results of a machine, then the sizes of its vectors."""
+    rows = [Row(quantity, machine.graph(quantity.name)) for quantity in machine.results]
+    return rows + [build_vector_row(machine, vector) for vector in machine.vectors]
+
+
+def build_vector_row(machine: Machine, vector: Vector) -> Row:
+    """Return the size of a vector."""
+    unit = machine.find_quantity(vector.components[0]).unit
+    square = ca.sumsqr(ca.vertcat(*map(machine.graph, vector.components)))
+    size = Quantity(vector.name, unit, vector.meaning, units.key(vector.name, unit))
+    return Row(size, square, has_jumps=False, is_square=True)
+
+
+class Cycle:
+    """Rows of a machine over a cycle at a design x (p,), its own if none is given; in SI."""
+
+    def __init__(self, machine: Machine, rows: Sequence[Row], x: Array | None = None) -> None:
+        self.machine, self.rows = machine, tuple(rows)
+        self.names = tuple(row.quantity.name for row in rows)
+        response = Response(machine, (), more=[(row.quantity, row.graph) for row in rows])
+        self.point = response.at(machine.design if x is None else x)
+        self.switchings = Switchings(machine, SCANNED).find_all(self.point)
+        breaks = np.array([switching.angle for switching in self.switchings])
+        samples, _ = response.derivatives(self.point, np.linspace(0.0, TURN, COMPARED))
+        largest = np.abs(samples).max(axis=1)
+        if np.any(np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest):
+            breaks = np.unique(np.append(breaks, 0.0))
+        self.pieces = Pieces(lambda phi: response.derivatives(self.point, phi), breaks)
+
+    @cached_property
+    def _extremes(self) -> dict[str, tuple[Extreme, Extreme]]:
+        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks]
+        response = Response(
+            self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
+        )
+
+        def rates(phi: Array) -> tuple[Array, Array]:
+            _, first, second = response.rates(self.point, phi)
+            return first, second
+
+        extremes = self.pieces.extremes(np.array(chosen), rates)
+        return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
+
+    def extreme(self, name: str, sign: int) -> Extreme:
+        """Return the largest (+1) or least (-1) value of a row; of a square, its root."""
+        extreme = self._extremes[name][sign > 0]
+        if self.rows[self.names.index(name)].is_square:
+            return Extreme(extreme.place, math.sqrt(max(extreme.value, 0.0)))
+        return extreme
+
+    def largest(self, name: str) -> Extreme:
+        """Return the size of the value of a row that is largest in size."""
+        extreme = max((self.extreme(name, sign) for sign in (1, -1)), key=lambda one: abs(one.value))
+        return Extreme(extreme.place, abs(extreme.value))
+
+    def motor(self, name: str, repeats: bool = True) -> MotorTorque:
+        """Return what a torque on the drive asks of its motor."""
+        row, speed = self.names.index(name), float(self.point.d[self.machine.speed])
+        high, low = (self.extreme(name, sign) for sign in (1, -1))
+        return MotorTorque(
+            max_Nm=high.value,
+            max_phi_deg=turn_deg(high.place),
+            min_Nm=low.value,
+            min_phi_deg=turn_deg(low.place),
+            mean_Nm=float(self.pieces.mean[row]) if repeats else None,
+            rms_Nm=float(self.pieces.rms[row]) if repeats else None,
+            peak_power_W=max(abs(high.value), abs(low.value)) * abs(speed),
+        )
+
+    def shocks(self) -> Iterator[Shock]:
+        """Yield the jumps that are more than rounding, in SI."""
+        before, after = self.pieces.sides
+        largest = np.abs(self.pieces.values).max(axis=1)
+        for k, angle in enumerate(self.pieces.breaks):
+            switching = next((one for one in self.switchings if abs(one.angle - angle) < SAME_ANGLE), None)
+            if switching is None:
+                continue
+            for row, entry in enumerate(self.rows):
+                if entry.has_jumps and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]:
+                    yield Shock(
+                        event=switching.name,
+                        side=switching.side,
+                        phi_deg=turn_deg(float(angle)),
+                        quantity=entry.quantity.name,
+                        unit=entry.quantity.unit,
+                        before=float(before[row, k]),
+                        after=float(after[row, k]),
+                    )
+
+
+def without_rounding(high: Extreme, low: Extreme) -> tuple[float, float]:
+    """Return the values of two extremes, zero where one is rounding of the other."""
+    rounding = ROUNDING * max(abs(high.value), abs(low.value))
+    first, second = (one.value if abs(one.value) > rounding else 0.0 for one in (high, low))
+    return first, second
+
+
+def summarise(machine: Machine, changing: Collection[str] = ()) -> Summary:
+    """Return the designer's summary of a machine's own design, in display units.
+
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises
+    ComputationError where loops do not close or a quantity is not finite.
+    """
+    cycle = Cycle(machine, build_rows(machine))
+    factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
+    shown = {row.quantity.name: units.unit(row.quantity.key) for row in cycle.rows}
+    motors = [name for name in machine.motors if _turns_the_drive(cycle, name)]
+    motor = None
+    if len(motors) == 1:
+        motor = cycle.motor(motors[0], repeats=machine.find_quantity(motors[0]).key not in changing)
+    return Summary(
+        motor=motor,
+        peaks=[_peak(cycle, row, _is_changing(machine, row, changing)) for row in cycle.rows],
+        shocks=[
+            Shock(
+                shock.event, shock.side, shock.phi_deg, shock.quantity, shown[shock.quantity],
+                shock.before / factors[shock.quantity], shock.after / factors[shock.quantity],
+            )
+            for shock in cycle.shocks()
+        ],
+    )  # fmt: skip
+
+
+def _turns_the_drive(cycle: Cycle, name: str) -> bool:
+    """Return whether the power of a motor is its torque times the drive's speed."""
+    if f"P_{name}" not in cycle.names:
+        return True
+    torque, power = (cycle.pieces.values[cycle.names.index(key)] for key in (name, f"P_{name}"))
+    speed = float(cycle.point.d[cycle.machine.speed])
+    return bool(
+        np.abs(power - torque * speed).max() <= ROUNDING * max(float(np.abs(power).max()), np.finfo(float).tiny)
+    )
+
+
+def _is_changing(machine: Machine, row: Row, changing: Collection[str]) -> bool:
+    parts = next((v.components for v in machine.vectors if v.name == row.quantity.name), (row.quantity.name,))
+    return any(machine.find_quantity(part).key in changing for part in parts)
+
+
+def _peak(cycle: Cycle, row: Row, is_changing: bool) -> Peak:
+    quantity, index = row.quantity, cycle.names.index(row.quantity.name)
+    high, low = (cycle.extreme(quantity.name, sign) for sign in (1, -1))
+    largest, least = without_rounding(high, low)
+    rms = math.sqrt(float(cycle.pieces.mean[index])) if row.is_square else float(cycle.pieces.rms[index])
+    mean = _mean_size(cycle, index) if row.is_square else float(cycle.pieces.mean[index])
+    factor = quantity.factor
+    return Peak(
+        name=quantity.name,
+        meaning=quantity.meaning,
+        unit=units.unit(quantity.key),
+        max=largest / factor,
+        max_phi_deg=turn_deg(high.place),
+        min=least / factor,
+        min_phi_deg=turn_deg(low.place),
+        mean=None if is_changing else mean / factor,
+        rms=None if is_changing else rms / factor,
+    )
+
+
+def _mean_size(cycle: Cycle, index: int) -> float:
+    """Return the mean of the root of a square."""
+    pieces = cycle.pieces
+    return float(np.sqrt(np.maximum(pieces.values[index, : len(pieces.nodes)], 0.0)) @ pieces.weights)

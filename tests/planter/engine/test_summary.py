@@ -1,0 +1,80 @@
+"""The designer's summary of any machine: dense cycles, jumps by the law of friction, closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planter.engine.machine import Machine
+from planter.engine.response import Response
+from planter.engine.summary import Summary, summarise
+from planter.mechanism.machines import build_machine
+from planter.mechanism.simulation import simulate
+from tests.support import own
+
+DENSE = np.radians(np.arange(0.005, 360, 0.01))
+
+
+@pytest.fixture(scope="module")
+def crank() -> Machine:
+    return build_machine(own.file("slider_crank"))
+
+
+@pytest.fixture(scope="module")
+def summary(crank: Machine) -> Summary:
+    return summarise(crank)
+
+
+def test_no_dense_cycle_passes_the_peaks(crank: Machine, summary: Summary) -> None:
+    names = [quantity.name for quantity in crank.results]
+    response = Response(crank, names)
+    values = dict(zip(names, response.values(response.at(crank.design), DENSE), strict=True))
+    values["F_O"] = np.hypot(values["F_Ox"], values["F_Oy"])
+    peaks = {peak.name: peak for peak in summary.peaks}
+    factors = {quantity.name: quantity.factor for quantity in crank.results}
+    for name, row in values.items():
+        shown, peak = row / factors.get(name, 1.0), peaks[name]
+        span = float(np.ptp(shown)) or 1.0
+        assert shown.max() <= peak.max + 1e-9 * span
+        assert shown.max() == pytest.approx(peak.max, abs=1e-4 * span)
+        assert shown.min() == pytest.approx(peak.min, abs=1e-4 * span)
+        assert peak.mean == pytest.approx(shown.mean(), abs=1e-5 * span)
+        assert peak.rms == pytest.approx(np.sqrt(np.mean(shown**2)), abs=1e-5 * span)
+        near = np.abs(np.degrees(DENSE) - peak.max_phi_deg) < 0.02
+        assert shown[near].max() == pytest.approx(peak.max, abs=1e-4 * span)
+
+
+def test_force_jumps_by_friction_of_both_sides(summary: Summary) -> None:
+    """The rod's axial force jumps by mu (N before + N after) where the slider turns round."""
+    for angle in {shock.phi_deg for shock in summary.shocks}:
+        at = {shock.quantity: shock for shock in summary.shocks if shock.phi_deg == angle}
+        force, normal = at["F_Bx"], at["N_guide"]
+        assert abs(force.after - force.before) == pytest.approx(0.1 * (normal.before + normal.after), rel=1e-9)
+    assert len({shock.phi_deg for shock in summary.shocks}) == 2
+    assert {shock.event for shock in summary.shocks} == {"sliding of guide turns"}
+
+
+def test_switching_points_matter_to_peaks(crank: Machine, summary: Summary) -> None:
+    blind = summarise(replace(crank, events=None, event_kinds=()))
+    largest = [next(peak.max for peak in one.peaks if peak.name == "F_Bx") for one in (blind, summary)]
+    assert blind.shocks == []
+    assert largest[1] - largest[0] > 1e-6
+
+
+def test_cam_peaks_are_those_of_the_lift() -> None:
+    result = simulate(own.file("cam_follower"), 36).result
+    assert result.designer is not None
+    spring = next(peak for peak in result.designer.peaks if peak.name == "F_spring")
+    assert (spring.max, spring.max_phi_deg, spring.min) == pytest.approx((22 + 1800 * 0.014, 180.0, 22.0), rel=1e-12)
+    motor = result.designer.motor
+    assert motor is not None
+    assert motor.mean_Nm is not None
+    assert 2 * np.pi * motor.mean_Nm == pytest.approx(result.work["guide_J"], rel=1e-9)
+
+
+def test_a_quantity_that_does_not_repeat_has_no_mean(crank: Machine) -> None:
+    changed = {peak.name: peak for peak in summarise(crank, {"M_in_Nm", "F_Ox_N"}).peaks}
+    assert changed["M_in"].mean is changed["F_O"].rms is None
+    assert changed["F_Oy"].mean is not None
