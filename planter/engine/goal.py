@@ -161,6 +161,13 @@ class Goal:
         """Return the sum of the measures at a design x (p,)."""
         return self.value(self.start(x))
 
+    def slope(self, x: Array) -> Array:
+        """Return the gradient (p,) of the sum at a design; an extreme's is that of the node that has it."""
+        total = self.gradient(self.start(x))[: self.size]
+        for measure, side in self.variables[: self._objective_size]:
+            total = total + side * measure.weight * self._extreme_with_slope(x, measure, side)[1]
+        return total
+
     def reached(self, x: Array, limit: Limit) -> float | None:
         """Return what a limit is on at a design, in its display unit; None if its condition never holds."""
         is_empty = self.nodes[_key(limit.measure)](x).is_empty
@@ -267,13 +274,21 @@ class Goal:
         return (1,) if measure.size and measure.kind == "at" else SIDES.get(measure.kind, ())
 
     def _extreme(self, x: Array, measure: Measure, side: int) -> float:
+        return self._extreme_with_slope(x, measure, side)[0]
+
+    def _extreme_with_slope(self, x: Array, measure: Measure, side: int) -> tuple[float, Array]:
+        """Return an extreme among nodes, and the slope (p,) of the node that has it."""
         at, row = self.samples_of(x, measure)
-        values = at.values[row] if measure.kind != "at" else at.values[row][[self._node(measure)]]
+        chosen = [self._node(measure)] if measure.kind == "at" else slice(None)
+        values, slopes = at.values[row][chosen], at.slopes[row][chosen]
         if self._switches(measure):
             switching = self.nodes[EVENTS]
-            values = np.append(values, switching(x).values[switching.names.index(measure.name)])
-        values = np.abs(values) if measure.size else values
-        return float(values.max() if side > 0 else values.min())
+            events, row = switching(x), switching.names.index(measure.name)
+            values, slopes = np.append(values, events.values[row]), np.vstack([slopes, events.slopes[row]])
+        sizes = np.abs(values) if measure.size else values
+        node = int(np.argmax(side * sizes))
+        sign = np.sign(values[node]) if measure.size else 1.0
+        return float(sizes[node]), sign * slopes[node]
 
     def _switches(self, measure: Measure) -> bool:
         """Return whether a measure is an extreme that a quantity may have at a switching point."""

@@ -1,15 +1,19 @@
-"""The designer's summary as tables, for the terminal and for pages: title, head, rows."""
+"""The designer's summary and the sensitivity as tables, for the terminal and for pages: title, head, rows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from planter.engine.sensitivity import SensitivityFound
 from planter.engine.summary import MotorTorque, Shock, Summary
+from planter.files import units
 
 Cells = Sequence[str | float | None]
 ON_THE_SCREEN = ("N", "N m", "W")
 """Units of the peaks that are shown; results have all."""
+WEAK, MOST_COMBINATIONS = 1e-3, 4
+"""Least strength and number of the combinations that are shown; results have all."""
 ROUNDING = 1e-12
 """Means below this share of the root mean square are shown as zero."""
 
@@ -37,6 +41,45 @@ def summary_tables(summary: Summary) -> Iterator[Shown]:
         ]
         yield Shown("Peaks, true extremes over a turn", head, cells)
     yield from shock_tables(summary.shocks, "Shocks: the largest jump of each kind")
+
+
+def sensitivity_tables(found: SensitivityFound) -> Iterator[Shown]:
+    """Yield the gradient, then the combinations that matter and the directions that do not."""
+    over = "true extremes" if found.kind == "true" else f"{found.samples} samples"
+    least = ROUNDING * max(map(abs, found.scaled.values()))
+    rows: list[Cells] = [
+        (name, *((value, found.scaled[name]) if abs(found.scaled[name]) > least else (0.0, 0.0)), _per(name))
+        for name, value in found.gradient.items()
+    ]
+    title = f"Gradient of the objective over {over}, {found.objective:.6g}"
+    yield Shown(title, ("parameter", "slope", "times width", "slope's unit"), rows)
+    strong = [one for one in found.combinations if one.strength >= WEAK]
+    cells = [
+        (name, *(_short(one.weights.get(name)) for one in strong[:MOST_COMBINATIONS]))
+        for name in found.gradient
+        if any(name in one.weights for one in strong[:MOST_COMBINATIONS])
+    ]
+    head = ("parameter", *(f"{one.strength:.3g}" for one in strong[:MOST_COMBINATIONS]))
+    yield Shown("Combinations that matter, by their strength; weights in parts of widths", head, cells)
+
+
+def _per(name: str) -> str:
+    """Return the unit of a slope in a value, of the objective's unit."""
+    unit = units.unit(name)
+    return f"1/({unit})" if "/" in unit or " " in unit else f"1/{unit}" if unit else ""
+
+
+def _short(value: float | None) -> float | None:
+    """Return a number to three digits."""
+    return None if value is None else float(f"{value:.3g}")
+
+
+def sensitivity_sentences(found: SensitivityFound) -> Iterator[str]:
+    """Yield how many combinations matter, and each direction without effect."""
+    yield f"{found.effective_parameters} of {len(found.gradient)} parameters matter to what is minimised."
+    for direction in found.insensitive:
+        text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
+        yield f"without effect: {text}"
 
 
 def motor_rows(motor: MotorTorque) -> list[Cells]:

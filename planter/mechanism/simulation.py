@@ -26,9 +26,7 @@ def simulate(file: MechanismFile, samples: int | None = None, at_deg: Sequence[f
     Raises InputError for a number of samples out of range, or an angle that is not finite; ComputationError as the
     model does.
     """
-    if samples is not None and not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
-        allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
-        raise InputError(f"--samples = {samples} is not allowed: {allowed}")
+    check_samples(samples)
     if bad := [angle for angle in at_deg if not np.isfinite(angle)]:
         raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
     model = Model(file)
@@ -40,6 +38,13 @@ def simulate(file: MechanismFile, samples: int | None = None, at_deg: Sequence[f
     ]
     warnings = [*cycle.result.warnings, *warnings]
     return replace(cycle, result=replace(cycle.result, at=at or None, designer=designer, warnings=warnings))
+
+
+def check_samples(samples: int | None) -> None:
+    """Raise InputError for a number of samples out of range."""
+    if samples is not None and not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
+        allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
+        raise InputError(f"--samples = {samples} is not allowed: {allowed}")
 
 
 def _summarise(model: Model, cycle: Turn) -> tuple[Summary | None, list[Warned]]:

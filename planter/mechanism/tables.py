@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 
-from planter.engine.shown import round_mean, summary_tables
+from planter.engine.sensitivity import SensitivityFound
+from planter.engine.shown import round_mean, sensitivity_sentences, sensitivity_tables, summary_tables
 from planter.files import units
 from planter.mechanism.results import Course, Held, Motion, Optimum, Quantity, Turn
 from planter.report.labels import name
 from planter.terminal.console import Console
 
 HEAD = ("quantity", "min", "at", "max", "at", "mean", "rms", "unit")
+WIDTH = 80
+"""Columns of a terminal that sentences fit in."""
 CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used"
 
 
@@ -46,6 +50,14 @@ def turn(console: Console, found: Turn) -> None:
         )
     laws = [(law.law, law.violation, law.unit) for law in found.laws]
     console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
+
+
+def show_sensitivity(console: Console, found: SensitivityFound) -> None:
+    """Print the gradient, and which combinations matter."""
+    for table in sensitivity_tables(found):
+        console.table(table.title, table.head, table.rows)
+    for sentence in sensitivity_sentences(found):
+        print(textwrap.fill(sentence, WIDTH))
 
 
 def unit_with_axes(quantity: Quantity | Course) -> str:

@@ -1,4 +1,4 @@
-"""Which parameters the support force feels at all."""
+"""Which parameters curves depend on at all."""
 
 from __future__ import annotations
 
@@ -45,20 +45,27 @@ def sensitivity(response: Response, x: Array, samples: int, held: Array | None =
     """
     phi = 2 * np.pi * np.arange(samples) / samples
     slopes = response.support_slopes(response.prologue(x), np.mod(phi, response.period))[1]
-    columns = slopes[:, 1:] * (response.upper - response.lower)
-    _, values, right = np.linalg.svd(columns, full_matrices=len(columns) < len(x))
+    width = response.upper - response.lower
+    return find_insensitive(response.names, slopes[:, 1:] * width, None if held is None else held * width)
+
+
+def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None = None) -> Insensitive:
+    """Return the rank of scaled slopes (n, p) of curves in parameters, and their null space by the names of these.
+
+    Where equations with scaled gradients `rows` (k, p) hold the parameters, the null space is what they leave of it.
+    """
+    _, values, right = np.linalg.svd(columns, full_matrices=len(columns) < len(names))
     limit = THRESHOLD * values[0]
     rank = int((values > limit).sum())
     space = right[rank:]
     zero: Flags = np.linalg.norm(columns, axis=0) <= limit
-    if held is not None:
+    if rows is not None:
         from scipy.linalg import null_space
 
-        rows = held * (response.upper - response.lower)
         rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         space = space.T @ null_space(rows @ space.T, THRESHOLD)
         space, zero = space.T, zero & (np.abs(rows).max(axis=0) <= THRESHOLD)
-    return Insensitive(rank, _directions(response.names, space, zero), zero, space)
+    return Insensitive(rank, _directions(names, space, zero), zero, space)
 
 
 def _directions(names: tuple[str, ...], space: Array, zero: Flags) -> list[dict[str, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from planter.engine.measures import Kind, Measure
 from planter.optimise import range_and_spread
 from planter.optimise.constraints import Constraints
 from planter.optimise.problem import Problem
@@ -11,11 +12,23 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.response import Planting
 
+FORCE = "F_support"
+
 
 def weights(machine: Machine) -> Weights:
     """Of range and spread of the support force, as the machine file has them."""
     settings = machine.objective
     return Weights(settings.weight_range, settings.weight_variance, settings.kind)
+
+
+def build_measures(machine: Machine) -> tuple[Measure, Measure]:
+    """Return range and spread of the support force as measures, weighed as the machine file has them."""
+    settings = machine.objective
+    spread: Kind = "variance" if settings.kind == "paper" else "std"
+    return (
+        Measure("range", FORCE, weight=settings.weight_range),
+        Measure(spread, FORCE, weight=settings.weight_variance),
+    )
 
 
 def problem(device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None) -> Problem:

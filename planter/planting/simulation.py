@@ -8,22 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planter.engine.goal import resolve_measure
+from planter.engine.measures import parse_sum
+from planter.engine.sensitivity import SensitivityFound, build_goal, compute_sensitivity, move_all
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise.refined import Panels
-from planter.optimise.samples import Samples
-from planter.optimise.spread import Weighed
 from planter.planting import cycle as planting
-from planter.planting import lifted, plausible, response
+from planter.planting import lifted, plausible
 from planter.planting.designer import summary as designer
+from planter.planting.machines import build_machine
 from planter.planting.model import Device
-from planter.planting.objective import weights
+from planter.planting.objective import build_measures, weights
 from planter.planting.requirements import record as requirements
 from planter.planting.response import Planting
 from planter.planting.results.simulated import (
     At,
     CentreDistances,
-    SensitivityFound,
     SimulationFound,
     Work,
 )
@@ -134,18 +135,21 @@ def work(device: Device) -> Work:
     )
 
 
-def sensitivity(device: Device, samples: int | None = None) -> SensitivityFound:
-    """Objective, its gradient in shown units, and which directions of the design the support force does not feel."""
+def sensitivity(
+    device: Device, samples: int | None = None, least: str | None = None, all_values: bool = False
+) -> SensitivityFound:
+    """Return the sensitivity of the objective, or of the sum `least`, over samples.
+
+    It is that in the design, or, with `all_values`, in all numbers of the machine's file.
+    """
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
-    value, gradient = objective_gradient(device, count)
-    named = dict(zip(device.names, (gradient * device.scale).tolist(), strict=True))
-    felt = response.sensitivity(device, device.design, count)
-    return SensitivityFound(count, value, named, felt.effective_parameters, felt.named)
+    machine = build_machine(device)
+    terms = build_measures(device.machine) if least is None else parse_sum(least)
+    measures = [resolve_measure(machine, measure) for measure in terms]
+    return compute_sensitivity(move_all(machine) if all_values else machine, measures, count)
 
 
 def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
-    angles = Samples(Planting(device), samples).angles
-    force, slopes = device.support_slopes(device.prologue(device.design), angles)
-    turn = Weighed(weights(device.machine), force)
-    return turn.value, turn.gradient(slopes[:, 1:])
+    goal = build_goal(build_machine(device), build_measures(device.machine), samples)
+    return goal.evaluate(device.design), goal.slope(device.design)

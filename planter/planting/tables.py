@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planter.planting.results.calibrated import CalibrationFound, ModelFitted
     from planter.planting.results.exported import UnitWritten
     from planter.planting.results.optimised import OptimisationFound
-    from planter.planting.results.simulated import At, Lifted, SensitivityFound, SimulationFound, Validation
+    from planter.planting.results.simulated import At, Lifted, SimulationFound, Validation
     from planter.planting.results.stated import Requirement, Warned
 
 WIDTH = 80
@@ -102,20 +102,6 @@ def warnings(console: Console, found: Sequence[Warned]) -> None:
     if found:
         rows = ((w.name, w.phi_deg, w.message) for w in found)
         console.table("Warnings", ("name", "phi / deg", "what"), rows)
-
-
-def sensitivity(console: Console, result: SensitivityFound) -> None:
-    """Gradient and the directions that the support force does not feel."""
-    rows = ((n, v, f"1/{units.unit(n)}" if units.unit(n) else "") for n, v in result.gradient.items())
-    console.table(
-        f"Gradient of the objective over {result.samples} samples, {result.objective:.6g}",
-        ("parameter", "slope", "unit"),
-        rows,
-    )
-    print(f"{result.effective_parameters} of {len(result.gradient)} parameters matter to the support force.")
-    for direction in result.insensitive:
-        text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
-        print(f"without effect: {text}")
 
 
 def optimisation(console: Console, result: OptimisationFound) -> None:

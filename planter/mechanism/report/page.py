@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
@@ -16,6 +16,9 @@ from planter.report.html import Block, FigureSvg, Items, Section, Text, page
 from planter.report.inputs import inputs, provenance_section
 from planter.view.block import Motion as Moving
 from planter.view.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SEEN = "Bodies by the points where forces act on them and by their centroids, which is all that the statement says."
 
@@ -42,6 +45,25 @@ def write(
         **more,
     }
     bundle.write(out, texts, drawn)
+
+
+def write_tables(out: Path, title: str, machine: MechanismFile, table: Mapping[str, Any], told: Iterable[Section],
+                 figures: Mapping[str, Figure] = MappingProxyType({}), texts: Mapping[str, str] = MappingProxyType({}),
+                 progress: Listener | None = None) -> None:  # fmt: skip
+    """Write summary.json and report.html, with figures by their names and more `texts`.
+
+    Raises InputError for a folder that it cannot write.
+    """
+    files.output_folder(out)
+    drawn = bundle.drawn(dict(figures), progress)
+    provenance = files.provenance(machine)
+    shown = [Section("Figures", [FigureSvg(figure.svg, "") for figure in drawn.values()])] if drawn else []
+    every = {
+        "summary.json": files.summary_text({**table, "input": machine.table(), "provenance": provenance}),
+        "report.html": page(title, [*told, *shown, *_end(machine, provenance)], machine.description),
+        **texts,
+    }
+    bundle.write(out, every, drawn)
 
 
 def _end(machine: MechanismFile, provenance: Mapping[str, Any]) -> Iterator[Section]:

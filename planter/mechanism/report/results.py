@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from planter.engine.shown import summary_tables
+from planter.engine.sensitivity import SensitivityFound
+from planter.engine.shown import sensitivity_sentences, sensitivity_tables, summary_tables
 from planter.files import units
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
@@ -50,6 +51,20 @@ def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> 
     more = {"optimum.toml": optimum_file.text(found)}
     seen = scene(title, course, best.seconds, best.columns, best.places)
     page.write(out, title, found.machine, found.result.table(), told, best.columns, course, progress, seen, more)
+
+
+def write_sensitivity(out: Path, found: SensitivityFound, machine: MechanismFile) -> None:
+    """A sensitivity: gradient and combinations. Raises InputError as `write_turn`."""
+    title = f"Sensitivity of {machine.name}"
+    page.write_tables(out, title, machine, found.table(), sensitivity_sections(found))
+
+
+def sensitivity_sections(found: SensitivityFound) -> Iterator[Section]:
+    """Yield the gradient, and which combinations matter."""
+    tables = [Table(one.head, one.rows, one.title) for one in sensitivity_tables(found)]
+    sentences = [Text(sentence) for sentence in sensitivity_sentences(found)]
+    yield Section("Gradient", [Text(f"Of {found.least}."), *tables[:1]])
+    yield Section("What matters", [*sentences, *tables[1:]])
 
 
 def _optimum(found: Optimum) -> Iterator[Section]:

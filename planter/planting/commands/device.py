@@ -100,26 +100,44 @@ app.command("turn", help="Another name for `simulate`.")(simulate)
 @app.command()
 @writes("summary.json", "report.html")
 def sensitivity(
-    machine: MachineArgument,
+    machine: AnyMachineArgument,
     model: ModelOption = Model.exact,
     samples: SamplesOption = None,
+    least: LeastOption = None,
+    all_values: Annotated[
+        bool, typer.Option("--all", help="in all values of the file, not only those of the design or with bounds")
+    ] = False,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Gradient of the objective, and which design parameters the support force does not feel."""
+    """Gradient of the objective, and which combinations of design parameters what is minimised depends on.
+
+    For a mechanism of your own the objective is that of its file, or --least; by true extremes unless --samples says
+    a number. A value without bounds counts by its size.
+    """
     console = Console(as_json)
     with console.outcome():
-        from planter.planting import simulation, tables
+        from planter.mechanism.machines import takes
+        from planter.mechanism.tables import show_sensitivity
+
+        if takes(machine):
+            from planter.mechanism.sensitivity import run_sensitivity
+
+            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
+            refuse_options(mechanism, {"--model": model is not Model.exact})
+            run_sensitivity(console, mechanism, least, samples, all_values, out)
+            return
+        from planter.planting import simulation
 
         device = device_of(machine, model, set_, speed_rpm)
-        result = simulation.sensitivity(device, samples)
+        result = simulation.sensitivity(device, samples, least, all_values)
         if out is not None:
             from planter.planting.report import results as report
 
             report.write_result(out, device, result)
-        console.result(result, lambda: tables.sensitivity(console, result))
+        console.result(result, lambda: show_sensitivity(console, result))
 
 
 @app.command(help=OPTIMISE)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from planter.engine.sensitivity import SensitivityFound
 from planter.explain import dictionary
 from planter.files import units
+from planter.mechanism.report.results import sensitivity_sections
 from planter.planting import force_tables, quantities
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary
@@ -38,7 +40,8 @@ CAPTIONS = {
 """What a figure shows, by the name under which it is handed in; other names stand for themselves."""
 
 _ELSEWHERE = (
-    "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "insensitive", "requirements",
+    "design", "start_design", "certificate", "warnings", "at", "cross", "gradient", "scaled", "combinations",
+    "insensitive", "requirements",
     "proof", "target", "reached", "miss_percent", "designer", "start_designer", "statement",
 )  # fmt: skip
 NAMED = ("name", "unit", "meaning", "source", "drawn in")
@@ -102,8 +105,8 @@ def sections(
     if summary.get("teeth"):
         yield Section("Whole teeth", list(whole_teeth(summary["teeth"])))
     if "gradient" in summary:
-        yield Section("Gradient", [gradient(summary["gradient"])])
-    if "insensitive" in summary:
+        yield from sensitivity_sections(SensitivityFound.read(summary))
+    elif "insensitive" in summary:
         yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
     yield Section("Design", [design(machine, summary)])
     if "front" in summary and "fitted" not in summary:
@@ -247,14 +250,6 @@ def proof(found: Summary) -> Iterator[Block]:
         "is added to each: it rests on the arithmetic of IEEE 754, and on sines, cosines, arc tangents within 2^-49.",
         "note",
     )
-
-
-def gradient(found: Mapping[str, float]) -> Block:
-    """Change of the objective with each design parameter, per shown unit of it."""
-    rows = [
-        (labels.name(name), value, f"1/{units.unit(name)}" if units.unit(name) else "") for name, value in found.items()
-    ]
-    return Table(("parameter", "derivative of the objective", "per"), rows)
 
 
 def insensitive(directions: Sequence[Sequence[Mapping[str, float]]]) -> Iterator[Block]:

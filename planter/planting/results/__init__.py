@@ -1,5 +1,6 @@
 """What the planting device's commands return, key by key."""
 
+from planter.engine.sensitivity import SensitivityFound
 from planter.mechanism.results import Turn
 from planter.planting.measured.results import MeasuredFound
 from planter.planting.results.calibrated import CalibrationFound
@@ -7,7 +8,7 @@ from planter.planting.results.compared import ComparisonFound
 from planter.planting.results.driven import DriveFound
 from planter.planting.results.exported import MotionWritten, UnitWritten, Written
 from planter.planting.results.optimised import OptimisationFound
-from planter.planting.results.simulated import SensitivityFound, SimulationFound, Validation
+from planter.planting.results.simulated import SimulationFound, Validation
 from planter.workshop.cams.results import Cam
 
 COMMANDS = {

@@ -1,11 +1,11 @@
-"""What `planter simulate`, `sensitivity` and `validate` return of a planting device, key by key."""
+"""What `planter simulate` and `validate` return of a planting device, key by key."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from planter.planting.designer.results import DesignersSummary
-from planter.planting.results.stated import Design, Direction, Requirement, Statistics, Warned
+from planter.planting.results.stated import Design, Requirement, Statistics, Warned
 from planter.records import Record
 
 
@@ -104,20 +104,6 @@ class SimulationFound(Record):
     designer: DesignersSummary
     requirements: list[Requirement] | None = None
     lifted: list[Lifted] | None = None
-
-
-@dataclass(frozen=True)
-class SensitivityFound(Record):
-    """`planter sensitivity`: gradient per shown unit, and a basis of the directions that the force does not feel.
-
-    `objective` and `gradient` are those of so many `samples`.
-    """
-
-    samples: int
-    objective: float
-    gradient: Design
-    effective_parameters: int
-    insensitive: list[Direction]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,141 @@
+"""How a sum of measures changes with a machine's values, and which combinations of these its curves depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from planter.engine.goal import Goal
+from planter.engine.loops import TURN
+from planter.engine.machine import Machine
+from planter.engine.measures import Measure
+from planter.engine.response import Response
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.optimise.directions import NEGLIGIBLE, find_insensitive
+from planter.records import Record
+
+Direction = list[dict[str, float]]
+"""Weights of values, in parts of their widths."""
+
+
+@dataclass(frozen=True)
+class Combination(Record):
+    """A combination of values, by weights in parts of their widths, whose squares sum to 1.
+
+    `strength` is how much moving along it changes the curves, as a share of the strongest combination's.
+    """
+
+    strength: float
+    weights: dict[str, float]
+
+
+@dataclass(frozen=True)
+class SensitivityFound(Record):
+    """`planter sensitivity`: gradient per display unit, and a basis of directions on which the curves do not depend.
+
+    `objective` and `gradient` are those of true extremes (`kind` "true") or of so many `samples` ("sampled"); an
+    extreme that two angles share has the gradient of one. `scaled` is the gradient times the width of each value's
+    bounds, or the size of a value without. The curves are those of the quantities in `least`, in parts of their
+    ranges, over so many `samples`; `combinations` are those that they depend on, the strongest first.
+    """
+
+    samples: int
+    objective: float
+    gradient: dict[str, float]
+    effective_parameters: int
+    insensitive: list[Direction]
+    machine: str
+    kind: Literal["true", "sampled"]
+    least: str
+    scaled: dict[str, float]
+    combinations: list[Combination]
+
+
+def compute_sensitivity(
+    machine: Machine, least: Sequence[Measure], samples: int | None = None, count: int | None = None
+) -> SensitivityFound:
+    """Return the sensitivity of a sum of measures at a machine's own design, in its moved values.
+
+    Measures are as `goal.resolve_measure` gives them, over `samples` of a cycle, or by true extremes if None; curves
+    over `count` samples then. Raises ComputationError where loops do not close.
+    """
+    x, curve = machine.design, samples or count or machine.samples
+    goal, names = build_goal(machine, least, samples), name_moved(machine)
+    gradient = goal.slope(x)
+    columns = _scaled_slopes(machine, list(dict.fromkeys(measure.name for measure in least)), curve)
+    found = find_insensitive(names, columns)
+    return SensitivityFound(
+        samples=curve,
+        objective=goal.evaluate(x),
+        gradient=_by_name(names, gradient * machine.scale),
+        effective_parameters=found.effective_parameters,
+        insensitive=found.named,
+        machine=machine.name,
+        kind="sampled" if samples else "true",
+        least=" + ".join(map(str, least)),
+        scaled=_by_name(names, gradient * find_widths(machine)),
+        combinations=_combinations(names, columns, found.effective_parameters),
+    )
+
+
+def build_goal(machine: Machine, least: Sequence[Measure], samples: int | None) -> Goal:
+    """Return the goal of a sum at a machine's own design: over samples, or by true extremes if None."""
+    if samples is not None:
+        return Goal(machine, least, [], samples, with_events=False)
+    goal = Goal(machine, least, [])
+    return goal.refined(machine.design, 0.0) or goal
+
+
+def move_all(machine: Machine) -> Machine:
+    """Return the machine with all its values to move; those that it does not move yet have no bounds."""
+    lower, upper = np.full(len(machine.values), np.nan), np.full(len(machine.values), np.nan)
+    lower[list(machine.moved)], upper[list(machine.moved)] = machine.lower, machine.upper
+    return replace(machine, moved=tuple(range(len(machine.values))), lower=lower, upper=upper)
+
+
+def name_moved(machine: Machine) -> tuple[str, ...]:
+    """Return the names of the moved values: the last parts of their paths, or these where two end alike."""
+    keys = machine.design_names
+    return tuple(
+        key if keys.count(key) == 1 else machine.values[index].path
+        for key, index in zip(keys, machine.moved, strict=True)
+    )
+
+
+def find_widths(machine: Machine) -> Array:
+    """Return the widths (p,) of bounds in SI; of values without bounds their size, or one display unit if zero."""
+    sizes = np.where(machine.design == 0.0, machine.scale, np.abs(machine.design))
+    widths: Array = np.where(np.isnan(machine.lower), sizes, machine.upper - machine.lower)
+    return widths
+
+
+def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:
+    """Return the slopes (n, p) of curves at samples, in parts of their ranges, times the widths of the values."""
+    response = Response(machine, names)
+    phi = TURN * np.arange(samples) / samples
+    values, slopes = response.slopes(response.at(machine.design), phi)
+    ranges = np.ptp(values, axis=1)
+    ranges[ranges == 0.0] = 1.0
+    scaled = slopes[:, :, 1:] / ranges[:, None, None]
+    columns: Array = scaled.reshape(-1, len(machine.moved)) * find_widths(machine)
+    if not columns.any():
+        raise InputError(f"{machine.source}: no value that moves has an effect on {' or '.join(names)}")
+    return columns
+
+
+def _combinations(names: tuple[str, ...], columns: Array, rank: int) -> list[Combination]:
+    _, strengths, right = np.linalg.svd(columns, full_matrices=False)
+    combinations = []
+    for strength, weights in zip(strengths[:rank], right, strict=False):
+        signed = weights * np.sign(weights[np.abs(weights).argmax()])
+        shown = {name: float(w) for name, w in zip(names, signed, strict=True) if abs(w) > NEGLIGIBLE}
+        combinations.append(Combination(float(strength / strengths[0]), shown))
+    return combinations
+
+
+def _by_name(names: Sequence[str], values: Array) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))

@@ -1,0 +1,74 @@
+"""Sensitivity of any machine: central differences of the objective, directions that leave the curves as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planter.engine.goal import resolve_measure
+from planter.engine.machine import Machine
+from planter.engine.measures import Measure, parse_sum
+from planter.engine.response import Response
+from planter.engine.sensitivity import build_goal, compute_sensitivity, find_widths, move_all
+from planter.errors import InputError
+from planter.mechanism import sensitivity
+from planter.mechanism.machines import build_machine
+from tests.support import own
+from tests.support.cli import answer
+
+TRUE, SAMPLED = "range F_Ox + 2 max abs F_Oy", "range F_Ox + 0.5 rms M_in + 2 max abs F_Oy + F_By at 100"
+
+
+def build(source: str, text: str) -> tuple[Machine, list[Measure]]:
+    machine = build_machine(own.file(source))
+    return machine, [resolve_measure(machine, measure) for measure in parse_sum(text)]
+
+
+@pytest.mark.parametrize(("text", "samples"), [(TRUE, None), (SAMPLED, 60)])
+def test_gradient_is_that_of_central_differences(text: str, samples: int | None) -> None:
+    machine, least = build("slider_crank", text)
+    paths = ("values.r_mm", "values.omega_rpm", "values.mu")
+    machine = machine.with_moved(dict.fromkeys(paths, (0.0, 1.0)))
+    found = compute_sensitivity(machine, least, samples, 36)
+    goal = build_goal(machine, least, samples)
+    for index, (name, slope) in enumerate(found.gradient.items()):
+        step = 2e-5 * np.abs(machine.design) * (np.arange(len(machine.moved)) == index)
+        high, low = (goal.evaluate(machine.design + sign * step) for sign in (1, -1))
+        difference = (high - low) / (2 * step[index]) * machine.scale[index]
+        assert slope == pytest.approx(difference, rel=2e-5), name
+    assert found.scaled["r_mm"] == pytest.approx(found.gradient["r_mm"], rel=1e-12)
+
+
+def test_directions_without_effect_leave_the_curves() -> None:
+    machine, least = build("transplanting_arm", "max abs M_in")
+    machine = move_all(machine)
+    found = compute_sensitivity(machine, least, None, 90)
+    assert [{"p_mm": 1.0}] in found.insensitive
+    assert found.effective_parameters + len(found.insensitive) == len(machine.values)
+    response, phi = Response(machine, ["M_in"]), np.linspace(0, 6, 40)
+    slopes = response.slopes(response.at(machine.design), phi)[1][0, :, 1:] * find_widths(machine)
+    for direction in found.insensitive:
+        weights = {name: weight for part in direction for name, weight in part.items()}
+        vector = np.array([weights.get(name, 0.0) for name in machine.design_names])
+        assert np.abs(slopes @ vector).max() < 1e-6 * np.abs(slopes).max()
+    strong = found.combinations[0].weights
+    vector = np.array([strong.get(name, 0.0) for name in machine.design_names])
+    assert np.linalg.norm(vector) == pytest.approx(1.0, abs=1e-9)
+    assert np.linalg.norm(slopes @ vector) > 0.9 * np.linalg.norm(slopes, 2)
+
+
+def test_what_is_missing_is_refused_plainly() -> None:
+    file = own.file("slider_crank")
+    with pytest.raises(InputError, match=r"objective\.least is missing"):
+        sensitivity.compute(file)
+    with pytest.raises(InputError, match="--all"):
+        sensitivity.compute(file.model_copy(update={"bounds": {}}), "max M_in")
+    free = build_machine(file).with_moved({"values.J_kg_m2": (0.0, 1.0)})
+    with pytest.raises(InputError, match="has an effect on s"):
+        compute_sensitivity(free, [resolve_measure(free, measure) for measure in parse_sum("max s")], 12)
+
+
+def test_planting_device_takes_any_sum_and_all_values() -> None:
+    found = answer("sensitivity", "wang2017", "--least", "mean M_L", "--all", "--samples", "24")
+    assert found["gradient"]["cam_friction_angle_deg"] > 0
+    assert found["gradient"]["forward_speed_m_s"] == 0
