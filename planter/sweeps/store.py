@@ -19,11 +19,11 @@ PATIENCE_S = 60.0
 """How long another process may hold the file."""
 APPLICATION_ID = 0x706C6E74
 """Marks a database as one of planter's: "plnt" (SQLite's PRAGMA application_id)."""
-_TABLES = (
-    f"PRAGMA application_id = {APPLICATION_ID}",
-    "CREATE TABLE asked (question TEXT NOT NULL)",
+_MARK = f"PRAGMA application_id = {APPLICATION_ID}"
+_ASKED = "CREATE TABLE asked (question TEXT NOT NULL)"
+_CHUNKS = (
     "CREATE TABLE chunks (question TEXT NOT NULL, number INTEGER NOT NULL, sha256 TEXT NOT NULL, "
-    "content BLOB NOT NULL, PRIMARY KEY (question, number)) WITHOUT ROWID",
+    "content BLOB NOT NULL, PRIMARY KEY (question, number)) WITHOUT ROWID"
 )
 
 
@@ -69,9 +69,12 @@ class Store:
     def _ask(self) -> None:
         with self._transaction():
             if not self._file.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-                for statement in _TABLES:
+                for statement in (_MARK, _ASKED, _CHUNKS):
                     self._file.execute(statement)
                 self._file.execute("INSERT INTO asked VALUES (?)", (self._question,))
+            if self._has_earlier_layout():
+                self._check_question()
+                self._convert()
             (mark,) = self._file.execute("PRAGMA application_id").fetchone()
             if mark != APPLICATION_ID:
                 raise self._refusal("this version of planter did not write this file")
@@ -80,6 +83,22 @@ class Store:
     def _check_question(self) -> None:
         if self._file.execute("SELECT question FROM asked").fetchall() != [(self._question,)]:
             raise self._refusal("this holds the rows of another plan, machine or version of planter")
+
+    def _has_earlier_layout(self) -> bool:
+        """Return whether the chunks are kept as they were before 0.2.0: without their question, and without a mark."""
+        columns = [column[1] for column in self._file.execute("PRAGMA table_info(chunks)")]
+        return columns == ["number", "sha256", "content"]
+
+    def _convert(self) -> None:
+        """Keep the sound chunks of the earlier layout in today's."""
+        chunks = self._file.execute("SELECT number, sha256, content FROM chunks").fetchall()
+        self._file.execute("DROP TABLE chunks")
+        for statement in (_MARK, _CHUNKS):
+            self._file.execute(statement)
+        for number, sha256, content in chunks:
+            if _sha256(content) == sha256 and self._fits(number, content):
+                row = (self._question, number, self._hash(number, content), content)
+                self._file.execute("INSERT INTO chunks VALUES (?, ?, ?, ?)", row)
 
     def _refusal(self, reason: str) -> InputError:
         return InputError(f"{self._name}: {reason}; choose another --out, or add --overwrite")

@@ -51,6 +51,8 @@ def dxf(lines: Iterable[Line]) -> bytes:
         drawing.linetypes.add(name, pattern, description=meaning)
         for line in lines:
             _add(drawing, line)
+        for kind in sorted(drawing.entitydb.dxf_types_in_use()):  # ezdxf goes through them in the order of a set
+            drawing.classes.add_class(kind)
         drawing.write(text)
     return text.getvalue().encode(drawing.output_encoding)
 

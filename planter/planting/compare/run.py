@@ -100,6 +100,12 @@ class Store:
     def _hash(self, task: Task) -> str:
         return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
+    def _is_earlier(self, task: Task, kept: dict[str, Any]) -> bool:
+        """Return whether a file of the layout whose hash left the pair out answers the question for this pair."""
+        stages = (kept["found"].get("stage1"), kept["found"].get("stage2"))
+        asked = hashlib.sha256(self._question.encode()).hexdigest()
+        return kept.get("asked") == asked and stages == (task or (None, None))
+
     def save(self, task: Task, found: dict[str, Any]) -> None:
         if self.folder is not None:
             files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": found})
@@ -113,7 +119,7 @@ class Store:
         except InputError:
             return None
         found: dict[str, Any] | None = kept.get("found")
-        if found is None or kept.get("asked") != self._hash(task):
+        if found is None or not (kept.get("asked") == self._hash(task) or self._is_earlier(task, kept)):
             return None
         keep(self.folder / f"{_name(task)}.json")
         return found
