@@ -14,7 +14,8 @@ from planter.numerics.angles import TURN
 
 MODEL, NEEDLE = "pickup_exact", "pickup_needle"
 """The generated formulas of the pick-up."""
-_ROUNDING = 1e-12
+ROUNDING = 1e-12
+"""Angles this close to an end of the dwell lie in it [rad]."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Dwell:
 
     def holds(self, t: Array) -> Array:
         """Whether angles lie in the dwell, its ends included; any turn."""
-        inside = (t - self.start + _ROUNDING) % TURN <= self.width + 2 * _ROUNDING
+        inside = (t - self.start + ROUNDING) % TURN <= self.width + 2 * ROUNDING
         return np.asarray(inside)
 
 

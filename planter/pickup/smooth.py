@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cache
 
+import casadi as ca
 import numpy as np
-from numpy.polynomial import Polynomial
 
-from planter.kernels import Array
+from planter.kernels import Array, Kernel
 from planter.numerics.angles import TURN
 from planter.pickup.law import Dwell, toothed_range
 
@@ -31,64 +30,83 @@ class SmoothLaw:
     phi1_far: float = np.pi
 
     def arm(self, t: Array) -> Array:
-        turned = np.asarray(t, dtype=float)
-        within = self._within(turned)
-        start = self._grown(np.zeros(1))[0]
-        return np.asarray(self.phi1_far + self.mean_on_teeth * (self._grown(within) - start) + turned - within)
+        return self._evaluate(t)[0]
 
     def slopes(self, t: Array) -> Array:
-        within = self._within(np.asarray(t, dtype=float))
-        first, last = toothed_range(self.dwell)
-        within = np.where(within > last + self.dwell.width / 2, first, np.minimum(within, last))
-        swing = [1 + self.p * np.cos(within), -self.p * np.sin(within), -self.p * np.cos(within)]
-        after, before = within - first, last - within
-        for order in range(3):
-            swing[order] = np.where(after < self.transition - _ROUNDING, self._after.deriv(order)(after), swing[order])
-            mirrored = (-1) ** order * self._before.deriv(order)(before)
-            swing[order] = np.where(before < self.transition - _ROUNDING, mirrored, swing[order])
-        return self.mean_on_teeth * np.array(swing)
+        return self._evaluate(t)[1:4]
 
     def joints(self) -> Array:
         first, last = toothed_range(self.dwell)
         return np.array([first, first + self.transition, last - self.transition, last])
 
-    @cached_property
+    @property
     def mean_on_teeth(self) -> float:
         """c [-]."""
-        return float(TURN / self._grown(np.array([toothed_range(self.dwell)[1]]))[0])
+        return float(self._evaluate(np.zeros(1))[4, 0])
 
     @property
     def rises(self) -> bool:
         """Whether the slope is positive throughout both transitions."""
-        own = [part(self.transition) for part in (self._after, self._before)]
-        return bool(min(own) > 0 and min(part.coef[2] for part in (self._after, self._before)) >= 0)
+        h = self.transition
+        for joint, sense in ((self.dwell.end + h, 1), (self.dwell.start - h, -1)):
+            value, rate = 1 + self.p * np.cos(joint), -sense * self.p * np.sin(joint)
+            if value <= 0 or 3 * value < rate * h:
+                return False
+        return True
 
-    def _within(self, t: Array) -> Array:
-        first, _ = toothed_range(self.dwell)
-        return np.asarray(first + (t - first) % TURN)
+    def _evaluate(self, t: Array) -> Array:
+        """Return the arm's angle, the slope with two derivatives, and c, (5, n)."""
+        angles = np.asarray(t, dtype=float)
+        law = np.array([self.p, self.dwell.start, self.dwell.end, self.phi1_far, self.transition])
+        return _law()(t=angles.ravel(), law=law)["outputs"].reshape(5, *angles.shape)
 
-    @cached_property
-    def _after(self) -> Polynomial:
-        """The slope over c in powers of the distance from the dwell's end."""
-        return self._cubic(self.dwell.end + self.transition, 1)
 
-    @cached_property
-    def _before(self) -> Polynomial:
-        """The slope over c in powers of the distance back from the dwell's start."""
-        return self._cubic(self.dwell.start - self.transition, -1)
+def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
+    """Return the graph of the arm's angle, of the slope with two derivatives, and of c, (5,).
 
-    def _cubic(self, joint: float, sense: int) -> Polynomial:
-        h, value, rate = self.transition, 1 + self.p * np.cos(joint), -sense * self.p * np.sin(joint)
-        return Polynomial([0, 0, (3 * value - rate * h) / h**2, (rate * h - 2 * value) / h**3])
+    `law` (5,) are p, the dwell's start and end, the arm's angle at t = 0, and the width of a transition [rad].
+    """
+    p, start, end, far, h = ca.vertsplit(law)
+    first = end - TURN
 
-    def _grown(self, within: Array) -> Array:
-        """Integral of the slope over c from the dwell's end on, up to angles (n,) of the turn after it."""
-        first, last = toothed_range(self.dwell)
-        h, after, before = self.transition, self._after.integ(), self._before.integ()
+    def cubic(joint: ca.SX, sense: int) -> tuple[ca.SX, ca.SX]:
+        """Return the coefficients of the square and the cube of the distance from the dwell in the slope over c."""
+        value, rate = 1 + p * ca.cos(joint), -sense * p * ca.sin(joint)
+        return (3 * value - rate * h) / h**2, (rate * h - 2 * value) / h**3
 
-        def plain(t: Any) -> Any:
-            return t + self.p * np.sin(t)
+    def integral(part: tuple[ca.SX, ca.SX], distance: ca.SX) -> ca.SX:
+        return part[0] * distance**3 / 3 + part[1] * distance**4 / 4
 
-        middle = np.clip(within, first + h, last - h)
-        rest = before(h) - before(np.clip(last - within, 0, h))
-        return np.asarray(after(np.clip(within - first, 0, h)) + plain(middle) - plain(first + h) + rest)
+    def plain(angle: ca.SX) -> ca.SX:
+        return angle + p * ca.sin(angle)
+
+    after, before = cubic(end + h, 1), cubic(start - h, -1)
+
+    def gained(angle: ca.SX) -> ca.SX:
+        """Return the integral of the slope over c from the dwell's end on, up to an angle of the turn after it."""
+        middle = ca.fmin(ca.fmax(angle, first + h), start - h)
+        beside = [ca.fmin(ca.fmax(distance, 0), h) for distance in (angle - first, start - angle)]
+        rest = integral(before, h) - integral(before, beside[1])
+        return integral(after, beside[0]) + plain(middle) - plain(first + h) + rest
+
+    turned = TURN * ca.floor((t - first) / TURN)
+    within, mean = t - turned, TURN / gained(start)
+    angle = far + mean * (gained(within) - gained(ca.SX(0))) + turned
+    tooth = ca.if_else(within > start + (end - start) / 2, first, ca.fmin(within, start))
+    slopes = [1 + p * ca.cos(tooth), -p * ca.sin(tooth), -p * ca.cos(tooth)]
+    for part, distance, sense in ((after, tooth - first, 1), (before, start - tooth, -1)):
+        square, cube = part
+        ends = [
+            (square + cube * distance) * distance**2,
+            sense * (2 * square + 3 * cube * distance) * distance,
+            2 * square + 6 * cube * distance,
+        ]
+        near = distance < h - _ROUNDING
+        slopes = [ca.if_else(near, end, slope) for end, slope in zip(ends, slopes, strict=True)]
+    return ca.vertcat(angle, *(mean * slope for slope in slopes), mean)
+
+
+@cache
+def _law() -> Kernel:
+    t, law = ca.SX.sym("t"), ca.SX.sym("law", 5)
+    return Kernel(ca.Function("smooth", [t, law], [compose_smooth_law(t, law)], ["t", "law"], ["outputs"]), lanes=["t"])
