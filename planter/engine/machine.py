@@ -28,12 +28,16 @@ LEAST_PIVOT = 1e-12
 
 @dataclass(frozen=True)
 class Value:
-    """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there."""
+    """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there.
+
+    `source` says where the symbol is from, such as an equation of a paper.
+    """
 
     name: str
     unit: str
     meaning: str
     path: str
+    source: str = ""
 
     @property
     def key(self) -> str:
@@ -62,6 +66,7 @@ class Quantity:
     role: Role = "result"
     axes: str | None = None
     is_push: bool = False
+    source: str = ""
 
     @property
     def factor(self) -> float:

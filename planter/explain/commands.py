@@ -20,9 +20,13 @@ def explain(
         str | None,
         typer.Argument(
             help="a symbol, key or column, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine, whose drawings have "
-            "all symbols of its geometry",
+            "all symbols of its geometry; or your mechanism's file",
             show_default=False,
         ),
+    ] = None,
+    key: Annotated[
+        str | None,
+        typer.Argument(help="with a machine: a symbol, key, column or quantity of it alone", show_default=False),
     ] = None,
     out: OutOption = None,
     set_: SetOption = None,
@@ -31,12 +35,27 @@ def explain(
     """Say what a symbol, a file's key, a result's key or a column means: unit, source, verdict, figures.
 
     Of a machine, every symbol of its geometry; `--out` writes the drawings that they stand on, beside their tables:
-    `planter explain wang2017 --out drawn`.
+    `planter explain wang2017 --out drawn`. Of your mechanism, every value with its bounds, every quantity, and the
+    functions: `planter explain own/slider_crank.toml`.
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.explain import dictionary, machine, tables
+        from planter.explain import dictionary, machine, mechanism, tables
 
+        if name is not None and key is None and not machine.takes(name) and mechanism.takes(name):
+            from planter.explain import page
+
+            explained = mechanism.explain_mechanism(name, changes(set_))
+            explained = explained if out is None else page.write_mechanism(explained, out)
+            console.result(explained, lambda: tables.mechanism(explained))
+            return
+        if name is not None and key is not None:
+            if machine.takes(name):
+                meanings = dictionary.explain_in(machine.find_room(name), key)
+            else:
+                meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, changes(set_)), key)
+            console.result(meanings, lambda: tables.explained(meanings))
+            return
         if name is not None and (out is not None or set_ or machine.takes(name)):
             from planter.explain import page
 

@@ -47,6 +47,20 @@ def explained(name: str) -> Explained:
     return Explained(name, found)
 
 
+def explain_in(room: str, key: str) -> Explained:
+    """Return every meaning of a symbol, key or column in the machines of a room.
+
+    Raises InputError for a name that has none there, with those that look like it.
+    """
+    every_meaning = [one for one in every() if one.machine == room]
+    meanings = [one for one in every_meaning if key in (one.name, one.key)]
+    if not meanings:
+        near = paths.close(key, sorted({name for one in every_meaning for name in (one.name, one.key) if name}))
+        hint = f"did you mean {' or '.join(near)}?" if near else "planter explain lists the names that are known"
+        raise InputError(f"KEY = {key} is not allowed: it is no symbol, key or column of {room}, {hint}")
+    return Explained(key, meanings)
+
+
 def names() -> KnownNames:
     """The names that are known, by machine or command."""
     found: dict[str, set[str]] = {}

@@ -56,6 +56,11 @@ def takes(source: str) -> bool:
     return any(labels.takes(source) for labels in draughtsmen().values())
 
 
+def find_room(source: str) -> str:
+    """Return the room that draws a source. Raises StopIteration if none does."""
+    return next(room for room, labels in draughtsmen().items() if labels.takes(source))
+
+
 def drawn(source: str, changes: Mapping[str, float]) -> Drawn:
     """The machine of a file or a built-in name.
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from planter.explain.machine import Drawn
-from planter.explain.results import DrawnSymbol, ExplainedMachine
+from planter.explain.results import DrawnSymbol, ExplainedMachine, ExplainedMechanism
 from planter.files import csv_rows
 from planter.report import bundle, files
-from planter.report.html import FigureSvg, Section, Table, page
+from planter.report.html import FigureSvg, Items, Section, Table, Text, page
 from planter.view.labelling import figure
 
 HEADER = ("symbol", "unit", "meaning", "key in the file", "column")
+MECHANISM_FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")
 FIELDS = ("name", "unit", "meaning", "key", "column", "sheet", "left_out")
 
 
@@ -33,6 +35,37 @@ def write(drawn: Drawn, out: Path) -> ExplainedMachine:
     texts = (page(title, sections), csv_rows.written((), FIELDS, rows), files.summary_text(found.table()))
     bundle.write(out, dict(zip(names, texts, strict=True)), figures)
     return found
+
+
+def write_mechanism(found: ExplainedMechanism, out: Path) -> ExplainedMechanism:
+    """Write `report.html`, `symbols.csv` and `summary.json` of a mechanism; return it with their names.
+
+    Raises InputError, naming the path, for a folder that cannot be written.
+    """
+    files.output_folder(out)
+    found = replace(found, files=["report.html", "symbols.csv", "summary.json"])
+    values = [[one.name, one.unit, one.meaning, one.key, one.value, one.allowed, one.origin] for one in found.values]
+    quantities = [[one.name, one.unit, one.meaning, one.key, one.kind, one.source] for one in found.quantities]
+    functions = [[one.name, ", ".join(one.inputs), one.outputs, one.operations] for one in found.functions]
+    sections = [
+        Section("Statement", [Text(f"{found.title}, from {found.source}. It assumes:"), Items(found.assumptions)]),
+        Section("Values", [Table(("symbol", "unit", "meaning", "key", "value there", "bounds", "origin"), values)]),
+        Section("Quantities", [Table(("symbol", "unit", "meaning", "key", "kind", "source"), quantities)]),
+        Section("Functions", [Table(("function", "inputs", "results", "operations"), functions)]),
+    ]
+    every = [*found.values, *found.quantities]
+    rows = [[_cell(getattr(one, field)) for field in MECHANISM_FIELDS] for one in every]
+    texts = (
+        page(f"{found.machine}: values, quantities and functions", sections),
+        csv_rows.written((), MECHANISM_FIELDS, rows),
+        files.summary_text(found.table()),
+    )
+    bundle.write(out, dict(zip(found.files, texts, strict=True)), {})
+    return found
+
+
+def _cell(value: object) -> str | float:
+    return "" if value is None else value if isinstance(value, float) else str(value)
 
 
 def table(symbols: list[DrawnSymbol]) -> Table:

@@ -22,7 +22,8 @@ class Meaning(Record):
     """What a name means in a machine: its kind, unit, words, source, and where it stands, is drawn or is judged.
 
     `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number; `key` is the name
-    under which files and results show a symbol.
+    under which files and results show a symbol. Of a mechanism `kind` is value, quantity or check; `value` is a value
+    in the unit of its key, and `origin` where that is from.
     """
 
     name: str
@@ -35,6 +36,8 @@ class Meaning(Record):
     allowed: str | None = None
     equations: list[DefiningEquation] | None = None
     figures: list[str] | None = None
+    value: float | None = None
+    origin: str | None = None
 
 
 @dataclass(frozen=True)
@@ -89,4 +92,28 @@ class ExplainedMachine(Record):
     files: list[str]
 
 
-COMMANDS = {"explain": Explained | KnownNames | ExplainedMachine}
+@dataclass(frozen=True)
+class ExplainedFunction(Record):
+    """A function of a mechanism: its inputs, how many results it has, and of how many operations it is made."""
+
+    name: str
+    inputs: list[str]
+    outputs: int
+    operations: int | None
+
+
+@dataclass(frozen=True)
+class ExplainedMechanism(Record):
+    """`planter explain FILE` of a mechanism: its values, quantities and functions; `files` were written by `--out`."""
+
+    machine: str
+    title: str
+    source: str
+    assumptions: list[str]
+    values: list[Meaning]
+    quantities: list[Meaning]
+    functions: list[ExplainedFunction]
+    files: list[str]
+
+
+COMMANDS = {"explain": Explained | KnownNames | ExplainedMachine | ExplainedMechanism}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import textwrap
 
-from planter.explain.results import DrawnSymbol, Explained, ExplainedMachine, KnownNames, Meaning
+from planter.explain.results import DrawnSymbol, Explained, ExplainedMachine, ExplainedMechanism, KnownNames, Meaning
+from planter.files import units
 
 WIDTH = 80
 
@@ -22,6 +23,8 @@ def told(one: Meaning) -> list[str]:
     facts = [one.meaning, f"source: {one.source}"]
     if one.key and one.key != one.name:
         facts.append(f"shown as {one.key}")
+    if one.value is not None:
+        facts.append(f"value: {shown_value(one)}")
     if one.allowed:
         facts.append(f"allowed: {one.allowed}")
     facts += [f"defined by {e.paper} ({e.equation}): {e.verdict}" for e in one.equations or ()]
@@ -29,6 +32,33 @@ def told(one: Meaning) -> list[str]:
         facts.append(f"drawn in {', '.join(one.figures)}")
     return [*lines, *(line for fact in facts for line in textwrap.wrap(
         fact, WIDTH, initial_indent="  ", subsequent_indent="    "))]  # fmt: skip
+
+
+def shown_value(one: Meaning) -> str:
+    """Return a value with its unit in the file, and where it is from."""
+    number = f"{one.value:g} {units.unit(one.key or '')}".rstrip()
+    return f"{number} ({one.origin})" if one.origin else number
+
+
+def mechanism(found: ExplainedMechanism) -> None:
+    """Print values, quantities and functions of a mechanism."""
+    print(textwrap.fill(f"{found.machine}: {found.title}, from {found.source}", WIDTH))
+    for assumption in found.assumptions:
+        print(textwrap.fill(f"assumes {assumption}", WIDTH, initial_indent="  ", subsequent_indent="    "))
+    for title, meanings in (("Values", found.values), ("Quantities", found.quantities)):
+        print(f"\n{title}")
+        for one in meanings:
+            unit = f" [{one.unit}]" if one.unit != "1" else ""
+            facts = [f"{one.name}{unit}: {one.meaning}"]
+            if one.value is not None:
+                facts.append(f"{one.key} = {shown_value(one)}" + (f", {one.allowed}" if one.allowed else ""))
+            for number, fact in enumerate(facts):
+                indent = "  " if number == 0 else "    "
+                print(textwrap.fill(fact, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  "))
+    print("\nFunctions")
+    for function in found.functions:
+        count = "" if function.operations is None else f", {function.operations} operations"
+        print(f"  {function.name}({', '.join(function.inputs)}): {function.outputs} results{count}")
 
 
 def machine(found: ExplainedMachine) -> None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from planter.engine.description import Description, FunctionSignature
 from planter.engine.loops import Loops
 from planter.engine.machine import Machine, Quantity, Role, Value, Vector, build_vectors
 from planter.errors import InputError
@@ -33,6 +34,28 @@ def takes(source: str) -> bool:
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a mechanism's file. Raises InputError as the file does, or if nothing drives it."""
     return build_machine(file.load(source, changes))
+
+
+def describe(source: str, changes: Mapping[str, float]) -> Description:
+    """Return what is said of a mechanism, whether an angle drives it or not. Raises InputError as its file does."""
+    mechanism = file.load(source, changes)
+    formulas = mechanism.model
+    sidecar, values = formulas.sidecar, _values(formulas)
+    return Description(
+        name=mechanism.name,
+        title=sidecar["title"],
+        source=sidecar["source"],
+        assumptions=tuple(sidecar["assumptions"]),
+        values=values,
+        data=mechanism.data(),
+        bounds={value.path: mechanism.bounds[value.key] for value in values if value.key in mechanism.bounds},
+        origins=mechanism.number_origins(),
+        quantities=_quantities(formulas),
+        functions=tuple(
+            FunctionSignature(name, tuple(entry["inputs"]), formulas.function(name).numel_out(0), entry["operations"])
+            for name, entry in sidecar["functions"].items()
+        ),
+    )
 
 
 def build_machine(mechanism: MechanismFile) -> Machine:
@@ -114,7 +137,7 @@ def _stages(formulas: Formulas) -> _Stages:
 @cache
 def _values(formulas: Formulas) -> tuple[Value, ...]:
     entries = formulas.sidecar["vectors"]["data"]
-    return tuple(Value(e["name"], e["unit"], e["meaning"], e["shown"]) for e in entries)
+    return tuple(Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"]) for e in entries)
 
 
 @cache
@@ -124,9 +147,10 @@ def _quantities(formulas: Formulas) -> tuple[Quantity, ...]:
         Quantity(
             e["name"], e["unit"], e["meaning"], units.key(e["name"], e["unit"]),
             role=next((role for start, role in ROLES.items() if e["name"].startswith(start)), "result"),
-            axes=axes.get(e["name"]), is_push=e["name"] in pushing,
+            axes=axes.get(e["name"]), is_push=e["name"] in pushing, source=e["source"],
         )
-        for e in formulas.sidecar["vectors"]["outputs"]
+        for part in ("start_state", "outputs")
+        for e in formulas.sidecar["vectors"].get(part, ())
     )  # fmt: skip
 
 

@@ -46,10 +46,10 @@ def build_machine(device: Device) -> Machine:
     functions, vectors = device.functions, device.sidecar["vectors"]
     size = device.size
     design = [
-        Value(entry["name"], entry["unit"], entry["meaning"], f"design.{name}")
+        Value(entry["name"], entry["unit"], entry["meaning"], f"design.{name}", entry["source"])
         for name, entry in zip(device.names, device.entries, strict=True)
     ]
-    data = [Value(entry["name"], entry["unit"], entry["meaning"], entry["shown"]) for entry in vectors["machine"]]
+    data = [Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"]) for e in vectors["machine"]]
     values = (*design, *data)
     d, q = ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
 
@@ -63,10 +63,13 @@ def build_machine(device: Device) -> Machine:
     both = ca.MX.sym("d", len(values))
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
     quantities = tuple(
-        Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total)
+        Quantity(
+            e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total,
+            source=e["source"],
+        )
         for vector, total in (("side", False), ("totals", True))
         for e in vectors[vector]
-    )
+    )  # fmt: skip
     return Machine(
         name=device.machine.name,
         source=device.machine.source,
