@@ -140,7 +140,7 @@ class Walk:
         self.alive, self.last = self.assembled.copy(), self.first.copy()
         self.reached = np.where(self.alive, np.inf, 0.0)
         begun = int(np.searchsorted(angles, 0.0, side="right"))
-        self.places = np.empty((loops.size, len(angles), count))
+        self.places = np.zeros((loops.size, len(angles), count))
         self.places[:, :begun] = self.first[:, None]
         if begun == len(angles):
             return

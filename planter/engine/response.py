@@ -189,7 +189,7 @@ class Response:
     # --- the functions behind it ---------------------------------------------------------------------
 
     @cached_property
-    def _tangent(self) -> ca.Function:
+    def tangent(self) -> ca.Function:
         """(d) -> h, dh: the prologue and its sparse Jacobian in the moved values."""
         machine = self.machine
         if machine.tangent is not None:
@@ -201,7 +201,7 @@ class Response:
 
     @cached_property
     def _pattern(self) -> ca.Sparsity:
-        return self._tangent.sparsity_out(1)
+        return self.tangent.sparsity_out(1)
 
     @cached_property
     def _dh(self) -> ca.SX:
@@ -209,7 +209,7 @@ class Response:
 
     @cached_property
     def _prologue(self) -> Kernel:
-        return Kernel(self._tangent)
+        return Kernel(self.tangent)
 
     @cached_property
     def _prologue_bent(self) -> Kernel:

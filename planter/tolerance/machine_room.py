@@ -1,0 +1,86 @@
+"""Sweeps and tolerances of any machine that an angle drives: what `planter.tolerance.room` asks for, by the engine."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from planter.files.document import Document
+
+if TYPE_CHECKING:
+    from planter.engine.machine import Machine
+    from planter.engine.outputs import SampledOutputs
+    from planter.progress import Listener
+    from planter.tolerance.results import RobustFound
+    from planter.tolerance.room import Settings
+    from planter.tolerance.spread import Spread
+
+
+class MachineRoom(ABC):
+    """Machines of files that the engine takes: inputs are their values, outputs measures of their quantities."""
+
+    choices: Mapping[str, Sequence[str]] = {}
+    usual: Sequence[str] = ()
+    banded: Sequence[str] = ()
+    curves: Sequence[str] = ()
+    paths: Sequence[tuple[str, str]] = ()
+
+    @abstractmethod
+    def takes(self, source: str) -> bool:
+        """Return whether a file, or a name, is a machine of this kind."""
+
+    @abstractmethod
+    def load(self, source: str, changes: Mapping[str, float]) -> Document:
+        """Return the file of a machine, some numbers set."""
+
+    @abstractmethod
+    def build(self, machine: Any) -> Machine:
+        """Return the machine of a file."""
+
+    @abstractmethod
+    def frozen(self, machine: Any) -> dict[str, Any]:
+        """Return all that makes the file again, fit for JSON."""
+
+    @abstractmethod
+    def thaw(self, frozen: Mapping[str, Any]) -> Document:
+        """Return the file that `frozen` was made of."""
+
+    def inputs(self, machine: Any) -> dict[str, str]:
+        """Return the meanings of the machine's values, by path."""
+        return {value.path: value.meaning for value in self.build(machine).values}
+
+    def outputs(self, machine: Any) -> dict[str, str]:
+        """Return the meanings of the measures of the machine's quantities over a turn."""
+        from planter.engine.outputs import list_outputs
+
+        return {name: output.meaning for name, output in list_outputs(self.build(machine)).items()}
+
+    def nominal(self, machine: Any) -> dict[str, float]:
+        """Return the numbers of the file that are values of the machine."""
+        numbers = machine.numbers()
+        return {value.path: numbers[value.path] for value in self.build(machine).values}
+
+    def tolerances(self, machine: Any) -> dict[str, dict[str, Any]]:
+        """Return no tolerances: none can be assumed of any machine."""
+        return {}
+
+    def robust(
+        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
+        progress: Listener | None,
+    ) -> RobustFound | None:  # fmt: skip
+        """Return no robust design."""
+        return None
+
+    def subject(
+        self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Mapping[str, tuple[float, float]],
+        outputs: Sequence[str],
+    ) -> SampledOutputs:  # fmt: skip
+        """Return the outputs of a machine. Raises InputError if its file does not allow an end of an input."""
+        from planter.engine.outputs import SampledOutputs
+
+        document = self.thaw(frozen)
+        for end in (0, 1):
+            for name, ends in inputs.items():
+                document.with_numbers({name: ends[end]})
+        return SampledOutputs(self.build(document), tuple(inputs), outputs)

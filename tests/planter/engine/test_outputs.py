@@ -1,0 +1,93 @@
+"""Outputs of a machine in rows: slopes against differences, first-order bands against drawn ones, reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from planter.engine.machine import Machine
+from planter.engine.outputs import SampledOutputs, list_outputs
+from planter.errors import ComputationError, PlanterError
+from planter.kernels import Array, backends
+from planter.mechanism.machines import build_machine
+from planter.mechanism.model import Model
+from planter.sweeps.points import SobolSequence
+from planter.tolerance.spread import Spread
+from planter.tolerance.statistics import bands, first_order
+from tests.support import own
+
+INPUTS = ("values.r_mm", "values.m_r_kg", "values.omega_rpm")
+NAMES = ("M_in_max_Nm", "F_Ox_min_N", "F_Ox_range_N", "M_in_mean_Nm", "F_Ax_std_N", "M_in_rms_Nm")
+ANGLES = 36
+
+
+@pytest.fixture(autouse=True)
+def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compile nothing: rows are few here."""
+    monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+
+
+def slider_crank() -> Machine:
+    return build_machine(own.file("slider_crank"))
+
+
+def find_differences(function: Callable[[Array], Array], x: Array) -> Array:
+    """Return central differences (k, n) of a function (m, n) -> (m, k)."""
+    steps = np.diag(1e-5 * np.abs(x))
+    return ((function(x + steps) - function(x - steps)) / (2 * steps.sum(axis=1)[:, None])).T
+
+
+def test_slopes_of_outputs_agree_with_differences() -> None:
+    outputs = SampledOutputs(slider_crank(), INPUTS, NAMES, ANGLES)
+    x = outputs.machine.design / outputs.machine.scale
+    values, slopes = outputs.slopes(x)
+    np.testing.assert_array_equal(values, outputs.evaluated(x[None], 1)[0])
+    differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
+    scale = np.abs(slopes).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(slopes / scale, differences / scale, atol=1e-7)
+    assert np.abs(slopes[:, [1, 0, 2]] - differences).max() > 0.1, "slopes in exchanged inputs are recognised"
+
+
+def test_slopes_of_rows_are_those_of_each_alone() -> None:
+    outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[:3], ANGLES)
+    points = outputs.machine.design / outputs.machine.scale * np.linspace(0.9, 1.1, 19)[:, None]
+    points[4, 0] = 400.0
+    values, slopes = outputs.gradients(points, 2)
+    assert np.isnan(values[4]).all()
+    assert np.isnan(slopes[4]).all()
+    for row in (0, 5, 18):
+        alone = outputs.slopes(points[row])
+        np.testing.assert_array_equal(values[row], alone[0])
+        np.testing.assert_array_equal(slopes[row], alone[1])
+
+
+def test_first_order_bands_are_those_of_drawn_machines() -> None:
+    outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[3:], ANGLES)
+    centre = outputs.machine.design / outputs.machine.scale
+    spreads = [Spread("normal", value * 0.9995, value * 1.0005) for value in centre]
+    drawn = SobolSequence(len(centre), 1)(0, 256)
+    points = np.column_stack([spread.at(shares) for spread, shares in zip(spreads, drawn.T, strict=True)])
+    values, slopes = outputs.slopes(centre)
+    rows = outputs.evaluated(points, 1)
+    np.testing.assert_allclose(rows.std(axis=0), (points @ slopes.T).std(axis=0), rtol=1e-3)
+    for band in bands(NAMES[3:], rows, values, slopes, spreads).values():
+        assert band.first_order_std == pytest.approx(band.std, rel=0.02)
+    assert first_order(1.2 * slopes, spreads)[0] > 1.15 * first_order(slopes, spreads)[0]
+
+
+def test_a_row_without_a_cycle_has_the_reason_of_the_model() -> None:
+    outputs = SampledOutputs(slider_crank(), ("values.r_mm", "values.mu"), NAMES[:1], ANGLES)
+    for r, mu in ((260.0, 0.1), (5000.0, 0.1), (50.0, 40.0)):
+        with pytest.raises(PlanterError) as refusal:
+            Model(own.file("slider_crank", r_mm=r, mu=mu))(outputs.rows.angles)
+        with pytest.raises(ComputationError) as error:
+            outputs.slopes(np.array([r, mu]))
+        assert error.value.message == refusal.value.message
+
+
+def test_outputs_are_called_after_quantity_measure_and_unit() -> None:
+    outputs = list_outputs(slider_crank())
+    assert {"M_in_max_Nm", "beta_range_deg", "F_Ox_rms_N"} <= outputs.keys()
+    assert outputs["F_Ox_rms_N"].meaning.endswith(": rms over a turn")
