@@ -12,6 +12,7 @@ from pydantic import Field, ValidationError
 from planter.errors import InputError
 from planter.files.complaints import explain, refused
 from planter.files.fields import Positive, Problems, Real, Section, check
+from planter.files.paths import last_part
 from planter.files.text import read_toml
 from planter.sweeps.room import Held
 from planter.tolerance.spread import Kind, Spread
@@ -81,5 +82,8 @@ class Tolerances(Section):
 
     @staticmethod
     def _fitting(name: str, held: Held, source: str) -> list[str]:
-        found = [path for path in held.inputs if fnmatchcase(path, name)] if "*" in name or "?" in name else []
+        """Return the inputs that a name or a pattern means: full paths, or last parts if it fits no path."""
+        is_pattern = "*" in name or "?" in name
+        found = [path for path in held.inputs if is_pattern and fnmatchcase(path, name)]
+        found = found or [path for path in held.inputs if is_pattern and fnmatchcase(last_part(path), name)]
         return found or [held.path(name, f"{source}: tolerances.{name}")]

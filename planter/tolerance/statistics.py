@@ -80,8 +80,9 @@ def _shares(inputs: Sequence[str], f_a: Array, f_b: Array, f_ab: Array, seed: in
 
 def _indices(f_a: Array, f_b: Array, f_ab: Array) -> Array:
     """First and total indices, (2, d)."""
-    found = sobol_indices(func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": f_ab[:, None]}, n=len(f_a))
-    return np.array([np.ravel(found.first_order), np.ravel(found.total_order)])
+    mixed = np.concatenate([f_ab, f_ab[:1]])[:, None]  # SciPy fails on the values of a single input
+    found = sobol_indices(func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": mixed}, n=len(f_a))
+    return np.array([np.ravel(found.first_order)[:-1], np.ravel(found.total_order)[:-1]])
 
 
 def ranked(shares: Mapping[str, Share]) -> list[tuple[str, Share]]:

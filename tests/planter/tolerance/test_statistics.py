@@ -53,6 +53,15 @@ def test_an_additive_function_has_the_indices_of_its_parts() -> None:
     assert np.isclose(slopes[0] ** 2, parts.sum())
 
 
+def test_an_output_of_a_single_input_has_index_one() -> None:
+    mixed = Saltelli([Spread("uniform", 0, 2), Spread("normal", -1, 1)], 256, 1)
+    rows = mixed.block(0, mixed.rows)[:, :1] ** 2
+    shares = indices(["y"], ["a", "b"], rows, 256, 0)["y"]
+    assert shares["a"].first == pytest.approx(1, abs=0.02)
+    assert shares["a"].total == pytest.approx(1, abs=0.02)
+    assert shares["b"].total == 0
+
+
 def test_ishigamis_function_has_its_printed_indices() -> None:
     """Ishigami and Homma (1990), a = 7, b = 0.1."""
     mixed = Saltelli([Spread("uniform", -np.pi, np.pi)] * 3, 8192, 1)
