@@ -122,8 +122,10 @@ class Machine:
 
     @property
     def design_names(self) -> tuple[str, ...]:
-        """Names of the moved values, each of which ends in its unit in the file."""
-        return tuple(self.values[index].key for index in self.moved)
+        """Names of the moved values, each of which ends in its unit in the file: keys, or paths if keys are shared."""
+        keys = [value.key for value in self.values]
+        moved = [self.values[index] for index in self.moved]
+        return tuple(value.key if keys.count(value.key) == 1 else value.path for value in moved)
 
     @property
     def scale(self) -> Array:

@@ -61,10 +61,8 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
     """
     poses = file.poses
     count = len(distinct(poses))
-    free = parameters(poses) if count > 1 else 1
-    solution = fit(poses) if free == 0 and count > CONDITIONS else solve(poses)
+    solution, linkages = find_linkages(poses)
     family_of = family(poses) if solution.free or count < 2 else ([], [])
-    linkages = _linkages(poses, solution.dyads)
     dyad = _carrier(poses, solution.dyads, carrier)
     of_points = _of_points(file, linkages)
     closest, why_not = _nearest(dyad, poses, slopes)
@@ -93,7 +91,15 @@ def _singular_values(poses: Array) -> list[float]:
     return [float(v) for v in values[:CONDITIONS]]
 
 
-def _linkages(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:
+def find_linkages(poses: Array) -> tuple[Solution, list[Linkage]]:
+    """Return the dyads of poses (n, 3), and every pair of them as a linkage."""
+    count = len(distinct(poses))
+    free = parameters(poses) if count > 1 else 1
+    solution = fit(poses) if free == 0 and count > CONDITIONS else solve(poses)
+    return solution, _pair(poses, solution.dyads)
+
+
+def _pair(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:
     least = _POINT * Scale.of(poses).size
     found = []
     for (i, first), (j, second) in combinations(enumerate(dyads, 1), 2):

@@ -60,6 +60,11 @@ class Train:
         values = of_slope(self.curve.slopes(angles.ravel())[0]).reshape(angles.shape)
         return self._panels, np.append(0.0, np.cumsum((values * weights).sum(axis=1)))
 
+    def panels(self) -> tuple[Array, Array]:
+        """Return the carrier angles (m,) [rad] and the weights of the quadrature over a turn."""
+        angles, weights = quadrature.panels(self._panels, _NODES)
+        return angles.ravel(), weights.ravel()
+
     @cached_property
     def _panels(self) -> Array:
         """Ends of panels on each of which the curve is one cubic; about the least slope they grow with the distance."""

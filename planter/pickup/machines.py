@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from planter.engine.machine import Machine, Quantity, Value, build_vectors
+from planter.engine.splines import compose_pieces
 from planter.errors import InputError
 from planter.files import csv_rows, examples, units
 from planter.gearing.teeth.osculating import TEETH
@@ -204,18 +204,7 @@ def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph
         turned = TURN * ca.floor((t - base) / TURN)
         within = t - turned
         place = within if law.dwell is None else ca.fmin(within, last)
-        passed = [ca.SX(1), *(place >= float(knot) for knot in knots[1:]), ca.SX(0)]
-        here = ca.vertcat(*(begun - ended for begun, ended in itertools.pairwise(passed)))
-        powers = [ca.dot(here, ca.DM(row)) for row in coefficients.tolist()]
-        distance = place - ca.dot(here, ca.DM(knots.tolist()))
-        derivatives = []
-        for _ in range(4):
-            value = ca.SX(0)
-            for power in powers:
-                value = value * distance + power
-            derivatives.append(value)
-            degree = len(powers) - 1
-            powers = [power * (degree - k) for k, power in enumerate(powers[:-1])]
+        derivatives = compose_pieces(place, knots, coefficients, 4)
         angle = derivatives[0] + place
         if law.dwell is not None:
             angle = ca.if_else(within <= last, angle, law.held)
