@@ -221,7 +221,8 @@ class Rows:
             for place, quantity in enumerate(near):
                 if quantity.unit == unit:
                     sizes[index] = ca.fmax(sizes[index], ca.fabs(rows[second + place]))
-        outputs = [rows[:first], ca.fmin(least, rows[first:second]), sizes]
+        guards = ca.reshape(rows[first:second], len(self._guards), 1)  # a slice of none lies down
+        outputs = [rows[:first], ca.fmin(least, guards), sizes]
         function = ca.Function(
             "sampled", [*machine.symbols, least, largest], ca.cse([ca.densify(output) for output in outputs]),
             [*INPUTS, "least", "largest"], ["rows", "lowest", "highest"],
