@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from planter.clutch.file import load as load_clutch
     from planter.clutch.geometry import geometry as clutch_geometry
     from planter.clutch.optimise import optimise as optimise_clutch
+    from planter.engine.batches import OutputBatch
+    from planter.engine.machine import load_machine as load_mechanism
     from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
     from planter.kernels import CallError, Kernel
     from planter.mapping.curve_file import load_curve
@@ -51,6 +53,7 @@ __all__ = [
     "Interrupted",
     "Kernel",
     "Optimisation",
+    "OutputBatch",
     "PlanterError",
     "Record",
     "Simulation",
@@ -66,6 +69,7 @@ __all__ = [
     "load_clutch",
     "load_curve",
     "load_machine",
+    "load_mechanism",
     "load_poses",
     "optimise_clutch",
     "optimise_device",
@@ -89,6 +93,8 @@ _HOMES = {
     "clutch.file": ("load_clutch:load",),
     "clutch.geometry": ("clutch_geometry:geometry",),
     "clutch.optimise": ("optimise_clutch:optimise",),
+    "engine.batches": ("OutputBatch",),
+    "engine.machine": ("load_mechanism:load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),
     "kernels": ("CallError", "Kernel"),
     "mapping.curve_file": ("load_curve",),

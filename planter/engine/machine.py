@@ -251,7 +251,7 @@ def _is_symmetric(total: ca.Function) -> bool:
 
 
 def load_machine(source: str, changes: Mapping[str, float] | None = None, **choices: str) -> Machine:
-    """Return the machine of a file, or of a built-in name, some numbers of the file changed.
+    """Return the machine of a file, or of a built-in name, some numbers [in the units of their paths] changed.
 
     A room brings its machines by a module `machines` with `takes(source)` and `load(source, changes, **choices)`; the
     choices are those of the room, such as the model. Raises InputError if no room has such a machine.

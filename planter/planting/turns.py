@@ -11,6 +11,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from functools import cached_property
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +111,14 @@ class Turns:
             return self._native.many(np.ascontiguousarray(designs, dtype=float))
         return np.array([self._row(x) for x in designs])
 
+    def many_gradients(self, designs: Array) -> tuple[Array, Array]:
+        """Rows of objective, range, variance and mean, (m, 4), and gradients (m, p) of the objective [1/SI]."""
+        self._check(designs, (len(designs), *self.device.design.shape))
+        if self._native:
+            return self._native.many_gradients(np.ascontiguousarray(designs, dtype=float))
+        gradients = [self._gradient(x, self.device.constants)[1] for x in designs]
+        return np.array([self._row(x) for x in designs]), np.array(gradients)
+
     def _row(self, x: Array) -> tuple[float, ...]:
         """`FIELDS` of a design, by the kernels one after another."""
         turn = Weighed(self.objective, self.device.force.value(self.device.prologue(x), self.angles))
@@ -158,16 +167,20 @@ def library(device: Device) -> Path:
         backends.lane_library(force.value_kernel.work),
         backends.lane_library(force.slopes_kernel.work),
     )
-    return toolchain.library("turn", c99.turn_text(), toolchain.loop_flags(toolchain.OPTIMISED), needed)
+    text = c99.turn_text() + resources.files(__package__).joinpath("gradients.c").read_text(encoding="utf-8")
+    return toolchain.library("turn", text, toolchain.loop_flags(toolchain.OPTIMISED), needed)
 
 
 class Native:
     """The compiled turn."""
 
     def __init__(self, turns: Turns, path: Path) -> None:
-        self._value, self._slopes, self._many = toolchain.functions(path, "turn_value", "turn_gradient", "turn_values")
-        self._many.restype = ctypes.c_long
-        self._many.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
+        self._value, self._slopes, self._many, self._many_slopes = toolchain.functions(
+            path, "turn_value", "turn_gradient", "turn_values", "turn_gradients"
+        )
+        for function, arrays in ((self._many, 2), (self._many_slopes, 3)):
+            function.restype = ctypes.c_long
+            function.argtypes = (ctypes.c_void_p, ctypes.c_long, *[ctypes.c_void_p] * arrays)
         self._lent, self._constants = _Lent(turns), turns.device.constants
 
     def value(self, x: Array) -> float:
@@ -187,13 +200,25 @@ class Native:
 
     def many(self, designs: Array) -> Array:
         """Rows of `FIELDS`, (m, 4), for contiguous designs (m, p)."""
-        found = np.empty((len(designs), len(FIELDS)))
+        rows = np.empty((len(designs), len(FIELDS)))
+        self._run(self._many, designs, rows)
+        return rows
+
+    def many_gradients(self, designs: Array) -> tuple[Array, Array]:
+        """Rows of `FIELDS`, (m, 4), and gradients (m, p), for contiguous designs (m, p)."""
+        rows, gradients = np.empty((len(designs), len(FIELDS))), np.empty(designs.shape)
+        self._run(self._many_slopes, designs, rows, gradients)
+        return rows, gradients
+
+    def _run(self, function: Any, designs: Array, *results: Array) -> None:
+        """Call a function of many designs, which writes to arrays; raises what its first failure means."""
         own = self._lent.memory
         own.data[:] = self._constants
-        failed = self._many(ctypes.addressof(own.turn), len(designs), designs.ctypes.data, found.ctypes.data)
+        failed = function(
+            ctypes.addressof(own.turn), len(designs), designs.ctypes.data, *(array.ctypes.data for array in results)
+        )
         if failed:
             raise self._failure(designs[failed - 1])
-        return found
 
     @staticmethod
     def _failure(x: Array) -> PlanterError:

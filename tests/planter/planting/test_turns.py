@@ -129,6 +129,8 @@ def test_many_designs_are_each_by_itself() -> None:
     fast, slow = (turns("compact", "exact", way, EVEN) for way in ("lanes", "casadi-vm"))
     designs = drawn(fast.device, 7)
     rows = fast.many(designs)
+    for quick, plain in zip(fast.many_gradients(designs), slow.many_gradients(designs), strict=True):
+        assert np.abs(quick - plain).max() <= 1e-11 * np.abs(plain).max()
     assert rows.shape == (7, len(FIELDS))
     assert rows == pytest.approx(slow.many(designs), rel=1e-11)
     assert rows[:, 0] == pytest.approx([fast.value(x) for x in designs], rel=1e-15)
@@ -188,9 +190,16 @@ def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) 
     assert np.array([found.objective, found.range_N, found.variance_N2, found.mean_N]).T.tolist() == (
         subject.many(designs).tolist()
     )
+    with_gradients = batches.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=True)
+    assert with_gradients.gradient is not None
+    assert with_gradients.objective == pytest.approx(found.objective, rel=1e-12)
+    for x, value, gradient in zip(designs, with_gradients.objective, with_gradients.gradient, strict=True):
+        alone = subject.gradient(x)
+        assert (value, gradient.tolist()) == (alone[0], alone[1].tolist())
     designs[22, 0] = np.nan
-    with pytest.raises(ComputationError, match="from row 21 on"):
-        batches.evaluate_many(subject.device, designs, EVEN, threads=4)
+    for gradients in (False, True):
+        with pytest.raises(ComputationError, match="from row 21 on"):
+            batches.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=gradients)
 
 
 @needs_compiler
