@@ -10,7 +10,8 @@ import sympy as sp
 
 from ..gearing import similarity
 from ..gearing.meshing import PitchCurve
-from ..model import Event, System
+from ..mechanics.turning import DrivenLane
+from ..model import Event, Lane, System
 from ..quantity import OpenVector, Quantity, Vector
 from .curve import all_conditions, parameters_of
 from .schedule import COMMON
@@ -27,6 +28,7 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         "assumptions": system.assumptions,
         **({"callables": [f.name for f in system.functions]} if system.functions else {}),
         **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
+        **_acceleration(system.lane),
         "vectors": {v.name: _vector(v) for v in system.vectors},
         **({"events": [_event(e) for e in events]} if events else {}),
         **({"effects": {"without": system.effects.without, "felt": system.effects.felt}} if system.effects else {}),
@@ -35,6 +37,11 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip
+
+
+def _acceleration(lane: Lane | None) -> dict[str, str]:
+    acceleration = lane.acceleration if isinstance(lane, DrivenLane) else None
+    return {} if acceleration is None else {"acceleration": acceleration.name}
 
 
 def of_curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:

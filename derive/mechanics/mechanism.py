@@ -24,6 +24,7 @@ WORLD = Frame("world")
 class Mechanism(Joints):
     """Bodies that move along ``angle``, which turns at the constant ``speed``, or by themselves where none is given.
 
+    With ``acceleration``, one of the quantities, the speed changes at that rate, so that a motor line can drive them.
     They move in the plane across z unless ``spatial``. ``given`` is the table of all quantities; ``gravity`` the
     acceleration of free fall, along -y of the ``world``, or its components there. Lengths in m, angles in rad. Every
     name becomes a name in the generated code.
@@ -36,6 +37,7 @@ class Mechanism(Joints):
         *,
         angle: Quantity | None = None,
         speed: Quantity | None = None,
+        acceleration: Quantity | None = None,
         gravity: Scalar | Sequence[Scalar] = 0,
         title: str = "",
         source: str = "own",
@@ -45,17 +47,22 @@ class Mechanism(Joints):
     ) -> None:
         if (angle is None) != (speed is None):
             raise MechanismError(f"{name}: an angle to move along needs its speed, and a speed an angle")
-        for driving, unit_ in ((angle, "rad"), (speed, "rad/s")):
+        if acceleration is not None and angle is None:
+            raise MechanismError(f"{name}: an acceleration is that of an angle to move along, which is lacking")
+        for driving, unit_ in ((angle, "rad"), (speed, "rad/s"), (acceleration, "rad/s2")):
             if driving is not None and driving.unit != unit_:
                 raise MechanismError(
                     f"{name}: {driving} ({driving.meaning}) is in {driving.unit}, but a mechanism is driven along an "
-                    "angle in rad at a speed in rad/s; state a length as a coordinate that the angle moves"
+                    "angle in rad at a speed in rad/s, which changes in rad/s2; state a length as a coordinate that "
+                    "the angle moves"
                 )
         fall = gravity if isinstance(gravity, Sequence) else (0, -gravity, 0)
-        motion = moving.FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed})
+        changing = {} if acceleration is None else {speed: acceleration}
+        motion = moving.FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed, **changing})
         super().__init__(name, given, angle, motion, fall, spatial, world)
         self.title, self.source, self.speed = title or name.replace("_", " ").capitalize(), source, speed
-        steady = (f"constant: {speed.meaning}",) if speed is not None else ()
+        self.acceleration = acceleration
+        steady = (f"constant: {speed.meaning}",) if speed is not None and acceleration is None else ()
         self.assumptions = ("rigid bodies", *steady, *assumptions)
 
     @property
@@ -137,7 +144,7 @@ class Mechanism(Joints):
         Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
         """
         if self.angle is not None and self.speed is not None:
-            lane, functions = turning.along(self, self.angle, self.speed, reported)
+            lane, functions = turning.along(self, self.angle, self.speed, self.acceleration, reported)
             return System(
                 self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data,
                 pushing=tuple(force.name for force in self.pushing if force in lane.outputs),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ..blocks import STATES
 from ..chain import Chain, ordered
@@ -14,9 +15,17 @@ from .places import places
 from .statement import MechanismError, Statement
 
 
+@dataclass(frozen=True)
+class DrivenLane(Lane):
+    """A lane along an angle whose speed changes at the rate ``acceleration``, one of its inputs."""
+
+    acceleration: Quantity | None = None
+
+
 def along(
-    stated: Statement, angle: Quantity, speed: Quantity, reported: Sequence[str | Quantity] | None
-) -> tuple[Lane, tuple[ClosedForm, ...]]:
+    stated: Statement, angle: Quantity, speed: Quantity, acceleration: Quantity | None,
+    reported: Sequence[str | Quantity] | None,
+) -> tuple[Lane, tuple[ClosedForm, ...]]:  # fmt: skip
     """The lane with what is reported (everything, unless told), and the functions that close its loops.
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
@@ -31,7 +40,10 @@ def along(
     counts = [s.symbol for s in found if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *found, *reports), frozenset(told)))
-    lane = Lane(angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed)
+    lane = DrivenLane(
+        angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed,
+        acceleration=acceleration,
+    )  # fmt: skip
     drawn = places(stated, (angle, data, *stated.loops.inputs), _found(stated))
     return lane, (*stated.loops.functions(angle, data, stated.named), drawn)
 

@@ -11,6 +11,7 @@ from derive import Mechanism, Y, quantities
 q = quantities("""
     phi   | rad   | cam angle
     omega | r/min | cam speed                       | 240
+    eps   | rad/s2 | acceleration of the cam        | 0
     g     | m/s2  | free fall, against the lift     | 9.81
     y_0   | mm    | roller's centre at the lowest   | 38     | 30 60
     h     | mm    | lift                            | 14     | 8 20
@@ -20,7 +21,9 @@ q = quantities("""
     mu    | 1     | friction of the guide           | 0.12
 """)
 
-m = Mechanism("cam_follower", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "cam_follower", q, angle=q.phi, speed=q.omega, acceleration=q.eps, gravity=q.g, source="the example of the guide"
+)
 s = m.coordinate("s", "m", "lift", equals=q.h * (1 - cos(q.phi)) / 2)
 P = m.point("P", m.O, m.world, 0, q.y_0 + s)
 

@@ -12,6 +12,7 @@ from derive import GearContact, Mechanism, quantities, tangent_angle
 q = quantities("""
     phi   | rad   | carrier angle
     omega | r/min | carrier speed                              | 60
+    eps   | rad/s2 | acceleration of the carrier               | 0
     g     | m/s2  | free fall                                  | 9.81
     A     | mm    | half the long axis of the ellipses         | 21     | 18 26
     k     | 1     | their eccentricity                         | 0.14   | 0 0.3
@@ -38,7 +39,9 @@ def radius(t):
     return q.A * (1 - q.k**2) / (1 - q.k * cos(t))
 
 
-m = Mechanism("planetary_train", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "planetary_train", q, angle=q.phi, speed=q.omega, acceleration=q.eps, gravity=q.g, source="the example of the guide"
+)
 t1 = m.coordinate("t1", "rad", "sun, from its long side to the middle gear", equals=q.t_0 + q.phi)
 psi = m.coordinate("psi", "rad", "middle gear, on the carrier", equals=turned(t1) - turned(q.t_0))
 t2 = m.coordinate("t2", "rad", "middle gear, from its long side to the planet", equals=q.bend - turned(t1))

@@ -7,6 +7,7 @@ from derive import Mechanism, quantities
 q = quantities("""
     phi   | rad   | crank angle
     omega | r/min | crank speed                               | 300
+    eps   | rad/s2 | acceleration of the crank                | 0
     g     | m/s2  | free fall, across the guide               | 9.81
     r     | mm    | crank                                     | 50     | 30 80
     l     | mm    | rod                                       | 200    | 150 260
@@ -25,7 +26,9 @@ q = quantities("""
     kappa | 1     | polytropic exponent                       | 1.3
 """)
 
-m = Mechanism("slider_crank", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "slider_crank", q, angle=q.phi, speed=q.omega, acceleration=q.eps, gravity=q.g, source="the example of the guide"
+)
 beta, s = m.coordinate("beta", "rad", "angle of the rod"), m.coordinate("s", "m", "place of the slider")
 crank, rod = m.frame("crank", q.phi), m.frame("rod", beta)
 A, slot = m.point("A", m.O, crank, q.r), m.point("slot", m.O, m.world, s, q.e)

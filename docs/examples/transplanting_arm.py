@@ -7,6 +7,7 @@ from derive import Mechanism, quantities
 q = quantities("""
     phi   | rad   | crank angle
     omega | r/min | crank speed                          | 90
+    eps   | rad/s2 | acceleration of the crank           | 0
     g     | m/s2  | free fall                            | 9.81
     a     | mm    | crank                                | 45     | 35 60
     b     | mm    | coupler                              | 130    | 110 160
@@ -28,7 +29,15 @@ q = quantities("""
     y_k   | mm    | its anchor in the frame, across      | 40
 """)
 
-m = Mechanism("transplanting_arm", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "transplanting_arm",
+    q,
+    angle=q.phi,
+    speed=q.omega,
+    acceleration=q.eps,
+    gravity=q.g,
+    source="the example of the guide",
+)
 beta = m.coordinate("beta", "rad", "angle of the coupler")
 gamma = m.coordinate("gamma", "rad", "angle of the rocker")
 crank, coupler, rocker = m.frame("crank", q.phi), m.frame("coupler", beta), m.frame("rocker", gamma)

@@ -91,6 +91,8 @@ class Machine:
     of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks, `tangent` moved values -> (d -> h, dh).
     `speed` is the index of the drive's speed [rad/s] among the values; `period` [rad] is that of the totals.
     `vectors` are the quantities whose size counts; `motors` names the torques of motors.
+    `acceleration` is the index of the drive's acceleration [rad/s2] among the values, if it is one; `losses` names
+    powers of friction, `energies` quantities that add up to all energy, if they are reported.
     """
 
     name: str
@@ -114,6 +116,9 @@ class Machine:
     tangent: Callable[[tuple[int, ...]], ca.Function] | None = None
     vectors: tuple[Vector, ...] = ()
     motors: tuple[str, ...] = ()
+    acceleration: int | None = None
+    losses: tuple[str, ...] = ()
+    energies: tuple[str, ...] = ()
 
     @property
     def design(self) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.engine.summary import MotorTorque, Shock, Summary
 from planter.files import units
@@ -80,6 +81,46 @@ def sensitivity_sentences(found: SensitivityFound) -> Iterator[str]:
     for direction in found.insensitive:
         text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
         yield f"without effect: {text}"
+
+
+def drive_tables(found: DriveResult) -> Iterator[Shown]:
+    """Yield motor and flywheel, and the speed over a turn that repeats itself."""
+    motor, speed = found.motor, found.speed
+    yield Shown(f"{found.machine} on a motor", ("", "", "unit"), [
+        ("torque at rest", motor.stall_Nm, "N m"),
+        ("speed without load", motor.idle_rpm, "r/min"),
+        ("flywheel", motor.flywheel_kgm2, "kg m2"),
+        ("inertia of the machine at the drive, mean", found.inertia_mean_kgm2, "kg m2"),
+        ("inertia of the machine at the drive, largest", found.inertia_max_kgm2, "kg m2"),
+        ("work of the motor over a turn", found.motor_work_J, "J"),
+        ("work of friction over a turn", found.friction_work_J, "J"),
+        ("power that is missing, at most", found.imbalance_W, "W"),
+    ])  # fmt: skip
+    yield Shown("Speed of the drive over a turn that repeats itself", ("", "", "unit"), [
+        ("mean", speed.mean_rpm, "r/min"),
+        (f"largest, at {speed.max_deg:.4g} deg", speed.max_rpm, "r/min"),
+        (f"least, at {speed.min_deg:.4g} deg", speed.min_rpm, "r/min"),
+        ("range over mean", speed.fluctuation, "1"),
+    ])  # fmt: skip
+
+
+def driven_quantities(found: DriveResult) -> Shown:
+    """Return forces, torques and powers on the motor, beside those at constant speed."""
+    head = ("", "driven, largest", "least", "constant, largest", "least", "change", "unit")
+    rows = [
+        (
+            key.removesuffix(units.suffix(key)),
+            one.max,
+            one.min,
+            one.constant_max,
+            one.constant_min,
+            one.change,
+            one.unit,
+        )
+        for key, one in found.quantities.items()
+        if one.unit in ON_THE_SCREEN
+    ]
+    return Shown("Forces, torques and powers, and those at constant mean speed", head, rows)
 
 
 def motor_rows(motor: MotorTorque) -> list[Cells]:

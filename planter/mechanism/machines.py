@@ -22,6 +22,9 @@ from planter.mechanism.file import MechanismFile
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
 """Beginnings of names that say how sound results are."""
 
+LOSS = "power lost to friction"
+"""Beginning of what derived powers of friction mean."""
+
 
 def takes(source: str) -> bool:
     """Return whether a source is the file of a mechanism that an angle drives, or its name."""
@@ -66,7 +69,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         message = f"{mechanism.name} moves by itself, no angle drives it; `planter move` takes it"
         raise InputError(f"{mechanism.source}: {message}")
     values, stages = _values(formulas), _stages(formulas)
-    keys = [value.key for value in values]
+    keys, names = [value.key for value in values], [value.name for value in values]
     moved = tuple(keys.index(key) for key in mechanism.bounds)
     factors = np.array([values[index].factor for index in moved])
     ends = np.array(list(mechanism.bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
@@ -82,13 +85,15 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         quantities=_quantities(formulas),
         prologue=stages.prologue,
         lane=stages.lane,
-        speed=[value.name for value in values].index(sidecar["speed"]),
+        speed=names.index(sidecar["speed"]),
         loops=stages.loops,
         events=stages.events,
         event_kinds=tuple(sidecar.get("events", [])),
         samples=mechanism.turn.samples,
         vectors=_vectors(formulas),
         motors=_motors(formulas),
+        acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
+        losses=tuple(q.name for q in _quantities(formulas) if q.role == "result" and q.meaning.startswith(LOSS)),
     )
 
 

@@ -5,8 +5,16 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
+from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
-from planter.engine.shown import round_mean, sensitivity_sentences, sensitivity_tables, summary_tables
+from planter.engine.shown import (
+    drive_tables,
+    driven_quantities,
+    round_mean,
+    sensitivity_sentences,
+    sensitivity_tables,
+    summary_tables,
+)
 from planter.files import units
 from planter.mechanism.results import Course, Held, Motion, Optimum, Quantity, Turn
 from planter.report.labels import name
@@ -58,6 +66,12 @@ def show_sensitivity(console: Console, found: SensitivityFound) -> None:
         console.table(table.title, table.head, table.rows)
     for sentence in sensitivity_sentences(found):
         print(textwrap.fill(sentence, WIDTH))
+
+
+def show_drive(console: Console, found: DriveResult) -> None:
+    """Print motor, speed and forces."""
+    for table in (*drive_tables(found), driven_quantities(found)):
+        console.table(table.title, table.head, table.rows)
 
 
 def unit_with_axes(quantity: Quantity | Course) -> str:

@@ -1,4 +1,4 @@
-"""`planter drive`: the planting device on a motor and a flywheel."""
+"""`planter drive`: a machine on a motor and a flywheel."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, SamplesOption, device_of
+from planter.mechanism.options import load_mechanism
+from planter.planting.commands.options import AnyMachineArgument, SamplesOption, device_of
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
 
 app = typer.Typer()
 
@@ -17,18 +18,20 @@ app = typer.Typer()
 @app.command()
 @writes("summary.json", "turn.csv", "report.html")
 def drive(
-    machine: MachineArgument,
+    machine: AnyMachineArgument,
     stall_nm: Annotated[
         float,
-        typer.Option("--stall-Nm", help="torque of the motor at rest, as the carrier feels it", show_default=False),
+        typer.Option("--stall-Nm", help="torque of the motor at rest, referred to the drive", show_default=False),
     ],
     idle_rpm: Annotated[
         float,
-        typer.Option("--idle-rpm", help="speed of the carrier where the motor has no torque left", show_default=False),
+        typer.Option("--idle-rpm", help="speed of the drive at which the motor has no torque left", show_default=False),
     ],
     flywheel_kgm2: Annotated[
         float,
-        typer.Option("--flywheel-kgm2", help="flywheel, rotor, carrier, as the carrier feels them", show_default=False),
+        typer.Option(
+            "--flywheel-kgm2", help="inertia of flywheel, rotor and carrier, referred to the drive", show_default=False
+        ),
     ],
     turns: Annotated[int, typer.Option(min=1, max=1000, help="turns from the start that are shown")] = 5,
     start_rpm: Annotated[
@@ -40,23 +43,32 @@ def drive(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The carrier on a motor whose torque falls with the speed: how the speed fluctuates, and the support force then.
+    """The drive on a motor whose torque falls with the speed: how the speed fluctuates, and the forces then.
 
+    A mechanism of your own needs `acceleration=` in its statement, Mechanism(..., speed=q.omega, acceleration=q.eps).
     For example: planter drive wang2017 --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4
     """
     console = Console(as_json)
     with console.outcome():
+        from planter.engine.drive import Motor
         from planter.files import units
-        from planter.planting.drive import drive as drives
-        from planter.planting.drive import tables
-        from planter.planting.drive.model import Motor
-        from planter.planting.simulation import checked_samples
+        from planter.mechanism.machines import takes
 
         rad_s = units.factor("idle_rpm")
         motor = Motor(stall_nm, idle_rpm * rad_s, flywheel_kgm2)
+        start = None if start_rpm is None else start_rpm * rad_s
+        if takes(machine):
+            from planter.mechanism.drive import run_drive
+
+            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
+            run_drive(console, mechanism, motor, turns, start, samples, out)
+            return
+        from planter.planting.drive import drive as drives
+        from planter.planting.drive import tables
+        from planter.planting.simulation import checked_samples
+
         device = device_of(machine, "exact", set_, speed_rpm)
-        count = None if samples is None else checked_samples(samples)
-        found = drives.drive(device, motor, turns, None if start_rpm is None else start_rpm * rad_s, count)
+        found = drives.drive(device, motor, turns, start, None if samples is None else checked_samples(samples))
         if out is not None:
             from planter.planting.report import drive as report
 

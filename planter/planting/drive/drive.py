@@ -2,90 +2,51 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
+from planter.engine.drive import Motor
+from planter.engine.driven import Drive, DriveResult, drive_machine
 from planter.kernels import Array
-from planter.numerics.angles import turn_deg
-from planter.numerics.extremes import first_extreme
 from planter.planting.cycle import statistics
-from planter.planting.drive import run
-from planter.planting.drive.model import Driven, Motor, State
-from planter.planting.drive.run import Course
+from planter.planting.drive.machine import build_driven_machine
 from planter.planting.model import Device
-from planter.planting.results.driven import DriveFound, MotorGiven, Speed
+from planter.planting.objective import FORCE
+from planter.planting.results.driven import DriveFound
 
-RPM = 30 / np.pi
+COLUMN = {FORCE: "support_N"}
+"""The quantity that is reported, and its column."""
 
 
 @dataclass(frozen=True)
-class Drive:
-    """The motion from the start, the turn that repeats itself, forces in it and at constant speed, and the result."""
+class DeviceDrive:
+    """A device on a motor: the drive of the machine that it is, and the result with its support force."""
 
-    started: Course
-    turn: Course
-    driven: State
-    constant: State
+    drive: Drive
     result: DriveFound
 
     def columns(self) -> dict[str, Array]:
-        """The turn as a table."""
-        return {
-            "phi_deg": np.degrees(self.turn.phi[:-1]),
-            "speed_rpm": self.turn.omega[:-1] * RPM,
-            "acceleration_rad_s2": self.turn.rate[:-1],
-            "support_N": self.driven.support[:-1],
-            "constant_support_N": self.constant.support[:-1],
-            "motor_Nm": self.driven.torque[:-1],
-            "load_Nm": self.driven.load[:-1],
-        }
+        """Return the turn as a table, each column in the unit that its name ends in."""
+        return self.drive.columns(COLUMN)
 
 
 def drive(
     device: Device, motor: Motor, turns: int = 5, start: float | None = None, samples: int | None = None
-) -> Drive:
+) -> DeviceDrive:
     """The device at its own design, driven from a speed [rad/s] on, its machine's unless told.
 
     Raises InputError for the printed model, ComputationError where the motor stalls.
     """
-    driven = Driven(device, motor)
-    first = device.machine.si("operation.speed_rpm") if start is None else start
-    count = device.machine.objective.samples if samples is None else samples
-    started = run.course(driven, first, turns, count)
-    turn = run.settled(driven, float(started.omega[-1]), count)
-    mean = run.TURN / turn.seconds
-    found, constant = run.told(driven, turn), run.at_constant_speed(driven, turn.phi, mean)
-    own, other = found.support[:-1], constant.support[:-1]
-    gap = found.torque * turn.omega - found.stored - found.lost
+    machine = build_driven_machine(device)
+    names = tuple(quantity.name for quantity in machine.results if quantity.unit in ("N", "N m"))
+    driven = drive_machine(machine, motor, turns, start, samples, names)
+    own, other = (state.values[FORCE][:-1] for state in (driven.driven, driven.constant))
+    general = {field.name: getattr(driven.result, field.name) for field in fields(DriveResult)}
     result = DriveFound(
-        machine=device.machine.name,
-        motor=MotorGiven(motor.stall, motor.idle * RPM, motor.flywheel),
-        samples=count,
-        speed=_speed(turn, mean),
+        **general,
         support_force=statistics(own),
         constant_speed=statistics(other),
         change_N=float(np.abs(own - other).max()),
-        motor_work_J=_over_a_turn(found.torque),
-        friction_work_J=_over_a_turn(found.lost / turn.omega),
-        imbalance_W=float(np.abs(gap).max()),
-        turns_rpm=(started.omega[::count] * RPM).tolist(),
     )
-    return Drive(started, turn, found, constant, result)
-
-
-def _speed(turn: Course, mean: float) -> Speed:
-    high, low = (turn_deg(float(turn.phi[first_extreme(turn.phi, turn.omega, sign)])) for sign in (1, -1))
-    most, least = float(turn.omega.max()), float(turn.omega.min())
-    return Speed(
-        mean_rpm=mean * RPM,
-        max_rpm=most * RPM,
-        min_rpm=least * RPM,
-        fluctuation=(most - least) / mean,
-        max_deg=high,
-        min_deg=low,
-    )
-
-
-def _over_a_turn(values: Array) -> float:
-    return float(values[:-1].mean() * run.TURN)
+    return DeviceDrive(driven, result)

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.engine.shown import drive_tables
 from planter.kernels import generated
+from planter.mechanism.report.drive import draw_speeds, draw_turn
 from planter.planting.cycle import weight
 from planter.planting.drive import tables
-from planter.planting.drive.drive import RPM, Drive
-from planter.planting.drive.model import NAME
+from planter.planting.drive.drive import DeviceDrive
+from planter.planting.drive.machine import NAME
 from planter.planting.model import Device
+from planter.planting.objective import FORCE
 from planter.planting.report.page import meanings
 from planter.progress import Listener
 from planter.report import bundle, files, style
@@ -21,7 +24,6 @@ from planter.report.html import FigureSvg, Items, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 FIGURE = "drive"
@@ -31,7 +33,7 @@ CAPTION = (
 )
 
 
-def write(out: Path, device: Device, found: Drive, progress: Listener | None = None) -> None:
+def write(out: Path, device: Device, found: DeviceDrive, progress: Listener | None = None) -> None:
     """Writes summary.json, turn.csv, figures/drive and report.html. Raises InputError for a folder that it cannot."""
     files.output_folder(out)
     drawn = bundle.drawn({FIGURE: speed_and_force(found, weight(device))}, progress)
@@ -47,10 +49,11 @@ def write(out: Path, device: Device, found: Drive, progress: Listener | None = N
     bundle.write(out, texts, drawn)
 
 
-def _told(device: Device, found: Drive, svg: str) -> Iterator[Section]:
+def _told(device: Device, found: DeviceDrive, svg: str) -> Iterator[Section]:
     model = generated.sidecar(NAME)
-    yield Section("Motor", [Table(("", "", "unit"), tables.motor(found.result))])
-    yield Section("Speed", [Table(("", "", "unit"), tables.speed(found.result))])
+    motor, speed = drive_tables(found.result)
+    yield Section("Motor", [Table(motor.head, motor.rows)])
+    yield Section("Speed", [Table(speed.head, speed.rows)])
     yield Section("Forces", [Table(tables.FORCES, tables.forces(found.result))])
     yield Section("Figure", [FigureSvg(svg, CAPTION)])
     yield Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])])
@@ -58,33 +61,19 @@ def _told(device: Device, found: Drive, svg: str) -> Iterator[Section]:
 
 
 @style.drawn
-def speed_and_force(found: Drive, weight_N: float) -> Figure:
+def speed_and_force(found: DeviceDrive, weight_N: float) -> Figure:
     """Speed from the start on and over a turn, support force over that turn."""
     figure = style.new_figure(6.2)
     begun, over, force = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
-    start, turn = found.started, found.turn
-    begun.plot(start.phi / (2 * np.pi), start.omega * RPM, color=style.BLUE, linewidth=1.0)
-    begun.set_xlim(0, start.phi[-1] / (2 * np.pi))
-    begun.set_xlabel("turns from the start")
-    over.plot(np.degrees(turn.phi), turn.omega * RPM, color=style.BLUE)
-    mean = found.result.speed.mean_rpm
-    over.axhline(mean, color=style.VERMILION, linewidth=1.0)
-    _over_a_turn(
-        over, "speed / (r/min)", [(turn.omega[-1] * RPM, "driven", style.BLUE), (mean, "mean", style.VERMILION)]
-    )
-    begun.set_ylabel("speed / (r/min)")
+    drive = found.drive
+    draw_speeds(drive, begun, over)
     ends = [(weight_N, f"weight {weight_N:.1f} N", style.INK)]
     for label, curve, shade in (
-        ("driven", found.driven.support, style.BLUE), ("constant speed", found.constant.support, style.VERMILION),
+        ("driven", drive.driven.values[FORCE], style.BLUE),
+        ("constant speed", drive.constant.values[FORCE], style.VERMILION),
     ):  # fmt: skip
-        force.plot(np.degrees(turn.phi), curve, color=shade, linewidth=1.2)
+        force.plot(np.degrees(drive.turn.phi), curve, color=shade, linewidth=1.2)
         ends.append((float(curve[-1]), label, shade))
     force.axhline(weight_N, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)))
-    _over_a_turn(force, "support force / N", ends)
+    draw_turn(force, "support force / N", ends)
     return figure
-
-
-def _over_a_turn(axes: Axes, label: str, ends: list[tuple[float, str, str]]) -> None:
-    style.over_a_turn(axes)
-    axes.set_ylabel(label)
-    style.label_ends(axes, ends, 0.12)

@@ -1,5 +1,6 @@
 """What the planting device's commands return, key by key."""
 
+from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.mechanism.results import Turn
 from planter.planting.measured.results import MeasuredFound
@@ -12,7 +13,7 @@ from planter.planting.results.simulated import SimulationFound, Validation
 from planter.workshop.cams.results import Cam
 
 COMMANDS = {
-    "drive": DriveFound,
+    "drive": DriveFound | DriveResult,
     "simulate": SimulationFound | Turn,
     "turn": SimulationFound | Turn,
     "sensitivity": SensitivityFound,

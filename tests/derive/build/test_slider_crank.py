@@ -94,8 +94,8 @@ def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) ->
 
 def test_the_casadi_module_builds_and_agrees_with_the_arrays(folder: Path) -> None:
     arrays, own = generated.module("array/slider_crank", folder), model(folder)
-    assert own.loops is not None
-    places = own.loops.at(PHI)
+    assert own.course is not None
+    places = own.course.at(PHI)
     found = arrays.lane(np, PHI, own.data, places, arrays.prologue(np, own.data))
     by_casadi = own(PHI)
     for entry, values in zip(own.outputs, found, strict=True):
@@ -104,8 +104,8 @@ def test_the_casadi_module_builds_and_agrees_with_the_arrays(folder: Path) -> No
 
 def test_one_side_without_composed_functions_is_a_clean_module(folder: Path) -> None:
     described = json.loads((folder / "slider_crank.json").read_text())
-    assert list(described["functions"]) == ["prologue", "lane", "events", "assembly", "closure"]
-    assert list(described["vectors"]) == ["data", "loops", "outputs", "start", "gaps"]
+    assert list(described["functions"]) == ["prologue", "lane", "events", "assembly", "closure", "places"]
+    assert list(described["vectors"]) == ["data", "loops", "outputs", "start", "gaps", "places"]
     assert "callables" not in described
     for text in (path.read_text() for path in folder.rglob("slider_crank.py")):
         assert not [word for word in ("side", "stage", "frame(", "None") if word in text.replace("outside", "")]

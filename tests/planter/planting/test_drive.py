@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import scipy.integrate
 
+from planter.engine.drive import Course, Driven, Motor
 from planter.errors import ComputationError, InputError
-from planter.planting.drive import run
 from planter.planting.drive.drive import drive
-from planter.planting.drive.model import Driven, Motor
+from planter.planting.drive.machine import build_driven_machine
 from planter.planting.lifted import LiftedModel
 from planter.records import schema
 from tests.support import machines
@@ -28,12 +28,13 @@ PHI = np.radians(np.arange(0.0, 360.0, 3.0))
 
 @cache
 def driven(name: str = "wang2017", flywheel: float = 0.1) -> Driven:
-    return Driven(machines.device(name), replace(MOTOR, flywheel=flywheel))
+    machine = build_driven_machine(machines.device(name))
+    return Driven(machine, replace(MOTOR, flywheel=flywheel), ["F_support"])
 
 
-def imbalance(model: Driven, at: run.Course, more: float = 0.0) -> float:
+def imbalance(model: Driven, at: Course, more: float = 0.0) -> float:
     """Power of the motor less the rate of all energies and what friction takes, over its own largest value."""
-    found = run.told(model, at)
+    found = model.report(at)
     power = found.torque * at.omega
     return float(np.abs(power - found.stored - (1 + more) * found.lost).max() / np.abs(power).max())
 
@@ -41,7 +42,7 @@ def imbalance(model: Driven, at: run.Course, more: float = 0.0) -> float:
 @pytest.mark.parametrize("name", ["wang2017", "random 1", "random 3"])
 def test_what_the_motor_gives_is_stored_or_lost(name: str) -> None:
     model = driven(name)
-    at = run.course(model, SPEED, 1, 120)
+    at = model.run(SPEED, 1, 120)
     assert np.ptp(at.omega) > 1e-2 * SPEED
     assert imbalance(model, at) < 1e-9
     assert imbalance(model, at, 1e-6) > 1e-9, "a millionth of the friction is noticed"
@@ -51,8 +52,8 @@ def test_what_the_motor_gives_is_stored_or_lost(name: str) -> None:
 
 def test_at_constant_speed_it_is_the_exact_model() -> None:
     device = machines.device("wang2017")
-    found = run.at_constant_speed(driven(), PHI, device.machine.si("operation.speed_rpm"))
-    assert found.support == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
+    found = driven().report_constant(PHI, device.machine.si("operation.speed_rpm"))
+    assert found.values["F_support"] == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
 
 
 def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() -> None:
@@ -61,12 +62,12 @@ def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() 
     lifted = LiftedModel(device).turn(PHI, {"speed_rate": rate})
     found = driven().state(PHI, speed, rate)
     assert found.load == pytest.approx(lifted.totals["M_L"], abs=1e-11)
-    assert found.support == pytest.approx(lifted.totals["F_support"], abs=1e-11)
+    assert found.values["F_support"] == pytest.approx(lifted.totals["F_support"], abs=1e-11)
 
 
 def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> None:
     found = drive(machines.device("wang2017"), MOTOR, turns=2, samples=720)
-    turn, result = found.turn, found.result
+    turn, result = found.drive.turn, found.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=1e-5)
     assert result.speed.min_rpm < result.speed.mean_rpm < result.speed.max_rpm
@@ -87,7 +88,7 @@ def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
 
 def test_another_integrator_finds_the_same_speed() -> None:
     model = driven()
-    at = run.course(model, SPEED, 1, 36)
+    at = model.run(SPEED, 1, 36)
 
     def rates(phi: float, omega: np.ndarray) -> np.ndarray:
         return model.acceleration(np.array([phi]), omega) / omega
@@ -105,7 +106,7 @@ def test_what_a_motor_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="--flywheel-kgm2 = -1 is not allowed: it must be greater than 0"):
         replace(MOTOR, flywheel=-1.0)
     with pytest.raises(InputError, match="drives the exact model"):
-        Driven(machines.device("wang2017", "printed"), MOTOR)
+        drive(machines.device("wang2017", "printed"), MOTOR)
 
 
 def test_the_command_and_its_files(tmp_path: Path) -> None:

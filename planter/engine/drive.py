@@ -1,0 +1,298 @@
+"""A machine on a motor whose torque falls with the speed along a line, with a flywheel: how its speed fluctuates.
+
+The drive's acceleration is a value of the machine. At every angle the torques on the shaft balance,
+M_motor(omega) = M_drive(phi, omega, acceleration) + J acceleration, which gives the acceleration; omega over the angle
+follows by d omega / d phi = acceleration / omega, coordinates of loops beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import scipy.optimize
+
+from planter.engine.loops import TURN
+from planter.engine.machine import Machine
+from planter.engine.response import Response
+from planter.errors import ComputationError, InputError
+from planter.kernels import Array, Kernel
+
+STEPS = 4
+"""Newton steps to an acceleration: the balance is a line on each side of the places where friction or flanks change."""
+SOLVED = 1e-12
+"""Share of an acceleration below which a step is rounding."""
+STALLED = 1e-2
+"""Share of the speed without load below which a motor counts as stalled."""
+REPEATS = 1e-10
+"""Share of the speed by which a settled cycle may miss its own start."""
+TURNS_ALIKE = 1e-8
+"""Share of its largest power by which a motor's power may miss torque times speed of the drive."""
+RPM = 30 / np.pi
+INTEGRATOR: dict[str, Any] = {
+    "reltol": 1e-11, "abstol": 1e-12, "max_step_size": np.pi / 180, "max_num_steps": 1_000_000,
+    "linear_multistep_method": "adams", "nonlinear_solver_iteration": "functional",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor at the drive: torque at rest [N m], speed without load [rad/s], inertia of all that turns [kg m2]."""
+
+    stall: float
+    idle: float
+    flywheel: float
+
+    def __post_init__(self) -> None:
+        for name, value in (
+            ("--stall-Nm", self.stall),
+            ("--idle-rpm", self.idle * RPM),
+            ("--flywheel-kgm2", self.flywheel),
+        ):
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"{name} = {value:g} is not allowed: it must be greater than 0")
+
+    def torque(self, omega: Any) -> Any:
+        """Return the torque [N m] at a speed [rad/s], a number, an array or a symbol."""
+        return self.stall * (1 - omega / self.idle)
+
+
+@dataclass(frozen=True)
+class Course:
+    """Angles (n,) [rad], speeds [rad/s] and accelerations [rad/s2] there, and the time that the motion takes [s]."""
+
+    phi: Array
+    omega: Array
+    rate: Array
+    seconds: float
+
+
+@dataclass(frozen=True)
+class State:
+    """What is reported along a motion, (n,) each: quantities by name in SI, torques [N m], powers [W], inertia [kg m2].
+
+    `load` is the torque that the machine takes, `stored` the rate of all energies, `lost` the power of friction.
+    `inertia` is the machine's own, as the drive has it: the slope of `load` in the acceleration.
+    """
+
+    values: dict[str, Array]
+    torque: Array
+    load: Array
+    stored: Array
+    lost: Array
+    inertia: Array
+
+
+class Driven:
+    """A machine at its own design with a motor.
+
+    Raises InputError for a machine without an acceleration among its values, without a single motor at its drive, or
+    that turns backwards.
+    """
+
+    def __init__(self, machine: Machine, motor: Motor, names: Sequence[str] | None = None) -> None:
+        self.machine, self.motor = machine, motor
+        self.names = tuple(quantity.name for quantity in machine.results) if names is None else tuple(names)
+        if machine.acceleration is None:
+            raise InputError(
+                f"{machine.source}: {machine.name} was derived for a constant speed; state "
+                "`Mechanism(..., acceleration=q.eps)`, with `eps | rad/s2 | acceleration of the drive | 0` in its "
+                "table, and derive it again"
+            )
+        self._response = Response(machine, [*machine.motors, *self._powers])
+        self._point = self._response.at(machine.design)
+        if self._point.d[machine.speed] <= 0:
+            value, speed = machine.values[machine.speed], self._point.d[machine.speed]
+            text = f"{machine.source}: {value.path} = {speed / value.factor:g}"
+            raise InputError(f"{text}: it must be greater than 0, since a motor turns the drive forwards")
+        self.shaft = self._find_shaft()
+        self._motions: dict[tuple[int, int], Kernel] = {}
+
+    @property
+    def _powers(self) -> list[str]:
+        known = {quantity.name for quantity in self.machine.quantities}
+        return [f"P_{name}" for name in self.machine.motors if f"P_{name}" in known]
+
+    def _find_shaft(self) -> str:
+        """Return the torque of the motor that turns the drive: its power is the torque times the drive's speed."""
+        machine, speed = self.machine, float(self._point.d[self.machine.speed])
+        rows = self._response.values(self._point, TURN * (np.arange(24) + 0.5) / 24)
+        values = dict(zip((*machine.motors, *self._powers), rows, strict=True))
+        shafts = [
+            name
+            for name in machine.motors
+            if f"P_{name}" not in values
+            or np.abs(values[f"P_{name}"] - values[name] * speed).max()
+            <= TURNS_ALIKE * max(float(np.abs(values[f"P_{name}"]).max()), np.finfo(float).tiny)
+        ]
+        if len(shafts) == 1 == len(machine.motors):
+            return shafts[0]
+        told = ", ".join(machine.motors) or "none"
+        raise InputError(
+            f"{machine.source}: a motor line needs one motor, which turns the drive itself; {machine.name} has {told}"
+        )
+
+    # --- the graph ----------------------------------------------------------------------------------
+
+    @cached_property
+    def _symbols(self) -> dict[str, ca.SX]:
+        phi, d, h, q = self.machine.symbols
+        return {"phi": phi, "omega": ca.SX.sym("omega"), "rate": ca.SX.sym("rate"), "q": q, "d": d, "h": h}
+
+    @cached_property
+    def _graph(self) -> dict[str, ca.SX]:
+        """All that is reported, as functions of angle, speed and acceleration."""
+        machine, symbols = self.machine, self._symbols
+        assert machine.acceleration is not None
+        d = ca.SX(symbols["d"])
+        d[machine.speed], d[machine.acceleration] = symbols["omega"], symbols["rate"]
+        inlined = machine.prologue.is_a("SXFunction")
+        h = machine.prologue(d) if inlined else symbols["h"]
+        names = [*self.names, self.shaft, *machine.energies, *machine.losses, *self._power_law]
+        graphs = ca.substitute([machine.graph(name) for name in names], [symbols["d"], symbols["h"]], [d, h])
+        rows = dict(zip(names, graphs, strict=True))
+        load = rows[self.shaft]
+        torque = self.motor.torque(symbols["omega"])
+        energy = self.motor.flywheel * symbols["omega"] ** 2 / 2 + sum(
+            (rows[name] for name in machine.energies), ca.SX(0)
+        )
+        state, along = ca.vertcat(symbols["phi"], symbols["omega"]), ca.vertcat(symbols["omega"], symbols["rate"])
+        lost = sum((rows[name] for name in machine.losses), ca.SX(0))
+        stored = ca.jtimes(energy, state, along)
+        if not machine.energies:
+            stored = stored + load * symbols["omega"] - lost - sum((rows[name] for name in self._power_law), ca.SX(0))
+        return {name: rows[name] for name in self.names} | {
+            "load": load, "torque": torque, "surplus": torque - load - self.motor.flywheel * symbols["rate"],
+            "stored": stored, "lost": lost, "inertia": ca.gradient(load, symbols["rate"]),
+        }  # fmt: skip
+
+    @property
+    def _power_law(self) -> list[str]:
+        """The law that the power of all forces and of inertia vanishes, of a machine that reports no energies."""
+        known = {quantity.name for quantity in self.machine.quantities}
+        return ["law_power"] if not self.machine.energies and "law_power" in known else []
+
+    def _kernel(self, name: str, outputs: dict[str, ca.SX], inputs: Sequence[str]) -> Kernel:
+        symbols = {key: self._symbols[key] for key in inputs}
+        values = ca.cse([ca.densify(ca.SX(value)) for value in outputs.values()])
+        function = ca.Function(name, list(symbols.values()), values, list(symbols), list(outputs))
+        return Kernel(function, lanes=[key for key in inputs if key not in ("d", "h")])
+
+    @cached_property
+    def _accelerating(self) -> Kernel:
+        """Acceleration after some of Newton's steps from none, and the last of them."""
+        surplus, symbol = self._graph["surplus"], self._symbols["rate"]
+        parts = ca.cse([surplus, ca.gradient(surplus, symbol)])
+        rest = {name: value for name, value in self._symbols.items() if name != "rate"}
+        balance = ca.Function("balance", [symbol, *rest.values()], parts)
+        rate, step = ca.SX(0), ca.SX(0)
+        for _ in range(STEPS):
+            now, slope = balance(rate, *rest.values())
+            step = now / slope
+            rate = rate - step
+        return self._kernel("accelerating", {"rate": rate, "step": step}, list(rest))
+
+    @cached_property
+    def _reporting(self) -> Kernel:
+        return self._kernel("reporting", self._graph, list(self._symbols))
+
+    @property
+    def _fixed(self) -> dict[str, Array]:
+        return {"d": self._point.d, "h": self._point.h}
+
+    def _coordinates(self, phi: Array) -> Array:
+        return self._response.coordinates(self._point.d, phi % TURN)
+
+    # --- the motion ---------------------------------------------------------------------------------
+
+    def acceleration(self, phi: Array, omega: Array) -> Array:
+        """Return that of the drive [rad/s2], (n,), at angles and speeds (n,): the torques on its shaft balance.
+
+        Raises ComputationError where there is none.
+        """
+        found = self._accelerating(phi=phi, omega=omega, q=self._coordinates(phi), **self._fixed)
+        rate, step = found["rate"][0], found["step"][0]
+        if np.all(np.abs(step) <= SOLVED * (1 + np.abs(rate))):
+            return rate
+        worst = np.degrees(phi[int(np.argmax(np.abs(step)))]) % 360
+        raise ComputationError(f"{self.machine.name}: no acceleration balances the shaft at {worst:.6g} deg")
+
+    def motion(self, at: Array) -> Kernel:
+        """Return the function from a speed at the first of some angles to speed and time at the others, by CVODES.
+
+        Below a share of the speed without load the motor has stalled, and what follows means nothing.
+        """
+        symbols, size = self._symbols, self._symbols["q"].numel()
+        state = ca.SX.sym("state", 2 + size)
+        omega = ca.fmax(state[0], self.slowest)
+        own = self._accelerating.function(phi=symbols["phi"], omega=omega, q=state[2:], d=symbols["d"], h=symbols["h"])
+        slopes = [own["rate"] / omega, 1 / omega]
+        if self.machine.loops is not None:
+            gaps = self.machine.loops.gaps(symbols["phi"], symbols["d"], state[2:])
+            jacobian = ca.reshape(gaps[size:], size, size).T
+            slopes.append(-ca.solve(jacobian, ca.jacobian(gaps[:size], symbols["phi"])))
+        p = ca.vertcat(symbols["d"], symbols["h"])
+        dae = {"t": symbols["phi"], "x": state, "p": p, "ode": ca.vertcat(*slopes)}
+        solver = ca.integrator("motion", "cvodes", dae, float(at[0]), at[1:].tolist(), INTEGRATOR)
+        start, q, fixed = ca.MX.sym("start"), ca.MX.sym("q", size), ca.MX.sym("fixed", p.numel())
+        ran = solver(x0=ca.vertcat(start, 0, q), p=fixed)["xf"][:2, :]
+        return Kernel(ca.Function("motion", [start, q, fixed], [ran], ["start", "q", "fixed"], ["states"]))
+
+    @property
+    def slowest(self) -> float:
+        """The speed below which the motor counts as stalled [rad/s]."""
+        return STALLED * self.motor.idle
+
+    def run(self, start: float, turns: int, samples: int) -> Course:
+        """Return the motion from a speed [rad/s] at the angle zero on, at `samples` equal steps a turn, with its end.
+
+        Raises ComputationError, naming the angle, where the motor stalls.
+        """
+        at = TURN * np.arange(turns * samples + 1) / samples
+        fixed = np.concatenate([self._point.d, self._point.h])
+        if (turns, samples) not in self._motions:
+            self._motions[turns, samples] = self.motion(at)
+        ran = self._motions[turns, samples](start=start, q=self._coordinates(at[:1])[:, 0], fixed=fixed)["states"]
+        omega, seconds = np.column_stack([[start, 0.0], ran])
+        if np.any(stalled := omega <= self.slowest):
+            angle = np.degrees(at[int(np.argmax(stalled))])
+            raise ComputationError(
+                f"{self.machine.name}: the motor stalls {angle:.6g} deg after the start; it needs more torque at "
+                "rest, or a larger flywheel"
+            )
+        return Course(at, omega, self.acceleration(at % TURN, omega), float(seconds[-1]))
+
+    def settle(self, near: float, samples: int) -> Course:
+        """Return the turn that ends at the speed at which it begins, sought from a speed [rad/s] on.
+
+        Raises ComputationError where there is none, and as `run` does.
+        """
+
+        def missed(speed: float) -> float:
+            return float(self.run(speed, 1, samples).omega[-1]) - speed
+
+        found = scipy.optimize.root_scalar(missed, x0=near, x1=near + missed(near), xtol=REPEATS * near, rtol=REPEATS)
+        if not found.converged:
+            raise ComputationError(f"{self.machine.name}: no turn repeats itself near {near * RPM:.6g} r/min")
+        return self.run(float(found.root), 1, samples)
+
+    def report(self, at: Course) -> State:
+        """Return forces and powers along a motion."""
+        return self.state(at.phi, at.omega, at.rate)
+
+    def report_constant(self, phi: Array, speed: float) -> State:
+        """Return forces at angles (n,) at a constant speed [rad/s]."""
+        return self.state(phi, np.full_like(phi, speed), np.zeros_like(phi))
+
+    def state(self, phi: Array, omega: Array, rate: Array) -> State:
+        """Return what is reported at angles, speeds and accelerations (n,)."""
+        within = phi % TURN
+        found = self._reporting(phi=within, omega=omega, rate=rate, q=self._coordinates(within), **self._fixed)
+        rows = {name: row[0] for name, row in found.items()}
+        values = {name: rows[name] for name in self.names}
+        parts = {name: rows[name] for name in ("torque", "load", "stored", "lost", "inertia")}
+        return State(values, **parts)

@@ -1,0 +1,38 @@
+"""`planter drive FILE` for a mechanism of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from planter.engine.drive import Motor
+from planter.engine.driven import Drive, drive_machine
+from planter.mechanism import tables
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.machines import build_machine
+from planter.mechanism.simulation import check_samples
+from planter.terminal.console import Console
+
+
+def drive(
+    file: MechanismFile, motor: Motor, turns: int = 5, start: float | None = None, samples: int | None = None
+) -> Drive:
+    """Return a mechanism on a motor, from a speed [rad/s] on, its own without.
+
+    Raises InputError for a statement without acceleration or without a single motor at the drive, ComputationError
+    where the motor stalls.
+    """
+    check_samples(samples)
+    return drive_machine(build_machine(file), motor, turns, start, samples)
+
+
+def run_drive(
+    console: Console, file: MechanismFile, motor: Motor, turns: int, start: float | None, samples: int | None,
+    out: Path | None,
+) -> None:  # fmt: skip
+    """Compute, print, and write into a folder if one is named."""
+    found = drive(file, motor, turns, start, samples)
+    if out is not None:
+        from planter.mechanism.report import drive as report
+
+        report.write_drive(out, found, file, console.progress)
+    console.result(found.result, lambda: tables.show_drive(console, found.result))

@@ -1,0 +1,94 @@
+"""Any machine on a motor: reduced inertia by hand, energy, loops along the way, other integrators, refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.integrate
+
+from planter.engine.drive import Driven, Motor
+from planter.engine.machine import Machine
+from planter.errors import ComputationError, InputError
+from planter.mechanism import drive
+from planter.mechanism.machines import build_machine
+from tests.support import own
+from tests.support.cli import answer
+
+SPEED = 300 * np.pi / 30
+MOTOR = Motor(20.0, 1.07 * SPEED, 0.02)
+PHI = np.radians(np.arange(0.0, 360.0, 5.0))
+
+
+@cache
+def machine(**values: float) -> Machine:
+    return build_machine(own.file("slider_crank", **values))
+
+
+def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
+    """Of rod and slider without friction, by their velocities over that of the crank."""
+    driven = Driven(machine(mu=0.0), MOTOR, ["M_in"])
+    r, rod, e, c, m_r, m_s, inertia = 0.05, 0.2, 0.01, 0.08, 0.8, 1.5, 0.004
+    across = e - r * np.sin(PHI)
+    along = np.sqrt(rod**2 - across**2)
+    turning = -r * np.cos(PHI) / along
+    slider = -r * np.sin(PHI) - across * turning
+    x = -r * np.sin(PHI) - c * across / rod * turning
+    y = r * np.cos(PHI) + c * along / rod * turning
+    expected = m_s * slider**2 + m_r * (x**2 + y**2) + inertia * turning**2
+    state = driven.state(PHI, np.full_like(PHI, SPEED), np.zeros_like(PHI))
+    assert state.inertia == pytest.approx(expected, rel=1e-9)
+    slower = driven.state(PHI, np.full_like(PHI, SPEED / 2), np.full_like(PHI, 7.0))
+    still = driven.state(PHI, np.full_like(PHI, SPEED / 2), np.zeros_like(PHI))
+    assert slower.load - still.load == pytest.approx(7.0 * expected, rel=1e-8)
+
+
+def test_motor_gives_to_friction_what_it_takes() -> None:
+    found = drive.drive(own.file("slider_crank"), MOTOR, turns=2, samples=720)
+    turn, result = found.turn, found.result
+    assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
+    assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=2e-5)
+    assert result.imbalance_W < 1e-10
+    kinetic = 0.02 + found.driven.inertia
+    rise = np.gradient(kinetic * turn.omega**2 / 2, turn.phi)
+    assert np.ptp(rise) > 1.0, "energy moves between flywheel and mechanism"
+    assert found.columns().keys() >= {"phi_deg", "F_Ox_N", "constant_F_Ox_N", "motor_Nm"}
+
+
+def test_another_integrator_finds_the_same_speed() -> None:
+    driven = Driven(machine(), MOTOR, [])
+    at = driven.run(SPEED, 1, 36)
+
+    def rates(phi: float, omega: np.ndarray) -> np.ndarray:
+        return driven.acceleration(np.array([phi]), omega) / omega
+
+    found = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
+    assert found.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
+
+
+def test_a_heavy_flywheel_keeps_the_speed() -> None:
+    results = [drive.drive(own.file("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
+    assert results[0].speed.fluctuation / results[1].speed.fluctuation == pytest.approx(100, rel=1e-2)
+    assert max(one.change for one in results[1].quantities.values() if one.unit == "N") < 1e-3
+
+
+def test_what_cannot_be_driven_is_refused() -> None:
+    base = machine()
+    with pytest.raises(InputError, match=r"acceleration=q\.eps"):
+        Driven(replace(base, acceleration=None), MOTOR)
+    with pytest.raises(InputError, match="one motor"):
+        Driven(replace(base, motors=()), MOTOR)
+    with pytest.raises(InputError, match="omega_rpm = -300"):
+        Driven(machine(omega_rpm=-300.0), MOTOR)
+    with pytest.raises(ComputationError, match="stalls"):
+        Driven(base, replace(MOTOR, stall=0.01, flywheel=1e-4), []).run(SPEED, 20, 36)
+
+
+def test_command_answers_for_a_file() -> None:
+    path = str(own.generated("slider_crank") / "slider_crank.toml")
+    motor = ("--stall-Nm", "20", "--idle-rpm", "320", "--flywheel-kgm2", "0.02")
+    found = answer("drive", path, *motor, "--turns", "2", "--samples", "90")
+    assert len(found["turns_rpm"]) == 3
+    assert found["inertia_min_kgm2"] < found["inertia_mean_kgm2"] < found["inertia_max_kgm2"]
