@@ -12,7 +12,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from planter.engine.loops import TURN
 from planter.engine.machine import Machine, Quantity
 from planter.engine.measures import Condition, Extremum, Limit, Measure
 from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, Nodes, NodeValues, SpanNodes
@@ -307,7 +306,7 @@ class Goal:
             elif isinstance(key, tuple):
                 yield key, SpanNodes(self.machine, tuple(own), key)
             else:
-                angles = np.radians(self.at) if key == ANGLES else TURN * np.arange(count) / count
+                angles = np.radians(self.at) if key == ANGLES else self.machine.turn * np.arange(count) / count
                 yield key, FixedNodes(self.machine, tuple(own), angles)
                 if key == CYCLE and with_events and self.machine.events is not None:
                     yield EVENTS, EventNodes(self.machine, tuple(own))
@@ -342,9 +341,9 @@ class Goal:
         """Return how long a cycle is for the work of a quantity, in time or in angle, with slope and Hessian."""
         rise, bend = np.zeros(self.size), np.zeros((self.size, self.size))
         if quantity.unit == "N m":
-            return TURN, rise, bend
+            return self.machine.turn, rise, bend
         speed = float(self.machine.data_at(x)[self.machine.speed])
-        length = TURN / abs(speed)
+        length = self.machine.turn / abs(speed)
         if self.machine.speed in self.machine.moved:
             place = self.machine.moved.index(self.machine.speed)
             rise[place], bend[place, place] = -length / speed, 2 * length / speed**2

@@ -90,6 +90,8 @@ class Machine:
     Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two, d) -> quantities
     of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks, `tangent` moved values -> (d -> h, dh).
     `speed` is the index of the drive's speed [rad/s] among the values; `period` [rad] is that of the totals.
+    `turn` [rad] is the angle of a cycle, after which a side repeats. A drive over a limited range goes there and back
+    in a cycle: its lane takes any angle, and it has no loops.
     `vectors` are the quantities whose size counts; `motors` names the torques of motors.
     `acceleration` is the index of the drive's acceleration [rad/s2] among the values, if it is one; `losses` names
     powers of friction, `energies` quantities that add up to all energy, if they are reported.
@@ -113,6 +115,7 @@ class Machine:
     event_kinds: tuple[Mapping[str, Any], ...] = ()
     offsets: tuple[float, ...] = (0.0,)
     samples: int = 360
+    turn: float = 2 * np.pi
     tangent: Callable[[tuple[int, ...]], ca.Function] | None = None
     vectors: tuple[Vector, ...] = ()
     motors: tuple[str, ...] = ()
@@ -140,7 +143,7 @@ class Machine:
     @property
     def period(self) -> float:
         """The angle after which totals of equal sides repeat [rad]."""
-        return 2 * np.pi / len(self.offsets)
+        return self.turn / len(self.offsets)
 
     @property
     def results(self) -> tuple[Quantity, ...]:

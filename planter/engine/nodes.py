@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Condition, Extremum
 from planter.engine.response import DesignPoint, Response
@@ -110,9 +109,10 @@ class FixedNodes(Nodes):
         return NodeValues(values / units, slopes[:, :, 1:] / units[:, :, None], self.weights, fixed, curvature)
 
     def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
-        angles, values = self._stationary(x, name, np.append(self.angles[self.angles < TURN], TURN))
-        end = self.response.values(self.response.at(x), np.array([TURN]))[self.names.index(name)]
-        return np.append(angles, TURN), np.append(values, end / self.units[self.names.index(name)])
+        turn = self.machine.turn
+        angles, values = self._stationary(x, name, np.append(self.angles[self.angles < turn], turn))
+        end = self.response.values(self.response.at(x), np.array([turn]))[self.names.index(name)]
+        return np.append(angles, turn), np.append(values, end / self.units[self.names.index(name)])
 
     def with_nodes(self, places: Array) -> FixedNodes:
         places = np.setdiff1d(places, self.angles)
@@ -151,7 +151,7 @@ class MovingNodes(Nodes):
         super().__init__(machine, names)
         self.anchors = anchors
         count = max(machine.samples, SCANNED)
-        self.grid = TURN * np.arange(count) / count
+        self.grid = machine.turn * np.arange(count) / count
 
     @abstractmethod
     def place(self, point: DesignPoint) -> Placement:
@@ -264,7 +264,7 @@ class SpanNodes(MovingNodes):
         spans, count = len(anchors), len(self.shares)
         if not spans:
             if (excess <= 0).all():
-                return Placement.at_rest(TURN * np.arange(self.most * count) / (self.most * count))
+                return Placement.at_rest(self.machine.turn * np.arange(self.most * count) / (self.most * count))
             return Placement.at_rest(np.full(self.most * count, self.grid[int(np.argmin(excess))]), is_empty=True)
         if spans > self.most:
             conditions = " and ".join(map(str, self.conditions))
@@ -276,8 +276,8 @@ class SpanNodes(MovingNodes):
             mix[place, :, 2 * span] = 1 - self.shares
             mix[place, :, 2 * span + 1] = self.shares
             if place < spans:
-                weights[place, :, 2 * span] = -self.share_weights / TURN
-                weights[place, :, 2 * span + 1] = self.share_weights / TURN
+                weights[place, :, 2 * span] = -self.share_weights / self.machine.turn
+                weights[place, :, 2 * span + 1] = self.share_weights / self.machine.turn
         total = self.most * count
         flat = (total, 2 * spans)
         nothing = np.zeros(total)
@@ -323,7 +323,7 @@ class SpanNodes(MovingNodes):
         first = int(inside[changes[0]])  # the part at the grid's first angle begins before it
         found, rows = np.roll(found, -first), np.roll(rows, -first)
         if first:
-            found[-1] += TURN
+            found[-1] += self.machine.turn
         return found.reshape(-1, 2), rows.reshape(-1, 2), excess
 
     def _excess(self, point: DesignPoint, phi: Array) -> tuple[Array, Array, Integers]:

@@ -62,7 +62,7 @@ class Rows:
         self._guards = [quantity for quantity in machine.quantities if quantity.role in ("pivot", "states")]
         self._slope_kernels: dict[tuple[int, ...], tuple[Kernel, ca.Sparsity]] = {}
         count = machine.samples if samples is None else samples
-        self.angles = TURN * np.arange(count) / count
+        self.angles = machine.turn * np.arange(count) / count
 
     def compile(self) -> None:
         """Compile what `evaluate` calls."""
@@ -113,7 +113,7 @@ class Rows:
         places, gained = np.empty((0, len(self.angles) + 1, len(rows))), np.empty((0, len(rows)))
         alive = np.ones(len(rows), dtype=bool)
         if self.machine.loops:
-            walk = self.machine.loops.walk(data, np.append(self.angles, TURN))
+            walk = self.machine.loops.walk(data, np.append(self.angles, self.machine.turn))
             places, (gained, alive) = walk.places, walk.gains()
             if not alive.all():
                 lanes = _filled(np.flatnonzero(alive) if alive.any() else np.zeros(1, dtype=np.int64))
@@ -191,7 +191,7 @@ class Rows:
         changes = np.zeros((len(self.names), lanes))
         angular = np.array([quantity.unit == "rad" for quantity in self.quantities])[:, None]
         for index in self._chosen:
-            phi, q = np.full((1, lanes), self.angles[index] + TURN), places[:, index] + gained
+            phi, q = np.full((1, lanes), self.angles[index] + self.machine.turn), places[:, index] + gained
             later = self._values.masked(phi=phi, d=d, h=h, q=q, least=least, largest=none)[0]["rows"]
             change = later - samples[:, index]
             changes = np.maximum(changes, np.abs(change - np.where(angular, TURN * np.round(change / TURN), 0.0)))

@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from planter.engine.goal import Goal
-from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure
 from planter.engine.response import Response
@@ -64,7 +63,7 @@ def compute_sensitivity(
     over `count` samples then. Raises ComputationError where loops do not close.
     """
     x, curve = machine.design, samples or count or machine.samples
-    goal, names = build_goal(machine, least, samples), name_moved(machine)
+    goal, names = build_goal(machine, least, samples), machine.design_names
     gradient = goal.slope(x)
     columns = _scaled_slopes(machine, list(dict.fromkeys(measure.name for measure in least)), curve)
     found = find_insensitive(names, columns)
@@ -97,15 +96,6 @@ def move_all(machine: Machine) -> Machine:
     return replace(machine, moved=tuple(range(len(machine.values))), lower=lower, upper=upper)
 
 
-def name_moved(machine: Machine) -> tuple[str, ...]:
-    """Return the names of the moved values: the last parts of their paths, or these where two end alike."""
-    keys = machine.design_names
-    return tuple(
-        key if keys.count(key) == 1 else machine.values[index].path
-        for key, index in zip(keys, machine.moved, strict=True)
-    )
-
-
 def find_widths(machine: Machine) -> Array:
     """Return the widths (p,) of bounds in SI; of values without bounds their size, or one display unit if zero."""
     sizes = np.where(machine.design == 0.0, machine.scale, np.abs(machine.design))
@@ -116,7 +106,7 @@ def find_widths(machine: Machine) -> Array:
 def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:
     """Return the slopes (n, p) of curves at samples, in parts of their ranges, times the widths of the values."""
     response = Response(machine, names)
-    phi = TURN * np.arange(samples) / samples
+    phi = machine.turn * np.arange(samples) / samples
     values, slopes = response.slopes(response.at(machine.design), phi)
     ranges = np.ptp(values, axis=1)
     ranges[ranges == 0.0] = 1.0

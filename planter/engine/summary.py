@@ -14,7 +14,6 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.engine.loops import TURN
 from planter.engine.machine import Machine, Quantity, Vector
 from planter.engine.response import Response
 from planter.engine.switching import Switchings
@@ -131,11 +130,11 @@ class Cycle:
         self.point = response.at(machine.design if x is None else x)
         self.switchings = Switchings(machine, SCANNED).find_all(self.point)
         breaks = np.array([switching.angle for switching in self.switchings])
-        samples, _ = response.derivatives(self.point, np.linspace(0.0, TURN, COMPARED))
+        samples, _ = response.derivatives(self.point, np.linspace(0.0, machine.turn, COMPARED))
         largest = np.abs(samples).max(axis=1)
         if np.any(np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest):
             breaks = np.unique(np.append(breaks, 0.0))
-        self.pieces = Pieces(lambda phi: response.derivatives(self.point, phi), breaks)
+        self.pieces = Pieces(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[Extreme, Extreme]]:

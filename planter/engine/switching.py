@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.response import DesignPoint, Response
 from planter.kernels import Array
@@ -16,7 +15,7 @@ from planter.numerics.arrays import Integers
 
 @dataclass(frozen=True)
 class Switching:
-    """An event of a side, the first of which is 1, at an angle in [0, 2 pi) [rad]."""
+    """An event of a side, the first of which is 1, at an angle of the first cycle [rad]."""
 
     name: str
     side: int
@@ -35,7 +34,7 @@ class Switchings:
         size = len(self.response.quantities)
         self.kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
         self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])
-        self.grid = TURN * (np.arange(count + 1) - 0.5) / count
+        self.grid = machine.turn * (np.arange(count + 1) - 0.5) / count
 
     def find(self, point: DesignPoint) -> tuple[Array, Integers]:
         """Return the angles (s,) at which events of the first side happen, in order, and the rows of these."""
@@ -56,7 +55,7 @@ class Switchings:
             return values[rows, lanes] - levels, rates[rows, lanes]
 
         ends = values[rows, cells] - levels, values[rows, cells + 1] - levels
-        angles = np.mod(roots.newton(function, self.grid[cells], self.grid[cells + 1], ends), TURN)
+        angles = np.mod(roots.newton(function, self.grid[cells], self.grid[cells + 1], ends), self.machine.turn)
         order = np.argsort(angles, kind="stable")
         return angles[order], rows[order]
 
@@ -64,7 +63,7 @@ class Switchings:
         """Return the events of all sides, by their angles."""
         angles, rows = self.find(point)
         switchings = [
-            Switching(str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, TURN)))
+            Switching(str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, self.machine.turn)))
             for side, offset in enumerate(self.machine.offsets, 1)
             for angle, row in zip(angles, rows, strict=True)
         ]

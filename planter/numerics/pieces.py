@@ -19,25 +19,25 @@ from planter.numerics.extremes import Extreme, first_extreme
 Rates = Callable[[Array], tuple[Array, Array]]
 """Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second derivatives."""
 TURN = 2 * np.pi
-NODES, PIECE = 12, np.pi / 8
-"""Nodes in a piece, and the greatest length of a piece [rad]."""
+NODES, PIECES = 12, 16
+"""Nodes in a piece, and the least number of pieces of a turn."""
 ASIDE = 1e-9
 """How far beside a break one-sided values are taken; breaks closer than ten times this are one [rad]."""
 
 
 class Pieces:
-    """Functions of period 2 pi, and the angles `breaks` (m,) in order, in [0, 2 pi), where they are not smooth."""
+    """Functions that repeat after a turn, and the angles `breaks` (m,) of a turn, in order, where they have kinks."""
 
-    def __init__(self, functions: Rates, breaks: Array) -> None:
+    def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
         self.functions = functions
-        apart = np.diff(breaks, append=breaks[:1] + TURN) > 10 * ASIDE
+        apart = np.diff(breaks, append=breaks[:1] + turn) > 10 * ASIDE
         self.breaks = np.asarray(breaks, dtype=float)[np.roll(apart, 1)]
         starts = self.breaks if len(self.breaks) else np.zeros(1)
-        self._edges = np.append(starts, starts[0] + TURN)
-        counts = np.ceil(np.diff(self._edges) / PIECE).astype(int)
+        self._edges = np.append(starts, starts[0] + turn)
+        counts = np.ceil(np.diff(self._edges) * PIECES / turn).astype(int)
         inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(starts, self._edges[1:], counts, strict=True)]
         nodes, weights = quadrature.panels(np.append(np.concatenate(inner), self._edges[-1]), NODES)
-        self.nodes, self.weights = nodes.ravel(), weights.ravel() / TURN
+        self.nodes, self.weights = nodes.ravel(), weights.ravel() / turn
         own = np.repeat(np.arange(len(counts)), counts * NODES)
         sides = np.concatenate([starts, self._edges[1:]])
         aside = np.repeat([ASIDE, -ASIDE], len(starts))

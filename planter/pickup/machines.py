@@ -20,10 +20,9 @@ from planter.pickup import file
 from planter.pickup.law import MODEL, ROUNDING, CosineLaw, SplineLaw, toothed_range
 from planter.pickup.model import Train, build
 from planter.pickup.points import HEADER
+from planter.pickup.show import KIND
 from planter.pickup.smooth import SmoothLaw, compose_smooth_law
 
-TABLES = {"helical_stage", "tray"}
-"""Tables that the file of a pick-up has, and no other machine's."""
 SPEED = "carrier.speed_deg_per_s"
 STAGES = {
     "L1": ("m", "distance from the sun's centre to the planet's axis", "bars.L1_mm"),
@@ -89,7 +88,7 @@ CHECKED = 720
 def takes(source: str) -> bool:
     """Return whether a source is a pick-up's file, points of its tip's path, or the name of a built-in one."""
     if not file.is_points(source):
-        return examples.belongs(source, "pickup", TABLES)
+        return KIND.takes(source)
     try:
         csv_rows.read(examples.text(source, "pickup", ".csv"), source, HEADER)
     except InputError:
