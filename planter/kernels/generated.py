@@ -36,7 +36,7 @@ def _places() -> dict[str, Traversable]:
 def module(name: str, folder: Path | None = None) -> ModuleType:
     """A generated module, from a folder of one's own if that is given. Raises InputError where there is none."""
     if folder is not None:
-        return _from_file(folder / f"{name}.py")
+        return _from_file(folder.joinpath(*name.split(".")).with_suffix(".py"))
     return importlib.import_module(f"{_holder(name)}.{name}")
 
 

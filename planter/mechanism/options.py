@@ -17,7 +17,6 @@ REFUSED = {
     "--lift": "it lifts assumptions of the planting device",
     "--model": "it has one model, its statement",
     "--front": "the front weighs the range of a support force against its variance",
-    "--prove": "the proof bounds range and variance of a support force",
     "--teeth": NO_STAGES,
     "--module": NO_STAGES,
     "--module1": NO_STAGES,

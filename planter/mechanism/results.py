@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from planter.engine.summary import Summary
+from planter.optimise.proof.results import GlobalBound
 from planter.records import Record
 
 
@@ -190,6 +191,7 @@ class Optimum(Record):
     evaluations: Evaluations
     samples: int
     seconds: float
+    proof: GlobalBound | None = None
 
 
 COMMANDS = {"move": Motion, "optimise least": Optimum}

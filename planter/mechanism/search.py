@@ -38,21 +38,22 @@ HoldOption = Annotated[
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """What a call says of the search; None leaves it to the file or to defaults."""
+    """What a call says of the search; None leaves it to the file or to defaults, and makes no proof."""
 
     method: Method | None = None
     samples: Sampling | None = None
     seed: int = 0
     starts: int | None = None
+    prove_seconds: float | None = None
 
 
 def search(
     console: Console, mechanism: MechanismFile, least: str | None, holds: Sequence[str], options: SearchOptions,
     out: Path | None,
 ) -> None:  # fmt: skip
-    """Find, print and write the optimum."""
+    """Find, print and write the optimum, with its proof if one is asked for."""
     from planter.engine.search import SearchSpec
-    from planter.mechanism import optimisation, tables
+    from planter.mechanism import optimisation, proof, tables
     from planter.optimise.sections import DEFAULT_GENETIC
     from planter.optimise.starts import DEFAULT_STARTS
 
@@ -64,7 +65,12 @@ def search(
         seed=options.seed,
         genetic=mechanism.genetic_algorithm or DEFAULT_GENETIC,
     )
+    goal = optimisation.StatedGoal.read(mechanism, least, holds)
+    if options.prove_seconds is not None:
+        proof.require_provable(goal, least)
     found = optimisation.optimise(mechanism, least, holds, spec, console.progress)
+    if options.prove_seconds is not None:
+        found = proof.with_proof(mechanism, found, goal, spec, options.prove_seconds, console.progress)
     if out is not None:
         from planter.mechanism.report import results
 

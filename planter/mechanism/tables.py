@@ -17,6 +17,7 @@ from planter.engine.shown import (
 )
 from planter.files import units
 from planter.mechanism.results import Course, Held, Motion, Optimum, Quantity, Turn
+from planter.optimise.proof.results import GlobalBound
 from planter.report.labels import name
 from planter.terminal.console import Console
 
@@ -114,6 +115,20 @@ def optimum(console: Console, found: Optimum) -> None:
         *((f"price of {one.limit_on} per {one.unit or 'unit'}", one.multiplier) for one in proof.active_limits),
         ("samples of the turn", found.samples),
     ])  # fmt: skip
+    if found.proof is not None:
+        console.say(describe_bound(found.proof))
+
+
+def describe_bound(proof: GlobalBound) -> str:
+    """Return a bound beside the best design that is known, with the gap between them, and what is proved."""
+    if proof.lower_bound is None or proof.gap is None:
+        return f"{proof.statement} ({proof.boxes} boxes, {proof.seconds:.0f} s)"
+    share = f", gap {100 * proof.gap / abs(proof.objective):.3g} %" if proof.objective else ""
+    claim = proof.statement[0].upper() + proof.statement[1:]
+    return (
+        f"No design within the bounds is better than {proof.lower_bound:.9g} over {proof.samples} samples; "
+        f"found {proof.objective:.9g}{share} ({proof.boxes} boxes, {proof.seconds:.0f} s). {claim}."
+    )
 
 
 def _limits(console: Console, holds: Sequence[Held]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -13,9 +13,10 @@ import numpy as np
 
 from planter.gearing.stage import Stage
 from planter.kernels import generated
+from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball
-from planter.optimise.proof.jets import Jet
+from planter.optimise.proof.jets import Jet, Space
 from planter.optimise.proof.roots import roots
 from planter.planting.model import Device
 
@@ -30,6 +31,7 @@ class EnclosedForce:
 
     offsets = (Fraction(0), Fraction(-1, 2))
     period = Fraction(1, 2)
+    is_continuous = True
 
     def __init__(self, device: Device) -> None:
         if device.machine.cam.flank != FLANK:
@@ -43,7 +45,11 @@ class EnclosedForce:
         own = [len(stage.names) for stage in device.stages]
         self._parts = np.cumsum([0, device.size - sum(own), *own]).tolist()
 
-    def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+        """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
+        return lambda xp, lanes: self._shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
+
+    def _shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
         pair = [gear.meshing(xp, own) for gear, own in zip(self._gears, parameters, strict=True)]
         packed = [part for own, stage in zip(parameters, pair, strict=True) for part in (own, stage.told)]

@@ -21,6 +21,7 @@ from planter.mechanism.turn import Turn, turn
 from planter.progress import Listener
 from planter.report.html import Block, Items, Keys, Section, Table, Text
 from planter.report.labels import label
+from planter.report.proof import describe_proof
 
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
 
@@ -80,6 +81,8 @@ def _optimum(found: Optimum) -> Iterator[Section]:
         **{f"price of {one.limit_on} per {one.unit or 'unit'}": one.multiplier for one in proof.active_limits},
         "samples of the turn": found.samples,
     })])  # fmt: skip
+    if found.proof is not None:
+        yield Section("Proof", list(describe_proof(found.proof.table())))
 
 
 def _limits(holds: Sequence[Held]) -> Iterator[Section]:

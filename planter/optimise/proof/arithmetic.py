@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from planter.optimise.proof.balls import Ball, U
-from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.balls import LIBM, Ball, U, Unbounded
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 
 
 class Enclosing:
@@ -30,38 +30,66 @@ class Enclosing:
         return self.space.constant(Ball.exact(np.where(condition, yes, no)))
 
     def absolute(self, x: Any) -> Any:
-        return self.where(x >= 0, x, -x)
+        return x.where(x.reaches(0), -x) if isinstance(x, Jet) else abs(x)
 
-    def maximum(self, one: Any, two: Any) -> Any:
-        return self.where(one >= two, one, two)
+    def maximum(self, one: Any, two: Any) -> Jet:
+        first = self.space.lift(one)
+        return first.where(first.reaches(two), two)
 
-    def minimum(self, one: Any, two: Any) -> Any:
-        return self.where(one <= two, one, two)
+    def minimum(self, one: Any, two: Any) -> Jet:
+        first = self.space.lift(one)
+        return first.where(self.space.lift(two).reaches(first), two)
+
+    def sign(self, x: Any) -> Any:
+        return self.where(x > 0, 1, self.where(x < 0, -1, 0))
 
     logical_or, logical_and, logical_not = np.logical_or, np.logical_and, np.logical_not
 
     def divide(self, one: Any, two: Any) -> Jet:
-        return self.space.constant(Ball.exact([float(one)])) / two
+        return self.space.lift(one) / two
 
-    @staticmethod
-    def sin(x: Jet) -> Jet:
-        return x.sin()
+    def sin(self, x: Any) -> Jet:
+        return self.space.lift(x).sin()
 
-    @staticmethod
-    def cos(x: Jet) -> Jet:
-        return x.cos()
+    def cos(self, x: Any) -> Jet:
+        return self.space.lift(x).cos()
 
-    @staticmethod
-    def tan(x: Jet) -> Jet:
-        return x.sin() / x.cos()
+    def tan(self, x: Any) -> Jet:
+        return self.sin(x) / self.cos(x)
 
-    @staticmethod
-    def sqrt(x: Jet) -> Jet:
-        return x.sqrt()
+    def sqrt(self, x: Any) -> Jet:
+        return self.space.lift(x).sqrt()
 
-    @staticmethod
-    def arctan(x: Jet) -> Jet:
-        return x.arctan()
+    def exp(self, x: Any) -> Jet:
+        return self.space.lift(x).exp()
+
+    def log(self, x: Any) -> Jet:
+        return self.space.lift(x).log()
+
+    def arctan(self, x: Any) -> Jet:
+        return self.space.lift(x).arctan()
+
+    def arcsin(self, x: Any) -> Jet:
+        return self.arctan(x / self.sqrt(1 - x**2))
+
+    def arccos(self, x: Any) -> Jet:
+        return self.arctan2(self.sqrt(1 - x**2), x)
+
+    def arctan2(self, y: Any, x: Any) -> Jet:
+        """Return the angle of a point: that of a fixed direction near it, and the angle from there.
+
+        Raises Unbounded where the point may be the origin, or where the angle may jump by a turn.
+        """
+        y, x = self.space.lift(y), self.space.lift(x)
+        high, wide = y.value[ANYWHERE], x.value[ANYWHERE]
+        if not np.all((wide.low > 0) | (high.low > 0) | (high.high < 0)):
+            raise Unbounded("an angle may jump by a turn")
+        angle = np.arctan2(y.value.mid[CENTRE], x.value.mid[CENTRE])
+        cos, sin = np.cos(angle), np.sin(angle)
+        along, across = x * cos + y * sin, y * cos - x * sin
+        direction = np.arctan2(sin, cos)
+        fixed = Ball(direction, np.full_like(direction, 2 * LIBM))
+        return (across / along).arctan() + self.space.constant(fixed)
 
     @staticmethod
     def polyval(coefficients: Sequence[float], x: Jet) -> Jet:

@@ -2,8 +2,9 @@
 
 What is assumed of the floating point: +, -, *, / and the square root are those of IEEE 754 in round to nearest, with an
 error of at most U of the result; sin, cos and arctan err by less than `LIBM`, eight units in the last place of 1, where
-NumPy promises four. Radii are sums of terms that are not negative, so that a factor `GROWN` covers the rounding of
-their own evaluation, and `TINY` what underflows.
+NumPy promises four, arctan2 by less than twice that, exp and log by less than that share of the result. Radii are sums
+of terms that are not negative, so that a factor `GROWN` covers the rounding of their own evaluation, and `TINY` what
+underflows.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ GROWN = 1 + 2.0**-44
 """Covers the rounding of a radius: a sum of less than 500 terms."""
 TINY = 1e-300
 LIBM = 2.0**-49
-"""Largest error of sin, cos and arctan [-]."""
+"""Largest error of sin, cos and arctan [-], and of exp and log as a share of their result."""
 
 
 class Unbounded(ComputationError):
@@ -128,6 +129,18 @@ class Ball:
     def arctan(self) -> Ball:
         low, high = np.arctan(self.low) - LIBM, np.arctan(self.high) + LIBM
         return Ball.between(_down(low), -_down(-high))
+
+    def exp(self) -> Ball:
+        mid = np.exp(self.mid)
+        return Ball(mid, mid * (self.rad * np.exp(self.rad) * (1 + LIBM) + LIBM) * (1 + 2 * LIBM) * GROWN + TINY)
+
+    def log(self) -> Ball:
+        """Raises Unbounded where x may be negative or zero."""
+        room = self.mid * (1 - 4 * U) - self.rad
+        if not np.all(room > 0):
+            raise Unbounded("the argument of a logarithm may vanish")
+        mid = np.log(self.mid)
+        return Ball(mid, (self.rad / room + LIBM * np.abs(mid)) * (1 + LIBM) * GROWN + TINY)
 
     def nonnegative(self) -> Ball:
         """Of a quantity that cannot be negative."""

@@ -9,6 +9,7 @@ and at every design of the box the response is that of one of its lanes.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -29,23 +30,25 @@ class Branches:
     answers: list[Array] = field(default_factory=list)
     others: list[tuple[int, int, float]] = field(default_factory=list)
     """(lane, question, another answer)."""
+    may_jump: bool = False
+    """Whether some value may jump where an answer changes."""
 
     @classmethod
-    def none(cls, lanes: int) -> Branches:
+    def none(cls, lanes: int) -> Self:
         return cls(lanes, np.empty((0, lanes)))
 
-    def below(self, value: Ball, strictly: bool) -> Flags:
-        """Whether values are below zero (or at it)."""
+    def below(self, value: Ball, strictly: bool, jumps: bool = True) -> Flags:
+        """Whether values are below zero (or at it); `jumps` where the response may, as the answer changes."""
         never = value.low >= 0 if strictly else value.low > 0
         always = value.high < 0 if strictly else value.high <= 0
         usual = np.where(value.mid < 0, 1.0, 0.0)
-        found: Flags = self._asked(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual) > 0
+        found: Flags = self._asked(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
         return found
 
     def floor(self, value: Ball) -> Array:
         return self._asked(np.floor(value.high), np.floor(value.low), np.floor(value.mid))
 
-    def _asked(self, largest: Array, least: Array, usual: Array) -> Array:
+    def _asked(self, largest: Array, least: Array, usual: Array, jumps: bool = True) -> Array:
         """The answer of each lane, between the least and the largest."""
         question = len(self.answers)
         given = self.script[question] if question < len(self.script) else None
@@ -53,6 +56,7 @@ class Branches:
         if given is None and not open_.any():
             self.answers.append(np.broadcast_to(least, (self.lanes,)))
             return least
+        self.may_jump |= jumps and bool(open_.any())
         free = np.ones(self.lanes, dtype=bool) if given is None else np.isnan(given)
         answer = np.where(free, np.broadcast_to(usual, free.shape), 0 if given is None else given)
         self.answers.append(answer)
@@ -73,3 +77,12 @@ class Branches:
             script[:question, k] = [answer[lane] for answer in self.answers[:question]]
             script[question, k] = other
         return lanes, script
+
+
+class Unbranched(Branches):
+    """Questions of what cannot be followed along several answers. Raises Unbounded where there are any."""
+
+    def _asked(self, largest: Array, least: Array, usual: Array, jumps: bool = True) -> Array:
+        if (largest != least).any():
+            raise Unbounded("the gaps of a loop have several branches")
+        return least

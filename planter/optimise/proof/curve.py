@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Protocol
 
@@ -19,29 +20,40 @@ MOST_LANES = 8
 
 
 class Enclosed(Protocol):
-    """Quantities F(phi, x), continuous in x: the sums over `offsets` [turns] of `shares` at phi + each.
+    """Quantities F(phi, x): the sums over `offsets` [turns] of shares at phi + each, `period` [turns] that of all.
 
-    `period` [turns] is that of all of them.
+    `is_continuous` says that they do not jump over designs, whatever their code asks.
     """
 
     @property
     def offsets(self) -> tuple[Fraction, ...]: ...
     @property
     def period(self) -> Fraction: ...
+    @property
+    def is_continuous(self) -> bool: ...
 
-    def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
-        """At designs x (p,) and angles over lanes [rad]; smooth but where they ask `xp`'s space."""
+    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+        """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad].
+
+        They are smooth but where they ask the space of the function's first argument.
+        """
 
 
 def samples(response: Enclosed, space: Space, count: int) -> list[Jet]:
     """Each quantity at phi = 2 pi i / count over a box, a lane for each of the angles that differ by the period."""
     whole = (count * response.period).denominator == 1
     distinct = int(count * response.period) if whole else count
-    turns = [Fraction(i, count) + offset for offset in response.offsets for i in range(distinct)]
+    return enclose_at(response, space, [Fraction(i, count) for i in range(distinct)])
+
+
+def enclose_at(response: Enclosed, space: Space, turns: Sequence[Fraction]) -> list[Jet]:
+    """Return each quantity over a box at angles [turns], a lane for each."""
+    count = len(turns)
+    phi = _angles([turn + offset for offset in response.offsets for turn in turns])
     sides = range(1, len(response.offsets))
     return [
-        sum((share.taken(slice(k * distinct, (k + 1) * distinct)) for k in sides), share.taken(slice(0, distinct)))
-        for share in _pieces(response, space, _angles(turns))
+        sum((share.taken(slice(k * count, (k + 1) * count)) for k in sides), share.taken(slice(0, count)))
+        for share in _pieces(response, space, phi)
     ]
 
 
@@ -54,11 +66,13 @@ def _pieces(response: Enclosed, space: Space, phi: Ball) -> list[Jet]:
     """The shares at angles (lanes,): around all pieces of each."""
     lanes, script = np.arange(len(phi.mid)), np.empty((0, len(phi.mid)))
     parts: list[tuple[Integers, list[Jet]]] = []
+    shares = response.follow(space, phi)
     while len(lanes):
         branches = Branches(len(lanes), script)
         asked = space.asking(branches)
-        jets = response.shares(Enclosing(asked), asked.parameters(), asked.constant(phi[lanes]))
-        parts.append((lanes, [Jet(space, jet.felt, jet.value, jet.gradient, jet.hessian) for jet in jets]))
+        jets = shares(Enclosing(asked), lanes)
+        space.may_jump |= branches.may_jump and not response.is_continuous
+        parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))
         further, script = branches.further()
         lanes = lanes[further]
         if sum(len(known) for known, _ in parts) > MOST_LANES * len(phi.mid):

@@ -24,7 +24,10 @@ CENTRE, ANYWHERE = 0, 1
 
 
 class Space:
-    """A box of designs, [lower, upper] (p,), in which jets live; parameters of no width are constants."""
+    """A box of designs, [lower, upper] (p,), in which jets live; parameters of no width are constants.
+
+    `may_jump` is set where jets enclose values, but not slopes, of what may jump within the box.
+    """
 
     def __init__(self, lower: Array, upper: Array, branches: Branches | None = None) -> None:
         self.lower, self.upper = lower, upper
@@ -32,6 +35,7 @@ class Space:
         half = np.maximum(upper - self.centre, self.centre - lower)
         self.half = np.where(upper > lower, half * GROWN + TINY, 0.0)
         self.branches = Branches.none(1) if branches is None else branches
+        self.may_jump = False
         self._reach: dict[tuple[int, ...], Array] = {}
 
     def asking(self, branches: Branches) -> Space:
@@ -53,6 +57,12 @@ class Space:
         both = _both(value, value)
         nothing = Ball.exact(np.zeros((2, 0, 1))), Ball.exact(np.zeros((0, 1)))
         return Jet(self, (), both, *nothing)
+
+    def lift(self, value: Any) -> Jet:
+        """Return numbers as a jet; a jet stays what it is."""
+        if isinstance(value, Jet):
+            return value
+        return self.constant(Ball.exact(np.atleast_1d(np.asarray(value, dtype=float))))
 
     def whole(self, number: int) -> Jet:
         """A number that is held exactly."""
@@ -86,6 +96,10 @@ class Jet:
     @property
     def lanes(self) -> int:
         return max(self.value.mid.shape[-1], self.gradient.mid.shape[-1], self.hessian.mid.shape[-1])
+
+    def repeated(self, count: int) -> Jet:
+        """Return the same over so many lanes, if it has but one."""
+        return Jet(self.space, self.felt, *(_full(b, count) for b in (self.value, self.gradient, self.hessian)))
 
     def taken(self, lanes: Any) -> Jet:
         """Some of its lanes."""
@@ -218,6 +232,14 @@ class Jet:
         second = -(Ball.exact(2.0) * self.value * first * first)[ANYWHERE]
         return self.through(self.value.arctan(), first, second)
 
+    def exp(self) -> Jet:
+        value = self.value.exp()
+        return self.through(value, value, value[ANYWHERE])
+
+    def log(self) -> Jet:
+        first = self.value.inverse()
+        return self.through(self.value.log(), first, -(first * first)[ANYWHERE])
+
     def floor(self) -> Jet:
         """The whole number below; its derivative is that between its steps."""
         return self.space.constant(Ball.exact(self.space.branches.floor(self.value[ANYWHERE])))
@@ -240,9 +262,11 @@ class Jet:
         return Jet(self.space, self.felt, value, self.gradient, self.hessian)
 
     def _paired(self, other: Any) -> tuple[Jet, Jet]:
-        if isinstance(other, Jet):
-            return self, other
-        return self, self.space.constant(Ball.exact(np.atleast_1d(np.asarray(other, dtype=float))))
+        return self, self.space.lift(other)
+
+    def reaches(self, other: Any) -> Flags:
+        """Return whether this is at least another, where both answers lead to the same values if they are equal."""
+        return self.space.branches.below((other - self).value[ANYWHERE], strictly=False, jumps=False)
 
     def _ask(self, other: Any, strictly: bool) -> Flags:
         return self.space.branches.below((self - other).value[ANYWHERE], strictly)

@@ -30,13 +30,14 @@ class Bounds:
     """Of an objective over a box: `least` below all its values, `reached` above that at the centre.
 
     slopes (p,) enclose its derivatives, those of one side at kinks; `looseness` (p,) is what each parameter's width
-    costs in these bounds.
+    costs in these bounds. Slopes say nothing of an objective that `may_jump`.
     """
 
     least: float
     reached: float
     slopes: Ball
     looseness: Array
+    may_jump: bool = False
 
 
 def bounds(smooth: Jet, extremes: Sequence[Extreme]) -> Bounds:
@@ -82,7 +83,7 @@ def _whole(total: Jet, found: Bounds) -> Bounds:
     size, felt = len(total.space.lower), list(total.felt)
     mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
     mid[felt], rad[felt], loose[felt] = found.slopes.mid, found.slopes.rad, found.looseness
-    return Bounds(found.least, found.reached, Ball(mid, rad), loose)
+    return Bounds(found.least, found.reached, Ball(mid, rad), loose, total.space.may_jump)
 
 
 def variance(samples: Jet) -> Jet:

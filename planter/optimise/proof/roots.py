@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from planter.kernels import Array
 from planter.numerics.arrays import Flags
 from planter.optimise.proof.balls import GROWN, Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, packed
+from planter.optimise.proof.linear import eliminate, find_preconditioner, scale_rows, solve
 
 Residual = Callable[[Sequence[Jet]], tuple[Sequence[Jet], Sequence[Sequence[Jet]]]]
 """a (k,) -> f(a) (k,) and its Jacobian (k, k), both over the box."""
@@ -54,24 +54,7 @@ def roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
 
 def _step(at: Sequence[Jet], residual: Residual) -> list[Jet]:
     excess, slopes = residual(at)
-    return [a - change for a, change in zip(at, _solve(slopes, excess), strict=True)]
-
-
-def _solve(matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Any]:
-    """Return the solution (k,) of simultaneous equations of jets, or of balls, by elimination without pivoting."""
-    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
-    size = len(rows)
-    for k in range(size):
-        for i in range(k + 1, size):
-            share = rows[i][k] / rows[k][k]
-            rows[i] = [*rows[i][: k + 1], *(rows[i][j] - share * rows[k][j] for j in range(k + 1, size + 1))]
-    solution: list[Any] = []
-    for k in reversed(range(size)):
-        value = rows[k][size]
-        for place, known in enumerate(solution):
-            value = value - rows[k][size - 1 - place] * known
-        solution.append(value / rows[k][k])
-    return solution[::-1]
+    return [a - change for a, change in zip(at, solve(at[0].space, slopes, excess), strict=True)]
 
 
 def _refine(space: Space, start: Array, residual: Residual) -> Array:
@@ -82,7 +65,10 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
         lanes = at.shape[1]
         right = np.array([np.broadcast_to(jet.value.mid[0], lanes) for jet in excess])
         matrix = np.array([[np.broadcast_to(jet.value.mid[0], lanes) for jet in row] for row in slopes])
-        step = np.linalg.solve(matrix.transpose(2, 0, 1), right.T[..., None])[..., 0].T
+        try:
+            step = np.linalg.solve(matrix.transpose(2, 0, 1), right.T[..., None])[..., 0].T
+        except np.linalg.LinAlgError:
+            raise Unbounded("a Jacobian is singular") from None
         at = at - step
         if (np.abs(step) <= 1e-15 * np.abs(at)).all():
             break
@@ -97,9 +83,11 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     """
     points = [Ball.exact(row) for row in start]
     excess, slopes = residual([space.constant(point) for point in points])
-    scale = _preconditioner([[jet.value[part].mid for jet in row] for row in slopes], start.shape[1])
-    right = _scaled(scale, [[jet.value[part]] for jet in excess])
-    first = _solve(_scaled(scale, [[jet.value[part] for jet in row] for row in slopes]), [row[0] for row in right])
+    scale = find_preconditioner([[jet.value[part].mid for jet in row] for row in slopes], start.shape[1])
+    right = scale_rows(scale, [[jet.value[part]] for jet in excess])
+    first = eliminate(
+        scale_rows(scale, [[jet.value[part] for jet in row] for row in slopes]), [row[0] for row in right]
+    )
     rad = np.array([np.abs(ball.mid) + ball.rad for ball in first])
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
     result: list[Ball] = []
@@ -107,9 +95,9 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
         rad = np.where(settled, rad, WIDER * rad + 1e-15 * np.abs(start))
         balls = [space.constant(Ball(point.mid, own)) for point, own in zip(points, rad, strict=True)]
         _, slopes = residual(balls)
-        matrix = _scaled(scale, [[jet.value[part] for jet in row] for row in slopes])
+        matrix = scale_rows(scale, [[jet.value[part] for jet in row] for row in slopes])
         try:
-            changes = _solve(matrix, [row[0] for row in right])
+            changes = eliminate(matrix, [row[0] for row in right])
         except Unbounded:
             break
         result = [point - change for point, change in zip(points, changes, strict=True)]
@@ -118,29 +106,6 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
         if settled.all():
             return result
     raise Unbounded("no ball is mapped into itself by a Newton step")
-
-
-def _preconditioner(midpoints: Sequence[Sequence[Array]], lanes: int) -> Array | None:
-    """Return inverses (lanes, k, k) of matrices (k, k) of arrays, or None for a single unknown."""
-    if len(midpoints) == 1:
-        return None
-    matrix = np.array([[np.broadcast_to(entry, lanes) for entry in row] for row in midpoints]).transpose(2, 0, 1)
-    try:
-        return np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
-        raise Unbounded("a Jacobian is singular") from None
-
-
-def _scaled(scale: Array | None, rows: Sequence[Sequence[Ball]]) -> list[list[Ball]]:
-    """Return rows (k, m) of balls, multiplied from the left by matrices (lanes, k, k)."""
-    if scale is None:
-        return [list(row) for row in rows]
-    size = len(rows)
-    return [
-        [sum((Ball.exact(scale[:, i, j]) * rows[j][m] for j in range(1, size)), Ball.exact(scale[:, i, 0]) * rows[0][m])
-         for m in range(len(rows[0]))]
-        for i in range(size)
-    ]  # fmt: skip
 
 
 def _twice(ball: Ball) -> Ball:

@@ -22,12 +22,16 @@ Told = Callable[[float, int, float], None]
 
 @dataclass(frozen=True)
 class Box:
-    """Designs between `lower` and `upper` (p,): no objective below `least`; halved along `widest`, None: a point."""
+    """Designs between `lower` and `upper` (p,): no objective below `least`; halved along `widest`, None: a point.
+
+    `obstacle` says why it has no bound of its own.
+    """
 
     least: float
     lower: Array
     upper: Array
     widest: int | None
+    obstacle: str = ""
 
     def halves(self) -> list[tuple[Array, Array]]:
         if self.widest is None:
@@ -40,12 +44,16 @@ class Box:
 
 @dataclass(frozen=True)
 class Bounded:
-    """No design of a box has an objective below `least`; `met` is the least that a box's centre was seen to have."""
+    """No design of a box has an objective below `least`; `met` is the least that a box's centre was seen to have.
+
+    `obstacle` says why the box that holds `least` has no bound of its own; it is empty if it has one.
+    """
 
     least: float
     met: float
     boxes: int
     seconds: float
+    obstacle: str = ""
 
 
 SHRUNK = (0.25, 0.0625)
@@ -71,7 +79,7 @@ class Search:
             if told is not None:
                 told(least, self.boxes, spent)
             if least >= goal or spent >= seconds or box.widest is None:
-                return Bounded(least, float(self.met), self.boxes, spent)
+                return Bounded(least, float(self.met), self.boxes, spent, box.obstacle)
             heapq.heappop(open_)
             for lower, upper in box.halves():
                 half = self._bounded(lower, upper, least)
@@ -83,12 +91,12 @@ class Search:
             self.boxes += 1
             try:
                 found = self.bounding(lower, upper)
-            except Unbounded:
-                return Box(least, lower, upper, self._widest(lower, upper))
+            except Unbounded as error:
+                return Box(least, lower, upper, self._widest(lower, upper), error.message)
             least, self.met = max(least, found.least), min(self.met, found.reached)
             open_ = upper > lower
             rising, falling = open_ & (found.slopes.low >= 0), open_ & (found.slopes.high <= 0) & (found.slopes.low < 0)
-            if not (rising | falling).any():
+            if found.may_jump or not (rising | falling).any():
                 loose = np.where(open_, found.looseness, -1)
                 return Box(least, lower, upper, int(loose.argmax()) if open_.any() else None)
             lower, upper = np.where(falling, upper, lower), np.where(rising, lower, upper)

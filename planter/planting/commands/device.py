@@ -192,11 +192,12 @@ def optimise(
         from planter.planting import optimisation
 
         if least is not None or takes(machine):
-            besides = {"--model": model is not Model.exact, "--front": front, "--prove": prove,
+            besides = {"--model": model is not Model.exact, "--front": front,
                        "--teeth": teeth is not None, "--module": module is not None, "--module1": module1 is not None,
                        "--module2": module2 is not None}  # fmt: skip
             sampling = None if samples is None else optimisation.sampling_of(samples)
-            options = SearchOptions(None if method is None else method.value, sampling, seed, starts)
+            seconds = prove_seconds if prove else None
+            options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds)
             mechanism = load_mechanism(machine, changes(set_), speed_rpm)
             refuse_options(mechanism, besides)
             search(console, mechanism, least, hold or (), options, out)

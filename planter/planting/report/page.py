@@ -16,6 +16,7 @@ from planter.planting.report.whole import whole_teeth
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
+from planter.report.proof import describe_proof
 
 if TYPE_CHECKING:
     from planter.planting.file import Machine
@@ -99,7 +100,7 @@ def sections(
     if "certificate" in summary:
         yield Section("Certificate", list(certificate(summary["certificate"])))
     if "proof" in summary:
-        yield Section("Proof", list(proof(summary["proof"])))
+        yield Section("Proof", list(describe_proof(summary["proof"])))
     if summary.get("requirements"):
         yield Section("Requirements", [requirements(summary["requirements"])])
     if summary.get("teeth"):
@@ -239,17 +240,6 @@ def certificate(found: Summary) -> Iterator[Block]:
     others = {key: value for key, value in found.items() if isinstance(value, list) and key != "active_bounds"}
     for key, value in others.items():
         yield Items([f"{labels.spaced(key)}: {labels.flat(item)}" for item in value])
-
-
-def proof(found: Summary) -> Iterator[Block]:
-    """How much better than the optimum any design within the bounds can be at most, and what that rests on."""
-    yield Text(f"{found['statement'][0].upper()}{found['statement'][1:]}.", "" if found["proved"] else "warning")
-    yield Keys({labels.label(key): value for key, value in found.items() if key != "statement"})
-    yield Text(
-        "By branch and bound on enclosures of the objective and its derivatives over boxes, in doubles whose rounding "
-        "is added to each: it rests on the arithmetic of IEEE 754, and on sines, cosines, arc tangents within 2^-49.",
-        "note",
-    )
 
 
 def insensitive(directions: Sequence[Sequence[Mapping[str, float]]]) -> Iterator[Block]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
+from planter.optimise.proof.results import GlobalBound
 from planter.planting.designer.results import DesignersSummary
 from planter.planting.results.simulated import TrueExtremes
 from planter.planting.results.stated import Design, Direction, Requirement
@@ -60,26 +60,6 @@ class SampledScore(Record):
     objective: float
     range_N: float
     variance_N2: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class GlobalBound(Record):
-    """No design of the box has an objective below `lower_bound`.
-
-    `kind` is that of this objective: "sampled", over `samples` angles; nothing follows for true extremes then.
-    `objective` is that of the incumbent `design`, the best that is known; `gap` is the difference.
-    """
-
-    kind: Literal["sampled", "true"]
-    samples: int
-    design: Design
-    objective: float
-    lower_bound: float
-    gap: float
-    boxes: int
-    seconds: float
-    proved: bool
-    statement: str
 
 
 @dataclass(frozen=True)

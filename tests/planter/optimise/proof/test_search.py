@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
+from planter.numerics.arrays import Integers
 from planter.optimise.proof import curve, objective
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball, Unbounded
@@ -25,7 +26,10 @@ SAMPLES = 24
 class Bent:
     """F = 2 x0 |sin(phi - x2)| + (x1 - x2^2) cos(2 phi): two halves of a turn, each with kinks where phi = x2."""
 
-    offsets, period = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2)
+    offsets, period, is_continuous = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2), True
+
+    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+        return lambda xp, lanes: self.shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
 
     def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]

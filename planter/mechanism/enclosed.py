@@ -1,0 +1,103 @@
+"""Quantities of a mechanism of one's own over boxes of designs, from generated array code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from planter.engine.machine import Machine
+from planter.engine.response import Response
+from planter.errors import ComputationError
+from planter.kernels import generated
+from planter.kernels.array_code import extract_outputs
+from planter.kernels.formulas import HOISTED, Formulas
+from planter.numerics.arrays import Integers
+from planter.optimise.proof.arithmetic import Enclosing
+from planter.optimise.proof.balls import Ball, Unbounded
+from planter.optimise.proof.branches import Unbranched
+from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.linear import solve
+from planter.optimise.proof.roots import roots
+
+MOST_NEWTON_STEPS = 9
+"""Newton steps of generated code have numbers of one digit."""
+
+
+class EnclosedMechanism:
+    """Quantities of a mechanism by name, or their sizes, over boxes of designs x (p,). Implements `Enclosed`.
+
+    Coordinates of loops are roots of the gaps, near those of the design at the centre of a box. They vanish there, and
+    so do the Newton steps of the generated lane, whose derivatives those of the roots have already.
+    """
+
+    offsets = (Fraction(0),)
+    period = Fraction(1)
+    is_continuous = False
+
+    def __init__(self, machine: Machine, formulas: Formulas, quantities: Sequence[tuple[str, bool]]) -> None:
+        self.machine = machine
+        self.sizes = tuple(is_size for _, is_size in quantities)
+        self._response = Response(machine, [])
+        self._module = module = generated.module(f"array.{formulas.name}", formulas.folder)
+        names = formulas.outputs("lane")
+        self._inputs: list[str] = formulas.sidecar["functions"]["lane"]["inputs"]
+        self._prologue: dict[str, Any] = formulas.sidecar["functions"].get("prologue", {})
+        loops = machine.loops.names if machine.loops else ()
+        steps = {f"{name}_step{k}": 0 for name in loops for k in range(1, MOST_NEWTON_STEPS + 1)}
+        outputs = [names.index(name) for name, _ in quantities]
+        self._lane = extract_outputs(module, "lane", outputs, {**steps, "solved": _solve})
+
+    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+        """Return the quantities over a box as a function of lanes, of angles phi (lanes,) [rad].
+
+        Raises Unbounded where loops do not close at the centre of the box, or may not close within it.
+        """
+        coordinates = self._enclose_loops(space, phi)
+
+        def shares(xp: Enclosing, lanes: Integers) -> Sequence[Jet]:
+            values = {
+                self._inputs[0]: xp.space.constant(phi[lanes]),
+                "data": self._data(xp.space),
+                "loops": [replace(jet.taken(lanes), space=xp.space) for jet in coordinates],
+            }
+            if HOISTED in self._inputs:
+                values[HOISTED] = self._module.prologue(xp, *(values[name] for name in self._prologue["inputs"]))
+            rows = self._lane(xp, *(values[name] for name in self._inputs))
+            jets = [xp.space.lift(row) for row in rows]
+            return [xp.absolute(jet) if is_size else jet for jet, is_size in zip(jets, self.sizes, strict=True)]
+
+        return shares
+
+    def _data(self, space: Space) -> list[Jet]:
+        """Return all values (v,) over a box, those that do not move as constants."""
+        data = [space.constant(Ball.exact([value])) for value in self.machine.data]
+        for index, jet in zip(self.machine.moved, space.parameters(), strict=True):
+            data[index] = jet
+        return data
+
+    def _enclose_loops(self, space: Space, phi: Ball) -> list[Jet]:
+        """Return the coordinates of loops (c,) over a box, in lanes."""
+        loops = self.machine.loops
+        if loops is None:
+            return []
+        try:
+            start = self._response.coordinates(self.machine.data_at(space.centre), phi.mid)
+        except ComputationError as error:
+            raise Unbounded(error.message) from None
+        smooth = space.asking(Unbranched.none(len(phi.mid)))
+        angles, data = smooth.constant(phi), self._data(smooth)
+
+        def residual(q: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+            closure = self._module.closure(Enclosing(smooth), angles, data, q)
+            rows = [smooth.lift(row) for row in closure]
+            size = loops.size
+            return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
+
+        return roots(smooth, start, residual)
+
+
+def _solve(xp: Enclosing, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:
+    """Return the unknowns of simultaneous equations, and None for the pivot, of which no result is made."""
+    return (*solve(xp.space, matrix, right), None)

@@ -1,0 +1,54 @@
+"""`planter optimise --prove` for mechanisms of one's own: how much better than the optimum any design can be at most.
+
+The objective that is bounded is that of samples. A search over true extremes ends at another design: the incumbent of
+the proof is then the best design over the file's samples, which is searched from that optimum and other starts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from planter.engine.goal import Goal
+from planter.engine.proof import ProvableObjective, check_provable
+from planter.engine.search import GoalOptimum, SearchSpec, minimise
+from planter.kernels import Array
+from planter.mechanism.enclosed import EnclosedMechanism
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.optimisation import Found, StatedGoal
+from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
+from planter.progress import Listener
+
+
+def require_provable(goal: StatedGoal, least: str | None) -> None:
+    """Raise InputError for a goal of which no proof is known; `least` is the sum of the call, if it gives one."""
+    machine = goal.machine
+    check_provable(machine, goal.least, "--least" if least is not None else f"{machine.source}: objective.least")
+
+
+def with_proof(
+    file: MechanismFile, found: Found, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
+    listener: Listener | None = None,
+) -> Found:  # fmt: skip
+    """Return an optimum of a file with the proof of the best design over samples, in so many seconds."""
+    machine = goal.machine
+    count = file.turn.samples if spec.sampling == "refined" else spec.sampling
+    x, objective = _find_incumbent(found, goal, replace(spec, sampling=count), spec, listener)
+    objective_bounds = ProvableObjective(
+        machine, goal.least, count, lambda quantities: EnclosedMechanism(machine, file.model, quantities)
+    )
+    design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
+    incumbent = Incumbent(x, design, objective, count, bool(goal.limits))
+    box = (machine.lower, machine.upper)
+    proof = prove_bound(objective_bounds, box, objective_bounds.floor, incumbent, seconds, listener)
+    return replace(found, result=replace(found.result, proof=proof))
+
+
+def _find_incumbent(
+    found: Found, goal: StatedGoal, sampled: SearchSpec, spec: SearchSpec, listener: Listener | None
+) -> tuple[Array, float]:
+    """Return the optimum over samples (p,) and its objective: the one that was found, or one searched from there."""
+    if spec == sampled:
+        return found.x, found.result.objective
+    start = goal.machine.with_data(goal.machine.data_at(found.x))
+    optimum: GoalOptimum = minimise(start, goal.least, goal.limits, sampled, listener)
+    return optimum.x, Goal(goal.machine, goal.least, goal.limits, int(sampled.sampling)).evaluate(optimum.x)

@@ -1,0 +1,90 @@
+"""A lower bound of an objective over the box of designs beside its incumbent, the best design that is known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.optimise.proof.balls import Unbounded
+from planter.optimise.proof.results import GlobalBound
+from planter.optimise.proof.search import Bounded, Bounding, Search
+from planter.progress import Listener, Progress
+
+SECONDS = 480.0
+"""Time for a proof, if nothing else is said [s]."""
+GOAL = 1e-6
+"""Gap of what counts as proved, as a share of the objective."""
+
+
+@dataclass(frozen=True)
+class Incumbent:
+    """The best design that is known over samples: its point (p,), itself by names, whether limits restrict it."""
+
+    x: Array
+    design: dict[str, float]
+    objective: float
+    samples: int
+    is_limited: bool
+
+
+class _Clock:
+    """Tells every full second once."""
+
+    def __init__(self, reached: float, limit: float, listener: Listener | None) -> None:
+        self.reached, self.total, self.listener, self.next = reached, max(1, math.ceil(limit)), listener, 1
+
+    def __call__(self, least: float, boxes: int, spent: float) -> None:
+        for second in range(self.next, min(int(spent), self.total - 1) + 1):
+            self._tell(second, boxes, least)
+        self.next = max(self.next, int(spent) + 1)
+
+    def end(self, result: Bounded) -> None:
+        self._tell(self.total, result.boxes, result.least)
+
+    def _tell(self, second: int, boxes: int, least: float) -> None:
+        if self.listener is not None:
+            self.listener(
+                Progress("proof", "second", second, self.total, f"{boxes} boxes, gap {self.reached - least:.3g}")
+            )
+
+
+def prove_bound(
+    bounding: Bounding, box: tuple[Array, Array], floor: float, incumbent: Incumbent, seconds: float = SECONDS,
+    listener: Listener | None = None,
+) -> GlobalBound:  # fmt: skip
+    """Return the bound over a box [lower, upper] (p,) that is reached in so many seconds.
+
+    `floor` is a bound that is known beforehand, and all that is known if the incumbent itself cannot be enclosed.
+    """
+    try:
+        reached = bounding(incumbent.x, incumbent.x).reached
+    except Unbounded as error:
+        reached, result = incumbent.objective, Bounded(floor, np.inf, 1, 0.0, error.message)
+    else:
+        clock = _Clock(reached, seconds, listener)
+        result = Search(bounding, *box, floor).run(reached - GOAL * abs(incumbent.objective), seconds, clock)
+        clock.end(result)
+    gap, is_bounded = reached - result.least, bool(np.isfinite(result.least))
+    is_proved = gap <= GOAL * abs(incumbent.objective)
+    return GlobalBound(
+        kind="sampled", samples=incumbent.samples, design=incumbent.design, objective=incumbent.objective,
+        lower_bound=result.least if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
+        seconds=result.seconds, proved=is_proved, statement=_describe(result, incumbent, gap, is_proved),
+    )  # fmt: skip
+
+
+def _describe(result: Bounded, incumbent: Incumbent, gap: float, is_proved: bool) -> str:
+    objective, over = incumbent.objective, f"over {incumbent.samples} samples"
+    which = "no design of the box, requirements kept or not," if incumbent.is_limited else "no design of the box"
+    claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} s"
+    if result.obstacle:
+        claim += f", because parts of the box have no bound ({result.obstacle})"
+    statement = f"{which} is better than {objective:.9g} {over} by more than {gap:.2g}"
+    if not np.isfinite(gap):
+        statement = f"nothing bounds the objective {objective:.9g} {over} from below"
+    if result.met < objective - GOAL * abs(objective) and not is_proved:
+        statement += f"; a design was met that is better: {result.met:.9g}"
+    return f"{claim}: {statement}; of true extremes nothing is proved"

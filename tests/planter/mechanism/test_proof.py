@@ -1,0 +1,205 @@
+"""Proofs of optima of one's own mechanisms: enclosures against the engine's own results, bounds, tampered cases."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planter.engine.goal import Goal
+from planter.engine.measures import parse_sum
+from planter.engine.proof import ProvableObjective
+from planter.engine.response import Response
+from planter.kernels import Array
+from planter.mechanism.enclosed import EnclosedMechanism
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.machines import build_machine
+from planter.optimise.proof.balls import Ball
+from planter.optimise.proof.bound import Incumbent, prove_bound
+from planter.optimise.proof.curve import samples
+from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.results import GlobalBound
+from tests.support import own
+from tests.support.cli import answer, refusal
+
+COUNT = 12
+SMALL = 0.004
+"""Share of the bounds that a box takes."""
+QUANTITIES = {
+    "transplanting_arm": (("F_Ox", False), ("M_in", True), ("beta_ddot", False), ("y_tip", False)),
+    "planetary_train": (("F_Ox", False), ("M_in", False), ("chi", False), ("x_tip", False)),
+    "cam_follower": (("F_Oy", False), ("s_ddot", False), ("P_M_in", True)),
+}
+"""Closed loops, closed forms with angles of two arguments and flanks, friction with simultaneous equations."""
+
+
+def find_box(file: MechanismFile, share: float = SMALL) -> tuple[Array, Array]:
+    machine = build_machine(file)
+    half = share * (machine.upper - machine.lower) / 2
+    return machine.design - half, machine.design + half
+
+
+def draw_designs(box: tuple[Array, Array], count: int) -> list[Array]:
+    rng = np.random.default_rng(5)
+    return [box[0] + rng.random(len(box[0])) * (box[1] - box[0]) for _ in range(count)]
+
+
+def enclose(file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: tuple[Array, Array]) -> list[Jet]:
+    enclosed = EnclosedMechanism(build_machine(file), file.model, quantities)
+    return samples(enclosed, Space(*box), COUNT)
+
+
+def count_misses(jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[str, bool], ...]) -> int:
+    """Return how many values and slopes of the engine, at random designs, are outside their enclosures."""
+    machine = build_machine(file)
+    response = Response(machine, [name for name, _ in quantities])
+    angles, misses = 2 * np.pi * np.arange(COUNT) / COUNT, 0
+    for x in draw_designs(find_box(file), 6):
+        values, slopes = response.slopes(response.at(x), angles)
+        for jet, row, slope, (_, is_size) in zip(jets, values, slopes, quantities, strict=True):
+            sign = np.sign(row) if is_size else np.ones(COUNT)
+            misses += count_outside(jet.value[ANYWHERE], row * sign)
+            misses += count_outside(jet.gradient[ANYWHERE], (slope[:, 1:].T * sign)[list(jet.felt)])
+    return misses
+
+
+def count_outside(ball: Ball, value: Array) -> int:
+    room = 1e-9 * (np.abs(value).max(initial=0) + 1e-3)
+    return int(((value < ball.low - room) | (value > ball.high + room)).sum())
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_enclosures_hold_values_and_slopes_at_random_designs(name: str) -> None:
+    file = own.file(name)
+    jets = enclose(file, QUANTITIES[name], find_box(file))
+    assert count_misses(jets, file, QUANTITIES[name]) == 0
+    for jet, (quantity, _) in zip(jets, QUANTITIES[name], strict=True):
+        middle = np.abs(jet.value.mid[ANYWHERE]).max()
+        assert jet.value.rad[ANYWHERE].max() < 0.2 * middle, f"{quantity} is enclosed too widely to prove anything"
+
+
+def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    file, name = own.file("transplanting_arm"), "transplanting_arm"
+    honest = EnclosedMechanism._enclose_loops
+
+    def pinch(self: EnclosedMechanism, space: Space, phi: Ball) -> list[Jet]:
+        return honest(self, Space(space.centre, space.centre), phi)
+
+    monkeypatch.setattr(EnclosedMechanism, "_enclose_loops", pinch)
+    assert count_misses(enclose(file, QUANTITIES[name], find_box(file)), file, QUANTITIES[name]) > 0
+
+
+@cache
+def goal_of(name: str, least: str) -> tuple[Goal, ProvableObjective]:
+    file = own.file(name)
+    machine, terms = build_machine(file), parse_sum(least)
+    goal = Goal(machine, terms, (), COUNT)
+    return goal, ProvableObjective(
+        machine, terms, COUNT, lambda quantities: EnclosedMechanism(machine, file.model, quantities)
+    )
+
+
+SUMS = (
+    "range F_Ox + 0.5 rms M_in + max abs F_Oy + y_tip at 50",
+    "min F_Oy + std F_Ox + 0.1 variance F_Oy + mean x_tip + work M_in + work P_M_in",
+)
+
+
+@pytest.mark.parametrize("least", SUMS)
+def test_bounds_are_below_the_objective_of_every_design(least: str) -> None:
+    goal, bounding = goal_of("transplanting_arm", least)
+    box = find_box(own.file("transplanting_arm"))
+    found = bounding(*box)
+    centre = (box[0] + box[1]) / 2
+    values = [goal.evaluate(x) for x in draw_designs(box, 6)]
+    slack = 1e-9 * abs(goal.evaluate(centre))
+    assert found.least <= min(values) + slack
+    assert found.reached == pytest.approx(goal.evaluate(centre), rel=1e-9)
+    spread = found.slopes.low @ (box[1] - box[0]), found.slopes.high @ (box[1] - box[0])
+    assert spread[0] - slack <= goal.evaluate(box[1]) - goal.evaluate(box[0]) <= spread[1] + slack
+
+
+def prove(bounding: ProvableObjective, goal: Goal) -> tuple[GlobalBound, Array]:
+    """Return the bound over a small box beside its best corner, and that corner."""
+    lower, upper = find_box(own.file("transplanting_arm"))
+    slopes = bounding(lower, upper).slopes.mid
+    corner = np.where(slopes < 0, upper, lower)
+    incumbent = Incumbent(corner, {}, goal.evaluate(corner), COUNT, is_limited=False)
+    return prove_bound(bounding, (lower, upper), bounding.floor, incumbent, seconds=30.0), corner
+
+
+def test_a_small_box_of_a_four_bar_is_proved() -> None:
+    goal, bounding = goal_of("transplanting_arm", "range F_Ox + rms M_in")
+    found, corner = prove(bounding, goal)
+    assert found.proved, found.statement
+    assert found.lower_bound is not None
+    assert found.lower_bound <= goal.evaluate(corner) * (1 + 1e-12)
+
+
+def test_friction_that_may_turn_proves_nothing_by_slopes() -> None:
+    """Where the sign of a sliding speed is open, the objective may jump: no direction only rises or falls."""
+    file = own.file("slider_crank", e_mm=0.0)
+    machine = build_machine(file)
+    least = parse_sum("max abs F_Oy")
+    bounding = ProvableObjective(machine, least, COUNT, lambda q: EnclosedMechanism(machine, file.model, q))
+    assert bounding(*find_box(file, 1e-5)).may_jump
+    assert not goal_of("transplanting_arm", "range F_Ox + rms M_in")[1](
+        *find_box(own.file("transplanting_arm"))
+    ).may_jump
+
+
+ARM = """
+[bounds]
+k_N_m = [600, 700]
+p_mm = [200, 280]
+
+[turn]
+samples = 12
+
+[objective]
+least = "range F_Ox + rms M_in"
+"""
+
+
+@cache
+def write_arm() -> str:
+    """Return the file of a heavier arm whose spring and tip may move."""
+    folder = own.generated("transplanting_arm")
+    text = (folder / "transplanting_arm.toml").read_text()
+    begin, end = text.index("[bounds]"), text.index("[origin]")
+    path = folder / "heavy_arm.toml"
+    path.write_text(text[:begin].replace("m_b_kg = 0.82", "m_b_kg = 1.3") + ARM.lstrip() + "\n" + text[end:])
+    return str(path)
+
+
+def test_optimise_proves_a_mechanism_of_ones_own() -> None:
+    found = answer("optimise", write_arm(), "--starts", "1", "--prove", "--prove-seconds", "30")
+    proof = found["proof"]
+    keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
+    assert set(proof) == keys
+    assert (proof["kind"], proof["samples"]) == ("sampled", COUNT)
+    assert proof["proved"], proof["statement"]
+    assert proof["lower_bound"] <= proof["objective"] <= found["objective"]
+    assert 0 <= proof["gap"] <= 1e-6 * proof["objective"]
+
+
+def test_objectives_without_a_proof_are_refused_first() -> None:
+    for least, reason in (
+        ("rms M_in while y_tip <= 100 mm", "`while`"),
+        ("F_Ox where y_tip is least", "`where`"),
+        ("max law_power", "law"),
+    ):
+        text = refusal("optimise", write_arm(), "--least", least, "--prove", "--prove-seconds", "1")
+        assert "--least: " in text
+        assert reason in text
+
+
+def test_a_design_without_an_enclosure_keeps_its_search() -> None:
+    """The sliding speed of the follower is zero at the first sample, whose contact has no bound over a box."""
+    folder = own.generated("cam_follower")
+    found = answer("optimise", str(folder / "cam_follower.toml"), "--least", "rms N_cam", "--samples", "8", "--starts",
+                   "1", "--prove", "--prove-seconds", "0")  # fmt: skip
+    assert not found["proof"]["proved"]
+    assert found["proof"]["statement"].startswith("not proved")
+    assert found["objective"] == pytest.approx(found["proof"]["objective"])
