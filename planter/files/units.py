@@ -44,6 +44,8 @@ _UNITS: dict[str, _Unit] = {
     "J": _Unit("J", 1.0),
     "W": _Unit("W", 1.0),
 }
+SUFFIXES = tuple(f"_{suffix}" for suffix in _UNITS)
+"""Endings of keys that say a unit."""
 _SHOWN_IN = {"m": "mm", "rad": "deg", "1": "", "1/m": "per_mm"}
 _NONE = _Unit("", 1.0)
 _LONGEST_FIRST = "|".join(sorted(_UNITS, key=len, reverse=True))

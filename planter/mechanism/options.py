@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 RPM = factor("speed_rpm")
 NO_STAGES = "it has no gear stages"
 REFUSED = {
+    "--flank": "it has no cam whose flanks a paper leaves open",
+    "--target": "no paper reports figures of it; --data takes a measured curve",
     "--lift": "it lifts assumptions of the planting device",
     "--model": "it has one model, its statement",
     "--front": "the front weighs the range of a support force against its variance",

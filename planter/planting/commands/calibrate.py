@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.planting.commands.options import MachineArgument, Model, device_of, kept
+from planter.mechanism.options import load_mechanism, refuse_options
+from planter.planting.commands.options import AnyMachineArgument, Model, device_of, kept
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
 
 if TYPE_CHECKING:
-    from planter.planting.measured.calibration import Check
-    from planter.planting.measured.reading import Columns
+    from planter.measured.calibration import Check
+    from planter.measured.reading import Columns
     from planter.planting.model import Device
 
 app = typer.Typer()
@@ -30,17 +31,19 @@ def _option(help_: str, metavar: str) -> typer.models.OptionInfo:
 @app.command()
 @writes("summary.json", "report.html")
 def calibrate(
-    machine: MachineArgument,
+    machine: AnyMachineArgument,
     target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
     model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
     flank: Annotated[list[str] | None, _option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
     data: Annotated[Path | None, _option("fit to a measured curve in this CSV file instead", "CSV")] = None,
     column: Annotated[Text, _option("its column with the measured values", "NAME")] = None,
-    angle: Annotated[Text, _option("its column with the carrier angle", "NAME")] = None,
+    angle: Annotated[Text, _option("its column with the drive angle", "NAME")] = None,
     time: Annotated[Text, _option("its column with the time; the speed is the machine's", "NAME")] = None,
-    unit: Annotated[Text, _option("unit of the values, where the header has none: N, kN, N m", "UNIT")] = None,
+    unit: Annotated[Text, _option("unit of the values, where the header has none: N, kN, N m, mm, deg", "UNIT")] = None,
     place_unit: Annotated[Text, _option("unit of angle or time: deg, rad, rev, s, ms, min", "UNIT")] = None,
-    quantity: Annotated[str, typer.Option(help="what was measured: a total of `simulate`")] = "support_N",
+    quantity: Annotated[
+        Text, _option("what was measured: a key of `simulate` [default: support_N of a planting device]", "KEY")
+    ] = None,
     fit: Annotated[
         list[str] | None, _option("fit this input within bounds; also offset_N and phase_deg (repeatable)",
                                   "PATH=LOW:HIGH"),
@@ -58,17 +61,28 @@ def calibrate(
     The 95 % intervals assume white noise; a warning says where neighbouring residuals are correlated. phase_deg shifts
     the angle: measured(phi) = computed(phi + phase); with bounds of a full period, as phase_deg=0:360, any is tried.
 
+    Your own mechanism: planter calibrate own/slider_crank.toml --data force.csv --column force --angle angle
+    --quantity F_Ox_N --fit m_s_kg=1:2
+
     Measured: planter calibrate my.toml --data force.csv --column force --angle angle --fit mass.planet_kg=0.8:1.6
     --fit offset_N=-20:20 --check faster.csv --check-rpm 50 --out fitted
     """
     console = Console(as_json)
     with console.outcome():
-        device = device_of(machine, model, set_, speed_rpm)
+        from planter.mechanism.machines import takes
+
+        mechanism = load_mechanism(machine, changes(set_), speed_rpm) if takes(machine) else None
+        if mechanism is not None:
+            refuse_options(mechanism, {"--flank": bool(flank), "--target": target != "table1"})
         if data is None:
-            _to_figures(console, device, target, flank or (), out)
+            if mechanism is not None:
+                raise InputError(
+                    f"--data must name a CSV file with a measured curve, to which {mechanism.name} is fitted"
+                )
+            _to_figures(console, device_of(machine, model, set_, speed_rpm), target, flank or (), out)
             return
-        from planter.planting.measured.calibration import Check
-        from planter.planting.measured.reading import Columns
+        from planter.measured.calibration import Check
+        from planter.measured.reading import Columns
 
         if column is None:
             raise InputError("--column must name the column of --data with the measured values")
@@ -76,7 +90,16 @@ def calibrate(
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
         second = None if check is None or check_rpm is None else Check(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
-        _to_data(console, device, data, columns, _bounds(fit or ()), quantity, second, seed, out)
+        bounds = _bounds(fit or ())
+        if mechanism is None:
+            device = device_of(machine, model, set_, speed_rpm)
+            _to_data(console, device, data, columns, bounds, quantity, second, seed, out)
+            return
+        from planter.mechanism import calibration
+
+        found = calibration.calibrate(mechanism, data, columns, bounds, quantity, second, seed, console.progress)
+        with kept(found.result.table()):
+            calibration.run_calibrate(console, mechanism, found, out)
 
 
 def _to_figures(console: Console, device: Device, target: str, laws: list[str] | tuple[()], out: Path | None) -> None:
@@ -96,20 +119,21 @@ def _to_data(
     data: Path,
     columns: Columns,
     bounds: dict[str, tuple[float, float]],
-    quantity: str,
+    quantity: str | None,
     check: Check | None,
     seed: int,
     out: Path | None,
 ) -> None:
-    from planter.planting.measured import calibration, tables
-    from planter.planting.report import measured as report
+    from planter.measured import page, tables
+    from planter.planting.measured import SUPPORT, calibrate
+    from planter.planting.report.page import meanings
 
-    found = calibration.calibrate(
-        device.machine, device.model, data, columns, bounds, quantity, check, seed, console.progress
+    found = calibrate(
+        device.machine, device.model, data, columns, bounds, quantity or SUPPORT, check, seed, console.progress
     )
     if out is not None:
         with kept(found.result.table()):
-            report.write(out, device, found)
+            page.write(out, device.machine, found, meanings(device.sidecar))
     for warning in found.result.warnings:
         console.say(f"planter: warning: {warning}")
     console.result(found.result, lambda: tables.measured(console, found.result))

@@ -2,8 +2,8 @@
 
 from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
+from planter.measured.findings import MeasuredFound
 from planter.mechanism.results import Turn
-from planter.planting.measured.results import MeasuredFound
 from planter.planting.results.calibrated import CalibrationFound
 from planter.planting.results.compared import ComparisonFound
 from planter.planting.results.driven import DriveFound

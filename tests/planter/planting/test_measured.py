@@ -1,23 +1,27 @@
 """Inputs fitted to measured curves: synthetic data of both models come back, and what data cannot tell is said."""
 
+from functools import cache
 from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
 
+from planter.engine.machine import Machine as EngineMachine
 from planter.errors import InputError
+from planter.measured import calibration, page, reading, tables
+from planter.measured.calibration import Calibrated, Check
+from planter.measured.correlation import Correlation, assess_correlation
+from planter.measured.curve import Chosen, MeasuredCurve
+from planter.measured.fit import Fit, searched
+from planter.measured.reading import Columns, read
 from planter.planting import cycle
 from planter.planting.file import Machine, load
 from planter.planting.functions import Model
-from planter.planting.measured import calibration, reading, tables
-from planter.planting.measured.calibration import Calibrated, Check, calibrate
-from planter.planting.measured.correlation import Correlation, assess_correlation
-from planter.planting.measured.curve import Chosen, MeasuredCurve
-from planter.planting.measured.fit import Fit, searched
-from planter.planting.measured.reading import Columns, read
+from planter.planting.machines import build_machine
+from planter.planting.measured import SUPPORT, calibrate
 from planter.planting.model import Device
-from planter.planting.report import measured as report
+from planter.planting.report.page import meanings
 from planter.terminal.console import Console
 from tests.support import machines
 from tests.support.cli import refusal
@@ -28,6 +32,11 @@ TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
 BOUNDS = {"mass.planet_kg": (0.9, 1.6), "centroid.planet_xy_mm[0]": (10.0, 26.0), "phase_deg": (-10.0, 10.0)}
 COLUMNS = Columns("force", angle="angle")
 NOISE = 0.05
+
+
+@cache
+def wang() -> EngineMachine:
+    return build_machine(machines.device("wang2017"))
 
 
 def curve(machine: Machine, model: Model, degrees: np.ndarray) -> np.ndarray:
@@ -90,8 +99,9 @@ def test_the_other_model_does_not_explain_the_data_nor_the_other_speed(found: di
 
 def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
     own = found["exact"]
-    report.write(tmp_path, Device(machines.machine("wang2017")), own)
-    machine = load(tmp_path / report.MACHINE_FILE)
+    device = machines.device("wang2017")
+    page.write(tmp_path, device.machine, own, meanings(device.sidecar))
+    machine = load(tmp_path / page.MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
     degrees = np.degrees(own.fits["exact"].curve.phi) + own.result.fitted[2].value
     again = curve(machine, "exact", degrees)
@@ -103,9 +113,8 @@ def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], 
 
 
 def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
-    device = machines.device("wang2017")
-    chosen = Chosen.of(device, {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
-    own = MeasuredCurve(device, chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0))
+    chosen = Chosen.of(wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
+    own = MeasuredCurve(wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT)
     z = own.own()
     slopes = own(z)[1]
     for i, width in enumerate(chosen.upper - chosen.lower):
@@ -115,25 +124,25 @@ def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
 
 
 def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_path: Path) -> None:
-    device = machines.device("wang2017")
     measured = read(written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0), COLUMNS, 1.0)
-    without = searched(MeasuredCurve(device, Chosen.of(device, {"mass.sun_kg": (0.35, 0.45)}), measured), starts=2)
+    without = searched(
+        MeasuredCurve(wang(), Chosen.of(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT), starts=2
+    )
     assert without.rms > 20 * measured.noise
-    gauge = searched(MeasuredCurve(device, Chosen.of(device, {"offset_N": (-20.0, 20.0)}), measured), starts=2)
+    gauge = searched(MeasuredCurve(wang(), Chosen.of(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT), starts=2)
     assert gauge.rms == pytest.approx(NOISE, rel=0.2)
     assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
 
 
 def test_what_the_data_do_not_determine_is_told(tmp_path: Path) -> None:
     """The spring's preload is within the device: the support does not feel it in the exact model."""
-    device = machines.device("wang2017")
-    chosen = Chosen.of(device, {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
+    chosen = Chosen.of(wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
     data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
-    fit = searched(MeasuredCurve(device, chosen, read(data, COLUMNS, 1.0)), starts=3)
+    fit = searched(MeasuredCurve(wang(), chosen, read(data, COLUMNS, 1.0), SUPPORT), starts=3)
     assert fit.rank == 1
     assert fit.correlation() is None
     assert fit.band(0) == pytest.approx((5.0, 60.0))
-    assert fit.values[0] == pytest.approx(device.machine.si("spring.preload_N"), abs=1e-6)
+    assert fit.values[0] == pytest.approx(machines.machine("wang2017").si("spring.preload_N"), abs=1e-6)
 
 
 WAYS = {
@@ -222,8 +231,8 @@ def test_a_motor_s_torque_can_be_fitted_too(tmp_path: Path) -> None:
     path = tmp_path / "torque.csv"
     path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")
     measured = read(path, Columns("torque", angle="angle"), 1.0, "N m")
-    chosen = Chosen.of(device, {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)})
-    fit = searched(MeasuredCurve(device, chosen, measured, "M_L_Nm"), starts=2)
+    chosen = Chosen.of(wang(), {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)})
+    fit = searched(MeasuredCurve(wang(), chosen, measured, "M_L_Nm"), starts=2)
     assert chosen.shown(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(6.0, abs=1e-4)
 
 
@@ -247,9 +256,9 @@ def shifted(degrees: np.ndarray, phase: float, noise: float, seed: int, rho: flo
 @pytest.mark.parametrize("bounds", [(0.0, 360.0), (-150.0, -140.0)])
 def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
     """A curve with two minima: a search from one phase ends in the wrong one."""
-    degrees, device = np.arange(0, 360, 4.0), machines.device("wang2017")
-    chosen = Chosen.of(device, {**ANYWHERE, "phase_deg": bounds})
-    own = MeasuredCurve(device, chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4))
+    degrees = np.arange(0, 360, 4.0)
+    chosen = Chosen.of(wang(), {**ANYWHERE, "phase_deg": bounds})
+    own = MeasuredCurve(wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT)
     noise = own.values - shifted(degrees, 37.0, 0.0, 1)
     fit = searched(own, starts=2)
     assert np.degrees(own.period) == pytest.approx(180)
@@ -262,21 +271,21 @@ def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
 
 
 def test_a_phase_below_zero_is_moved_into_its_period() -> None:
-    degrees, device = np.arange(0, 360, 4.0), machines.device("wang2017")
+    degrees = np.arange(0, 360, 4.0)
     data = measurement(degrees, shifted(degrees, 179.9, 0.01, 1), 0.01)
-    chosen = Chosen.of(device, {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)})
-    entry = calibration.describe_inputs(searched(MeasuredCurve(device, chosen, data), starts=1))[2]
+    chosen = Chosen.of(wang(), {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)})
+    entry = calibration.describe_inputs(searched(MeasuredCurve(wang(), chosen, data, SUPPORT), starts=1))[2]
     assert 178 < entry.value < 180
     assert (entry.lower, entry.start, entry.upper) == pytest.approx((170, 180, 190))
     assert entry.interval[0] < entry.value < entry.interval[1]
 
 
 def test_the_period_of_a_curve_is_what_it_repeats_after(monkeypatch: pytest.MonkeyPatch) -> None:
-    device, angles = machines.device("wang2017"), np.arange(0, 360, 30.0)
+    angles = np.arange(0, 360, 30.0)
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     for parts, periodic in ((1, np.cos(angle)), (3, np.cos(6 * angle) + np.sin(9 * angle)), (1, 0 * angle + 4)):
-        chosen = Chosen.of(device, {"phase_deg": (0.0, 200.0)})
-        own = MeasuredCurve(device, chosen, measurement(angles, 0 * angles, 1))
+        chosen = Chosen.of(wang(), {"phase_deg": (0.0, 200.0)})
+        own = MeasuredCurve(wang(), chosen, measurement(angles, 0 * angles, 1), SUPPORT)
         monkeypatch.setattr(own, "sample", lambda _, curve=periodic: (curve, np.zeros((720, 1))))
         assert np.degrees(own.period) == pytest.approx(360 / parts)
         assert own.is_cyclic == (parts > 1)
@@ -285,9 +294,8 @@ def test_the_period_of_a_curve_is_what_it_repeats_after(monkeypatch: pytest.Monk
 def outcome_of(
     values: np.ndarray, degrees: np.ndarray, bounds: dict[str, tuple[float, float]], starts: int = 2
 ) -> tuple[str, Correlation]:
-    device = machines.device("wang2017")
     data = read_inliers(degrees, values)
-    fit = searched(MeasuredCurve(device, Chosen.of(device, bounds), data), starts=starts)
+    fit = searched(MeasuredCurve(wang(), Chosen.of(wang(), bounds), data, SUPPORT), starts=starts)
     neighbours = assess_correlation(fit.residuals)
     return calibration.judge_fit(fit, fit.rms / data.noise, neighbours), neighbours
 
@@ -314,8 +322,9 @@ def test_bounds_without_the_true_phase_refute_the_model() -> None:
 
 def test_starts_that_disagree_settle_nothing() -> None:
     degrees = np.arange(0, 360, 2.0)
-    device = machines.device("wang2017")
-    own = MeasuredCurve(device, Chosen.of(device, ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1))
+    own = MeasuredCurve(
+        wang(), Chosen.of(wang(), ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1), SUPPORT
+    )
     fit = Fit(own, own.own(), (1.0, 1.1, 1.2, 1.0))
     assert (fit.agreeing, fit.is_settled) == (2, False)
     assert calibration.judge_fit(fit, 4.0, Correlation(0.9, False, False)) == "not settled"

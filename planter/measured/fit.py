@@ -10,8 +10,8 @@ from scipy.optimize import brentq, least_squares
 from scipy.stats import f as f_distribution
 
 from planter.kernels import Array
-from planter.planting.measured.curve import MeasuredCurve
-from planter.planting.measured.phase import find_phases
+from planter.measured.curve import MeasuredCurve
+from planter.measured.phase import find_phases
 
 STARTS = 8
 CANDIDATES, RESCANS, BETTER = 3, 3, 0.999

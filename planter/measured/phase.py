@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from planter.kernels import Array
-from planter.planting.measured.curve import SAMPLES, MeasuredCurve
+from planter.measured.curve import SAMPLES, MeasuredCurve
 
 STEP_DEG = 1.0
 """Between phases that are tried."""

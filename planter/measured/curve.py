@@ -1,26 +1,24 @@
-"""A total of a device at measured angles as a function of chosen inputs, with exact derivatives."""
+"""A quantity of a machine at measured angles as a function of chosen inputs, with exact derivatives."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
+from planter.engine.machine import Machine, Quantity
+from planter.engine.response import Response
 from planter.errors import InputError
 from planter.files import paths, units
-from planter.kernels import Array, Kernel
-from planter.planting.measured.reading import Measurement
-from planter.planting.model import Device
-from planter.planting.quantities import keys
+from planter.kernels import Array
+from planter.measured.reading import Measurement
 
 OFFSET, PHASE = "offset_N", "phase_deg"
-NUISANCE = (OFFSET, PHASE)
-"""What may be fitted beside the machine's inputs: the zero of the gauge, and of the angle."""
-SUPPORT = "support_N"
+"""What may be fitted beside the machine's inputs: the zero of the gauge, with any unit, and of the angle."""
 SAMPLES = 720
 """Angles of a revolution at which a curve is sampled; the first 6 whole numbers, and more, divide it."""
 SAME = 1e-9
@@ -29,21 +27,24 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Chosen:
-    """Inputs that are fitted, by their paths in the machine file or as `NUISANCE` has them, with bounds (n,) in SI."""
+    """Inputs that are fitted, by their paths in the machine file, an offset or a phase, with bounds (n,).
+
+    Bounds are in SI, those of an offset in the unit of the quantity that was measured.
+    """
 
     names: tuple[str, ...]
     lower: Array
     upper: Array
 
     @classmethod
-    def of(cls, device: Device, bounds: Mapping[str, tuple[float, float]]) -> Chosen:
-        """Inputs with their bounds in shown units. Raises InputError for a name or bounds that cannot be."""
-        known = _paths(device)
+    def of(cls, machine: Machine, bounds: Mapping[str, tuple[float, float]]) -> Chosen:
+        """Return inputs with their bounds in display units. Raises InputError for a name or bounds that cannot be."""
+        known = [value.path for value in machine.values]
         named: dict[str, tuple[float, float]] = {}
         for name, (low, high) in bounds.items():
-            found = [name] if name in NUISANCE else paths.Names(known).candidates(name)
+            found = [name] if is_nuisance(name) else paths.Names(known).candidates(name)
             if len(found) != 1:
-                near = paths.close(name, [*known, *NUISANCE])
+                near = paths.close(name, [*known, OFFSET, PHASE])
                 hint = f"did you mean {' or '.join(near)}?" if near else f"it must be one of {', '.join(known)}"
                 raise InputError(f"--fit {name} is not allowed: it must be one input of the machine, {hint}")
             if not low < high:
@@ -51,37 +52,38 @@ class Chosen:
                     f"--fit {name}={low:g}:{high:g} is not allowed: the lower bound must be below the upper"
                 )
             named[found[0]] = (low, high)
-        factors = np.array([units.factor(name) for name in named])
+        factors = np.array([factor_of(name) for name in named])
         ends = np.array(list(named.values())) * factors[:, None]
         return cls(tuple(named), ends[:, 0], ends[:, 1])
 
     def shown(self, values: Array) -> dict[str, float]:
-        """Values (n,) in SI by name, in shown units."""
-        return {name: float(value / units.factor(name)) for name, value in zip(self.names, values, strict=True)}
+        """Return values (n,) by name, in display units."""
+        return {name: float(value / factor_of(name)) for name, value in zip(self.names, values, strict=True)}
 
 
 class MeasuredCurve:
-    """The quantity at a measurement's angles, for values of the chosen inputs (n,) in SI.
+    """The quantity at a measurement's angles, for values of the chosen inputs (n,), in its display unit.
 
     Measured at phi is computed at phi + phase. A phase whose bounds span the period or more is cyclic: it has none.
     """
 
-    def __init__(self, device: Device, chosen: Chosen, measured: Measurement, quantity: str = SUPPORT) -> None:
-        self.device, self.chosen = device, chosen
+    def __init__(self, machine: Machine, chosen: Chosen, measured: Measurement, quantity: str) -> None:
+        self.machine, self.chosen = machine, chosen
         self.phi, self.values = measured.phi[measured.used], measured.values[measured.used]
-        own = _paths(device)
-        self._inputs = [i for i, name in enumerate(chosen.names) if name not in NUISANCE]
-        self._places = [own.index(chosen.names[i]) for i in self._inputs]
-        at = device.prologue(device.design)
-        self.quantity, self.unit = quantity, quantity_unit(device, quantity)
-        self._kernel, curves = _kernel(device, quantity, self._places)
-        self._fixed = {"x": at.x, "curves": at.h[:curves]}
+        self._inputs = [i for i, name in enumerate(chosen.names) if not is_nuisance(name)]
+        inputs = [chosen.names[i] for i in self._inputs]
+        self._offset = next((i for i, name in enumerate(chosen.names) if is_offset(name)), None)
+        measured_one = find_measured(machine, quantity)
+        self.quantity, self.unit, self._factor = quantity, units.unit(measured_one.key), measured_one.factor
+        moved = machine.with_moved(dict.fromkeys(inputs, (0.0, 1.0)))
+        self._response = Response(moved, [measured_one.name])
+        self._own = moved.design
         self._last: tuple[bytes, tuple[Array, Array]] | None = None
 
     def own(self) -> Array:
-        """The machine's own values, taken into the bounds; zero for what is no input of it."""
+        """Return the machine's own values, taken into the bounds; zero for what is no input of it."""
         found = np.zeros(len(self.chosen.names))
-        found[self._inputs] = self.device.constants[self._places]
+        found[self._inputs] = self._own
         return np.clip(found, self.chosen.lower, self.chosen.upper)
 
     def thinned(self, most: int) -> MeasuredCurve:
@@ -140,17 +142,27 @@ class MeasuredCurve:
         return found
 
     def _found(self, z: Array, phi: Array) -> tuple[Array, Array]:
-        extra = dict(zip(self.chosen.names, z, strict=True))
-        constants = self.device.constants.copy()
-        constants[self._places] = z[self._inputs]
-        places = phi + extra.get(PHASE, 0.0)
-        found = self._kernel(phi=np.mod(places, 2 * np.pi), c=constants, **self._fixed)
+        places = phi + (0.0 if self.phase_index is None else z[self.phase_index])
+        point = self._response.at(z[self._inputs])
+        values, along = (rows[0] / self._factor for rows in self._response.slopes(point, np.mod(places, 2 * np.pi)))
         slopes = np.zeros((len(places), len(z)))
-        slopes[:, self._inputs] = found["along"].T
-        for name, column in ((OFFSET, 1.0), (PHASE, found["rate"][0])):
-            if name in extra:
-                slopes[:, self.chosen.names.index(name)] = column
-        return found["value"][0] + extra.get(OFFSET, 0.0), slopes
+        slopes[:, self._inputs] = along[:, 1:]
+        if self._offset is not None:
+            slopes[:, self._offset] = 1.0
+            values = values + z[self._offset]
+        if self.phase_index is not None:
+            slopes[:, self.phase_index] = along[:, 0]
+        return values, slopes
+
+
+def is_nuisance(name: str) -> bool:
+    """Return whether what is fitted is no input of the machine."""
+    return name == PHASE or is_offset(name)
+
+
+def factor_of(name: str) -> float:
+    """Return the unit in which a fitted value is computed, per display unit: SI, but for an offset."""
+    return 1.0 if is_offset(name) else units.factor(name)
 
 
 def _repeats(curve: Array, parts: int) -> bool:
@@ -159,29 +171,17 @@ def _repeats(curve: Array, parts: int) -> bool:
     return bool(np.ptp(curve) > allowed and np.abs(curve - np.roll(curve, len(curve) // parts)).max() <= allowed)
 
 
-def _paths(device: Device) -> list[str]:
-    return [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
+def find_measured(machine: Machine, quantity: str) -> Quantity:
+    """Return the quantity that was measured, by its key or name. Raises InputError if the machine has no such one."""
+    known = {one.key: one for one in machine.results}
+    found = known.get(quantity) or next((one for one in machine.results if one.name == quantity), None)
+    if found is None:
+        near = paths.close(quantity, list(known))
+        hint = f"did you mean {' or '.join(near)}?" if near else f"it must be one of {', '.join(known)}"
+        raise InputError(f"--quantity = {quantity} is not allowed: {machine.name} has none of that name, {hint}")
+    return found
 
 
-def quantity_unit(device: Device, quantity: str) -> str:
-    """The unit of a total. Raises InputError if the device has no such total."""
-    return _total(device, quantity)["unit"]
-
-
-def _total(device: Device, quantity: str) -> Mapping[str, str]:
-    entries: Sequence[Mapping[str, str]] = device.sidecar["vectors"]["totals"]
-    known = dict(zip(keys(entries), entries, strict=True))
-    if quantity not in known:
-        raise InputError(f"--quantity = {quantity} is not allowed: it must be one of {', '.join(known)}")
-    return known[quantity]
-
-
-def _kernel(device: Device, quantity: str, places: list[int]) -> tuple[Kernel, int]:
-    """(phi, x, c, curves) -> value, its slope in phi, its slopes in the inputs; and how many of h the curves are."""
-    functions = device.functions
-    (value,), inputs = functions.of_data([functions.total(_total(device, quantity)["name"])])
-    along = ca.densify(ca.jacobian(value, functions.c[places])).T if places else ca.SX(0, 1)
-    outputs = ca.cse([value, ca.gradient(value, functions.phi), along])
-    names = ["phi", "x", "c", "curves"]
-    f = ca.Function("measured", inputs, outputs, names, ["value", "rate", "along"])
-    return Kernel(f, lanes=["phi"]), inputs[-1].numel()
+def is_offset(name: str) -> bool:
+    """Return whether a name is that of the zero of the gauge, in the unit of what was measured."""
+    return re.fullmatch(r"offset(_\w+)?", name) is not None

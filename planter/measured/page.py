@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,10 +10,8 @@ import numpy as np
 
 from planter.files import units
 from planter.files.written import lines
-from planter.planting.measured.calibration import Calibrated
-from planter.planting.measured.curve import NUISANCE
-from planter.planting.model import Device
-from planter.planting.report.page import meanings
+from planter.measured.calibration import Calibrated
+from planter.measured.curve import is_nuisance
 from planter.report import files, style
 from planter.report.folder import check, renews
 from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
@@ -22,6 +21,7 @@ from planter.report.writing import figure_files
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from planter.files.document import Document
     from planter.kernels import Array
 
 MACHINE_FILE = "calibrated.toml"
@@ -29,12 +29,12 @@ DENSE_DEG = np.linspace(0, 360, 721)
 
 
 @renews
-def write(out: Path, device: Device, found: Calibrated) -> None:
-    """Writes summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
+def write(out: Path, machine: Document, found: Calibrated, meanings: Mapping[str, str]) -> None:
+    """Write summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
 
-    Raises InputError for a folder that it cannot write.
+    `meanings` are those of the file's numbers by path. Raises InputError for a folder that it cannot write.
     """
-    folder, machine = files.output_folder(out), device.machine
+    folder = files.output_folder(out)
     provenance = files.provenance(machine)
     summary = {**found.result.table(), "input": machine.table(), "provenance": provenance}
     written = [*([MACHINE_FILE] if found.machine is not None else []), "residuals.csv", *figure_files("measured")]
@@ -46,7 +46,7 @@ def write(out: Path, device: Device, found: Calibrated) -> None:
         files.write_text(folder / MACHINE_FILE, machine_text(found))
     figure = measured(columns, _curves(found), found.result.unit)
     drawn = style.save(figure, files.output_folder(folder / "figures"), "measured")
-    files.write_text(folder / "report.html", _page(device, found, drawn))
+    files.write_text(folder / "report.html", _page(machine, found, drawn, meanings))
 
 
 def machine_text(found: Calibrated) -> str:
@@ -55,10 +55,10 @@ def machine_text(found: Calibrated) -> str:
     assert machine is not None
     table = machine.table()
     how = f"calibrated ({found.result.model} model, {found.result.reached.points} points)"
-    names = [entry.name for entry in found.result.fitted if entry.name not in NUISANCE]
+    names = [entry.name for entry in found.result.fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}
     table["origin"] = origins | {name.partition("[")[0]: how for name in names}
-    beside = [f"# {e.name} = {e.value!r}" for e in found.result.fitted if e.name in NUISANCE]
+    beside = [f"# {e.name} = {e.value!r}" for e in found.result.fitted if is_nuisance(e.name)]
     head = [f"# {machine.name}, inputs fitted to measured data: {found.result.statement}.", *beside]
     return "\n".join([*head, "", *lines(table, {})]) + "\n"
 
@@ -67,8 +67,14 @@ def _columns(found: Calibrated) -> dict[str, Array]:
     """Measured and computed values over the turn, in shown units."""
     used, unit = found.measured.used, found.result.unit
     columns = {"phi_deg": np.degrees(found.measured.phi[used])}
-    columns |= {units.key("measured", unit): found.measured.values[used]}
-    return columns | {units.key(model, unit): fit.curve.values - fit.residuals for model, fit in found.fits.items()}
+    columns |= {key_of("measured", unit): found.measured.values[used]}
+    return columns | {key_of(model, unit): fit.curve.values - fit.residuals for model, fit in found.fits.items()}
+
+
+def key_of(name: str, unit: str) -> str:
+    """Return the column of a curve in a display unit."""
+    suffix = next((end for end in units.SUFFIXES if units.unit(end) == unit), "") if unit else ""
+    return f"{name}{suffix}"
 
 
 def _curves(found: Calibrated) -> dict[str, Array]:
@@ -83,12 +89,12 @@ def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str) -> 
     figure = style.new_figure(5.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     phi = np.mod(columns["phi_deg"], 360)
-    values = columns[units.key("measured", unit)]
+    values = columns[key_of("measured", unit)]
     top.plot(phi, values, "o", color=style.SOFT, markersize=2, label="measured")
     for index, (model, fitted) in enumerate(curves.items()):
         shade = style.colour(model, index)
         top.plot(DENSE_DEG, fitted, color=shade, label=f"{model} model")
-        bottom.plot(phi, values - columns[units.key(model, unit)], "o", color=shade, markersize=1.6)
+        bottom.plot(phi, values - columns[key_of(model, unit)], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
     top.set_ylabel(f"measured and fitted / {unit}")
     bottom.set_ylabel(f"residual / {unit}")
@@ -97,8 +103,8 @@ def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str) -> 
     return figure
 
 
-def _page(device: Device, found: Calibrated, drawn: str) -> str:
-    result, machine, unit = found.result, device.machine, found.result.unit
+def _page(machine: Document, found: Calibrated, drawn: str, meanings: Mapping[str, str]) -> str:
+    result, unit = found.result, found.result.unit
     head = ("input", "value", "from", "to", "unit", "lower", "upper", "open", "origin")
     rows = [
         (e.name, e.value, e.low95, e.high95, e.unit, e.lower, e.upper, "yes" if e.open else "", e.origin)
@@ -121,6 +127,6 @@ def _page(device: Device, found: Calibrated, drawn: str) -> str:
         left = list(result.prediction.rms.items())
         caption = f"{result.prediction.points} points at {result.prediction.speed_rpm:g} r/min, nothing fitted to them"
         parts.append(Section("Prediction", [Table(("model", f"rms / {unit}"), left, caption)]))
-    parts.append(Section("Inputs", list(inputs(machine, meanings(device.sidecar), besides=("design", "bounds")))))
+    parts.append(Section("Inputs", list(inputs(machine, meanings, besides=("design", "bounds")))))
     parts.append(provenance_section(files.provenance(machine)))
-    return page(f"Planting device {machine.name}, fitted to measured data", parts, machine.description)
+    return page(f"{machine.name}, fitted to measured data", parts, machine.description)

@@ -1,24 +1,22 @@
-"""`planter calibrate --data`: both models fitted to a measured curve, and what that says."""
+"""`planter calibrate --data`: models of a machine fitted to a measured curve, and what that says."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from planter.engine.machine import Machine
 from planter.errors import InputError
 from planter.files import units
+from planter.files.document import Document
 from planter.kernels import Array
-from planter.planting.file import Machine
-from planter.planting.functions import MODELS, Model
-from planter.planting.measured import reading
-from planter.planting.measured.correlation import Correlation, assess_correlation
-from planter.planting.measured.curve import NUISANCE, OFFSET, PHASE, SUPPORT, Chosen, MeasuredCurve, quantity_unit
-from planter.planting.measured.fit import Fit, searched
-from planter.planting.measured.reading import Columns, Measurement
-from planter.planting.measured.results import (
+from planter.measured import reading
+from planter.measured.correlation import Correlation, assess_correlation
+from planter.measured.curve import PHASE, Chosen, MeasuredCurve, factor_of, find_measured, is_nuisance, is_offset
+from planter.measured.findings import (
     FittedInput,
     MeasuredFound,
     ModelMeasured,
@@ -27,7 +25,8 @@ from planter.planting.measured.results import (
     Prediction,
     Spread,
 )
-from planter.planting.model import Device
+from planter.measured.fit import Fit, searched
+from planter.measured.reading import Columns, Measurement
 from planter.progress import Listener, Phase
 
 FORCE = "N"
@@ -47,42 +46,44 @@ class Check:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """The fits of both models with their data, the fitted machine of the first, if it is one, and the result."""
+    """The fits of all models with their data, the file with the inputs of the first, if it is one, and the result."""
 
     measured: Measurement
-    fits: dict[Model, Fit]
-    machine: Machine | None
+    fits: dict[str, Fit]
+    machine: Document | None
     result: MeasuredFound
 
 
 def calibrate(
-    machine: Machine,
-    model: Model,
+    machines: Mapping[str, Machine],
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
-    quantity: str = SUPPORT,
+    quantity: str,
+    rebuild: Callable[[Mapping[str, float]], Document],
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
 ) -> Calibrated:
-    """Fit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
+    """Fit chosen inputs within `bounds` (display units, by path) to a curve in a CSV file, in one model or several.
 
-    Raises InputError for a file, columns or inputs that cannot be used.
+    `machines` are those of the models by name, the first of which is reported first; `rebuild` returns the file with
+    other numbers, by path. Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
         raise InputError("--fit must name at least one input with its bounds, as --fit mass.planet_kg=0.8:1.6")
-    unit = quantity_unit(Device(machine, model), quantity)
-    measured = reading.read(data, columns, machine.si("operation.speed_rpm"), unit)
-    phase = Phase("calibration", "model", len(MODELS), progress)
-    fits: dict[Model, Fit] = {}
-    for one in MODELS:
-        device = Device(machine, one)
-        fits[one] = searched(MeasuredCurve(device, Chosen.of(device, bounds), measured, quantity), seed)
-        phase.next(one)
-    results = {one: _describe_fit(fit, measured) for one, fit in fits.items()}
-    fitted, why = fitted_machine(fits[model])
-    first, other = results[model], fits[next(one for one in MODELS if one != model)]
+    model, machine = next(iter(machines.items()))
+    unit = units.unit(find_measured(machine, quantity).key)
+    chosen = {name: Chosen.of(one, bounds) for name, one in machines.items()}
+    measured = reading.read(data, columns, float(machine.data[machine.speed]), unit)
+    phase = Phase("calibration", "model", len(machines), progress)
+    fits: dict[str, Fit] = {}
+    for name, one in machines.items():
+        fits[name] = searched(MeasuredCurve(one, chosen[name], measured, quantity), seed)
+        phase.next(name)
+    results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
+    fitted, why = rebuild_machine(fits[model], rebuild)
+    first, others = results[model], [fit for name, fit in fits.items() if name != model]
     values = measured.values[measured.used]
     return Calibrated(
         measured,
@@ -94,7 +95,7 @@ def calibrate(
             quantity=quantity,
             unit=unit,
             outcome=first.outcome,
-            statement=_statement(model, results, measured.noise, unit),
+            statement=_statement(results, measured.noise, unit),
             treatment=[*measured.told, *why],
             warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
@@ -106,7 +107,7 @@ def calibrate(
             starts=first.starts,
             agreeing_starts=first.agreeing_starts,
             models=dict(results.items()),
-            other_model=_spread(other.rms, len(values), unit),
+            other_model=_spread(others[0].rms, len(values), unit) if others else None,
             prediction=None if check is None else _predicted(check, columns, fits, quantity),
             noise_N=measured.noise if unit == FORCE else None,
         ),
@@ -117,12 +118,11 @@ def _spread(rms: float, points: int, unit: str) -> Spread:
     return Spread(rms, points, rms if unit == FORCE else None)
 
 
-def fitted_machine(fit: Fit) -> tuple[Machine | None, list[str]]:
-    """The machine with the fitted inputs; None where they are no machine's, and why."""
+def rebuild_machine(fit: Fit, rebuild: Callable[[Mapping[str, float]], Document]) -> tuple[Document | None, list[str]]:
+    """Return the file with the fitted inputs; None where they are no machine's, and why."""
     shown = fit.curve.chosen.shown(fit.values)
-    inputs = {name: value for name, value in shown.items() if name not in NUISANCE}
     try:
-        return fit.curve.device.machine.with_numbers(inputs), []
+        return rebuild({name: value for name, value in shown.items() if not is_nuisance(name)}), []
     except InputError as error:
         return None, [f"the fitted values are no machine's, other bounds are needed: {error.message}"]
 
@@ -163,7 +163,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
     lower, upper = curve.bounds(fit.values)
     inputs = []
     for i, name in enumerate(curve.chosen.names):
-        factor, (low, high) = units.factor(name), fit.band(i)
+        factor, (low, high) = factor_of(name), fit.band(i)
         is_open = low <= lower[i] or high >= upper[i]
         moved = 0.0
         ends = lower[i], upper[i]
@@ -176,12 +176,17 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
         value, shown_lower, shown_upper, low95, high95 = shown
         inputs.append(
             FittedInput(
-                name=name, value=value, unit=curve.unit if name == OFFSET else units.unit(name) or "1",
+                name=name, value=value, unit=curve.unit if is_offset(name) else _unit_of(curve, name),
                 lower=shown_lower, upper=shown_upper, start=float((start[i] + moved) / factor),
                 low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
         )  # fmt: skip
     return inputs
+
+
+def _unit_of(curve: MeasuredCurve, name: str) -> str:
+    """Return the display unit of an input; one that its key does not say is that of SI."""
+    return units.unit(name) or next((one.unit for one in curve.machine.values if one.path == name), "1")
 
 
 FITS: dict[Outcome, str] = {
@@ -191,17 +196,16 @@ FITS: dict[Outcome, str] = {
 }
 
 
-def _statement(model: Model, results: Mapping[Model, ModelMeasured], noise: float, unit: str) -> str:
+def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) -> str:
     """Which models explain the data, and what of the inputs the data do not determine, in sentences."""
     sentences = []
-    for one in (model, *(other for other in MODELS if other != model)):
-        result = results[one]
+    for one, result in results.items():
         sentences.append(f"{one.capitalize()} model: {FITS[result.outcome]}")
         sentences.append(
             f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the measurement noise "
             f"({noise:.3g} {unit})"
         )
-    first = results[model]
+    first = next(iter(results.values()))
     sentences.append(f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs")
     undetermined = [entry.name for entry in first.fitted if entry.open]
     if undetermined:
@@ -228,14 +232,16 @@ def _warnings(result: ModelMeasured) -> list[str]:
     return warnings
 
 
-def _predicted(check: Check, columns: Columns, fits: Mapping[Model, Fit], quantity: str) -> Prediction:
-    """What both fitted models leave of a measurement at another speed."""
+def _predicted(check: Check, columns: Columns, fits: Mapping[str, Fit], quantity: str) -> Prediction:
+    """Return what all fitted models leave of a measurement at another speed."""
     left: dict[str, float] = {}
     points = 0
     for model, fit in fits.items():
-        machine = fit.curve.device.machine.with_numbers({"operation.speed_rpm": check.speed_rpm})
-        measured = reading.read(check.path, columns, machine.si("operation.speed_rpm"), fit.curve.unit)
-        curve = MeasuredCurve(Device(machine, model), fit.curve.chosen, measured, quantity)
+        data, speed = fit.curve.machine.data.copy(), check.speed_rpm * units.factor("speed_rpm")
+        data[fit.curve.machine.speed] = speed
+        machine = fit.curve.machine.with_data(data)
+        measured = reading.read(check.path, columns, speed, fit.curve.unit)
+        curve = MeasuredCurve(machine, fit.curve.chosen, measured, quantity)
         aside: Array = curve.values - curve(fit.values)[0]
         left[model], points = float(np.sqrt(np.mean(aside**2))), len(aside)
     is_force = fit.curve.unit == FORCE

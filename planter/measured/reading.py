@@ -10,6 +10,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import csv_rows, paths
+from planter.files.dimensions import measured as parse_unit
 from planter.files.text import read_text
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
@@ -21,6 +22,11 @@ VALUES = {
     "N m": {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3, "N mm": 1e-3, "Nmm": 1e-3},
 }
 """Units of a column by the unit of the quantity that was measured."""
+ALIKE = (
+    ("mm", "m", "cm", "um"), ("deg", "rad"), ("rad/s", "r/min", "deg/s"), ("rad/s2", "deg/s2"), ("m/s", "mm/s"),
+    ("m/s2", "mm/s2"), ("W", "kW", "mW"), ("J", "kJ", "mJ"), ("1", "%"),
+)  # fmt: skip
+"""Units of other quantities that a column may have."""
 _UNIT = re.compile(r"(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|/ *(?P<c>[^/]+)|_(?P<d>[A-Za-z°]+))\s*$")
 FEWEST = 12
 """Points that a fit takes at least."""
@@ -45,9 +51,10 @@ class Columns:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measured curve: carrier angles (n,) [rad] as counted by the data, values (n,) [SI], which points count.
+    """A measured curve: drive angles (n,) [rad] as counted by the data, values (n,), which points count.
 
-    `told` says how the file was read; `noise` is the scatter of neighbours [SI].
+    `told` says how the file was read; `noise` is the scatter of neighbours. Values and
+    noise are in the display unit of what was measured.
     """
 
     phi: Array
@@ -58,7 +65,7 @@ class Measurement:
 
 
 def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> Measurement:
-    """The curve in a file; `speed` [rad/s] of the carrier turns times into angles, `unit` is that of the quantity.
+    """The curve in a file; `speed` [rad/s] of the drive turns times into angles, `unit` is that of the quantity.
 
     Raises InputError, naming file, line and column, for a file that is not read, columns and units that there are not,
     too few points, and points that are no numbers.
@@ -66,7 +73,7 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> M
     table, how = _table(read_text(path), str(path))
     value = _column(table, columns.value, "--column")
     place, kinds = _place(table, columns)
-    value_factor, value_unit = _factor(table, value, VALUES[unit], columns.value_unit, "--unit")
+    value_factor, value_unit = _factor(table, value, list_units(unit), columns.value_unit, "--unit")
     place_factor, place_unit = _factor(table, place, kinds, columns.place_unit, "--place-unit")
     values = np.array(table.numbers(value)) * value_factor
     places = np.array(table.numbers(place)) * place_factor
@@ -81,6 +88,18 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> M
         f"not smoothed; {_outliers(used)} (test: {OUTSIDE:g} robust sigma from a local cubic)",
     )
     return Measurement(phi, values, used, noise, told)
+
+
+def list_units(unit: str) -> dict[str, float]:
+    """Return the units that a column of a quantity may have, each in parts of the quantity's display unit.
+
+    >>> list_units("mm")["m"], list_units("N")["kN"]
+    (1000.0, 1000.0)
+    """
+    if unit in VALUES:
+        return VALUES[unit]
+    alike = next((names for names in ALIKE if (unit or "1") in names), (unit,))
+    return {name: parse_unit(name).factor / parse_unit(unit).factor for name in alike}
 
 
 def _outliers(used: Flags) -> str:
@@ -119,8 +138,9 @@ def _column(table: csv_rows.Table, name: str, option: str) -> str:
     bare = [column for column in table.header if _UNIT.sub("", column).strip() == name]
     if len(bare) == 1:
         return bare[0]
-    near = paths.close(name, table.header)
-    hint = f"did you mean {near[0]!r}? " if near else ""
+    without_unit = {_UNIT.sub("", column).strip(): column for column in table.header}
+    near = paths.close(name, [*table.header, *without_unit])
+    hint = f"did you mean {without_unit.get(near[0], near[0])!r}? " if near else ""
     known = ", ".join(map(repr, table.header))
     raise InputError(f"{table.source}: {option} = {name} is not allowed: {hint}it must be one of {known}")
 
@@ -140,6 +160,8 @@ def _factor(
     found = _UNIT.search(name)
     written = next((part.strip() for part in found.groups() if part), None) if found else None
     unit = told if told is not None else written
+    if unit is None and "1" in units:
+        return units["1"], "parts of one"
     if unit is None or unit not in units:
         given = f"{option} = {told} is not allowed" if told is not None else "has no unit that is known"
         if told is None and written is not None:

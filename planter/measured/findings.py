@@ -94,7 +94,7 @@ class Prediction(Record):
 
 @dataclass(frozen=True)
 class MeasuredFound(Record):
-    """`planter calibrate --data`: inputs fitted to measured data in both models; `model` is the one that is told first.
+    """`planter calibrate --data`: inputs fitted to measured data in all models; `model` is the one that is told first.
 
     `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that of the quantity.
     `treatment` says how the data were read, what was left out and why; `warnings` what limits the answer; `noise_N` is
@@ -118,6 +118,6 @@ class MeasuredFound(Record):
     starts: int
     agreeing_starts: int
     models: dict[str, ModelMeasured]
-    other_model: Spread
+    other_model: Spread | None
     prediction: Prediction | None = None
     noise_N: float | None = None

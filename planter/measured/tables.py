@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from planter.planting.measured.results import MeasuredFound
+from planter.measured.findings import MeasuredFound
 from planter.terminal.console import Console
 
 WIDTH = 80

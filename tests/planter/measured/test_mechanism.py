@@ -1,0 +1,83 @@
+"""`planter calibrate FILE --data`: values of a mechanism come back from a noisy curve, within their intervals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.measured import reading
+from planter.measured.reading import Columns
+from planter.mechanism import calibration
+from planter.mechanism.file import load
+from planter.mechanism.model import Model
+from tests.support import own
+from tests.support.cli import answer, refusal
+
+TRUE = {"m_s_kg": 1.8, "k_N_m": 720.0, "r_mm": 60.0}
+"""Values that differ from those of the file by 20 %."""
+NOISE = 0.4
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A curve of a force [kN] and a place [cm] over the time, as a recorder writes them."""
+    degrees = np.arange(0, 360, 2.0)
+    results = Model(own.file("slider_crank", "", **TRUE)).results(np.radians(degrees))
+    rng = np.random.default_rng(11)
+    force = (results["F_Ox_N"] + 2.0 + rng.normal(0, NOISE, len(degrees))) / 1e3
+    place = (results["s_mm"] + rng.normal(0, 0.1, len(degrees))) / 10
+    rows = zip(degrees / 360 / 5 * 1e3, force, place, strict=True)
+    path = tmp_path_factory.mktemp("data") / "recorded.csv"
+    lines = [";".join(f"{number:.9f}".replace(".", ",") for number in row) for row in rows]
+    path.write_text("\n".join(["t [ms];force [kN];place [cm]", *lines]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_values_come_back_within_their_intervals(data: Path) -> None:
+    bounds = {"m_s_kg": (1.0, 3.0), "k_N_m": (300.0, 1500.0), "r_mm": (40.0, 80.0), "offset_N": (-9.0, 9.0)}
+    file = own.file("slider_crank")
+    found = calibration.calibrate(file, data, Columns("force", time="t"), bounds, "F_Ox_N")
+    truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
+    assert (found.result.outcome, found.result.rank, found.result.other_model) == ("explained", 4, None)
+    assert found.result.reached.rms == pytest.approx(NOISE, rel=0.15)
+    for entry in found.result.fitted:
+        assert entry.low95 < truth[entry.name] < entry.high95, entry.name
+        assert entry.high95 - entry.low95 < 0.25 * (entry.upper - entry.lower)
+    assert found.machine is not None
+    assert found.machine.si("values.r_mm") == pytest.approx(0.06, rel=0.05)
+
+
+def test_places_are_fitted_in_their_own_unit_and_written(data: Path, tmp_path: Path) -> None:
+    path = str(own.generated("slider_crank") / "slider_crank.toml")
+    call = ("--data", str(data), "--column", "place", "--time", "t", "--quantity", "s_mm", "--fit", "r_mm=40:80")
+    found = answer("calibrate", path, *call, "--out", str(tmp_path))
+    assert (found["unit"], found["models"].keys()) == ("mm", {"derived"})
+    assert found["reached"]["rms"] == pytest.approx(0.1, rel=0.2)
+    assert load(tmp_path / "calibrated.toml").values["r_mm"] == pytest.approx(60.0, abs=0.1)
+    assert "time" not in (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()[-1]
+
+
+def test_what_cannot_be_fitted_is_refused(data: Path) -> None:
+    path = str(own.generated("slider_crank") / "slider_crank.toml")
+    call = ("calibrate", path, "--data", str(data), "--time", "t")
+    assert "did you mean 'force [kN]'" in refusal(
+        *call, "--column", "forc", "--quantity", "F_Ox_N", "--fit", "r_mm=1:2"
+    )
+    assert "--quantity must name what was measured" in refusal(*call, "--column", "force", "--fit", "r_mm=40:80")
+    assert "did you mean F_Ox_N" in refusal(*call, "--column", "force", "--quantity", "F_Oxx", "--fit", "r_mm=40:80")
+    assert "--unit must be one of mm" in refusal(*call, "--column", "force", "--quantity", "s_mm", "--fit", "r_mm=1:2")
+    assert "--data must name a CSV file" in refusal("calibrate", path)
+    assert "--flank does not apply" in refusal("calibrate", path, "--flank", "harmonic")
+    with pytest.raises(InputError, match="--quantity must name"):
+        calibration.calibrate(own.file("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
+
+
+def test_units_of_columns_are_those_of_the_kind() -> None:
+    assert reading.list_units("mm")["cm"] == pytest.approx(10.0)
+    assert reading.list_units("rad/s")["r/min"] == pytest.approx(np.pi / 30)
+    assert reading.list_units("N m")["kNm"] == 1e3
+    assert reading.list_units("")["%"] == pytest.approx(0.01)
+    assert reading.list_units("kg m2") == {"kg m2": 1.0}
