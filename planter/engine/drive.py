@@ -97,10 +97,14 @@ class Driven:
     def __init__(self, machine: Machine, motor: Motor, names: Sequence[str] | None = None) -> None:
         self.machine, self.motor = machine, motor
         self.names = tuple(quantity.name for quantity in machine.results) if names is None else tuple(names)
+        if not machine.motors:
+            raise InputError(
+                f"{machine.source}: {machine.name} has no torque of a motor, which a motor line could give"
+            )
         if machine.acceleration is None:
             raise InputError(
-                f"{machine.source}: {machine.name} was derived for a constant speed; state "
-                "`Mechanism(..., acceleration=q.eps)`, with `eps | rad/s2 | acceleration of the drive | 0` in its "
+                f"{machine.source}: {machine.name} holds at a constant speed of its drive; state your own mechanism "
+                "as `Mechanism(..., acceleration=q.eps)`, with `eps | rad/s2 | acceleration of the drive | 0` in its "
                 "table, and derive it again"
             )
         self._response = Response(machine, [*machine.motors, *self._powers])

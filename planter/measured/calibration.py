@@ -60,7 +60,7 @@ def calibrate(
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
     quantity: str,
-    rebuild: Callable[[Mapping[str, float]], Document],
+    rebuild: Callable[[Mapping[str, float]], Document] | None,
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
@@ -68,7 +68,7 @@ def calibrate(
     """Fit chosen inputs within `bounds` (display units, by path) to a curve in a CSV file, in one model or several.
 
     `machines` are those of the models by name, the first of which is reported first; `rebuild` returns the file with
-    other numbers, by path. Raises InputError for a file, columns or inputs that cannot be used.
+    other numbers, by path, if there is one. Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
         raise InputError("--fit must name at least one input with its bounds, as --fit mass.planet_kg=0.8:1.6")
@@ -82,7 +82,7 @@ def calibrate(
         fits[name] = searched(MeasuredCurve(one, chosen[name], measured, quantity), seed)
         phase.next(name)
     results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
-    fitted, why = rebuild_machine(fits[model], rebuild)
+    fitted, why = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
     first, others = results[model], [fit for name, fit in fits.items() if name != model]
     values = measured.values[measured.used]
     return Calibrated(

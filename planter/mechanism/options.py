@@ -9,6 +9,7 @@ from planter.errors import InputError
 from planter.files.units import factor
 
 if TYPE_CHECKING:
+    from planter.engine.machine import Machine
     from planter.mechanism.file import MechanismFile
 
 RPM = factor("speed_rpm")
@@ -27,7 +28,7 @@ REFUSED = {
 """Options that do not apply to mechanisms of one's own, with the reason."""
 
 
-def refuse_options(mechanism: MechanismFile, options: Mapping[str, bool]) -> None:
+def refuse_options(mechanism: MechanismFile | Machine, options: Mapping[str, bool]) -> None:
     """Raise InputError for the first of some options that is present, which says why it does not apply."""
     for option, is_present in options.items():
         if is_present:

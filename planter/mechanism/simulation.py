@@ -27,8 +27,7 @@ def simulate(file: MechanismFile, samples: int | None = None, at_deg: Sequence[f
     model does.
     """
     check_samples(samples)
-    if bad := [angle for angle in at_deg if not np.isfinite(angle)]:
-        raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
+    check_angles(at_deg)
     model = Model(file)
     cycle = turn(model, samples)
     designer, warnings = _summarise(model, cycle)
@@ -45,6 +44,12 @@ def check_samples(samples: int | None) -> None:
     if samples is not None and not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
         allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
         raise InputError(f"--samples = {samples} is not allowed: {allowed}")
+
+
+def check_angles(at_deg: Sequence[float]) -> None:
+    """Raise InputError for an angle that is not finite."""
+    if bad := [angle for angle in at_deg if not np.isfinite(angle)]:
+        raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
 
 
 def _summarise(model: Model, cycle: Turn) -> tuple[Summary | None, list[Warned]]:

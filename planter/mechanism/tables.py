@@ -58,7 +58,8 @@ def turn(console: Console, found: Turn) -> None:
             "Warnings", ("name", "at / deg", "what"), ((w.name, w.angle_deg, w.message) for w in found.warnings)
         )
     laws = [(law.law, law.violation, law.unit) for law in found.laws]
-    console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
+    if laws:
+        console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
 
 
 def show_sensitivity(console: Console, found: SensitivityFound) -> None:

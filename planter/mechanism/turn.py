@@ -62,7 +62,7 @@ def turn(model: Model, samples: int | None = None) -> Turn:
         machine=model.file.name,
         samples=count,
         quantities={
-            key: _quantity(key, values, angles, ends.get(key), repeats, axes.get(key))
+            key: describe_quantity(key, values, angles, ends.get(key), repeats, axes.get(key))
             for key, values in columns.items()
         },
         work=_works(model, found, repeats),
@@ -78,9 +78,10 @@ def turn(model: Model, samples: int | None = None) -> Turn:
     return Turn(model.angle, degrees, columns, ends, meanings, model.places(angles), seconds, result)
 
 
-def _quantity(
+def describe_quantity(
     key: str, values: Array, angles: Array, end: float | None, repeats: Periodicity, axes: str | None
 ) -> Quantity:
+    """Return extremes, mean and root mean square of samples (n,) of a cycle at angles (n,) [rad]."""
     low, high = (turn_deg(float(angles[first_extreme(angles, values, sign)])) for sign in (-1, 1))
     mean, square = (None, None) if key in repeats.changes or end is None else _means(values, end)
     return Quantity(

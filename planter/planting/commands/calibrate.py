@@ -9,7 +9,7 @@ import typer
 
 from planter.errors import InputError
 from planter.mechanism.options import load_mechanism, refuse_options
-from planter.planting.commands.options import AnyMachineArgument, Model, device_of, kept
+from planter.planting.commands.options import AnyMachineArgument, Model, device_of, kept, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
@@ -72,6 +72,7 @@ def calibrate(
         from planter.mechanism.machines import takes
 
         mechanism = load_mechanism(machine, changes(set_), speed_rpm) if takes(machine) else None
+        known = None if data is None or mechanism is not None else load_other(machine, set_, speed_rpm)
         if mechanism is not None:
             refuse_options(mechanism, {"--flank": bool(flank), "--target": target != "table1"})
         if data is None:
@@ -91,6 +92,11 @@ def calibrate(
         second = None if check is None or check_rpm is None else Check(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = _bounds(fit or ())
+        if known is not None:
+            from planter.mechanism import other
+
+            other.run_calibrate(console, known, data, columns, bounds, quantity, second, seed, out)
+            return
         if mechanism is None:
             device = device_of(machine, model, set_, speed_rpm)
             _to_data(console, device, data, columns, bounds, quantity, second, seed, out)

@@ -20,6 +20,7 @@ from planter.planting.commands.options import (
     WholeTeethOption,
     device_of,
     kept,
+    load_other,
     whole_teeth,
 )
 from planter.report.writing import figure_files, writes
@@ -80,6 +81,12 @@ def simulate(
             refuse_options(mechanism, {"--model": model is not Model.exact, "--lift": lift})
             run_simulate(console, mechanism, samples, at or (), out)
             return
+        if (known := load_other(machine, set_, speed_rpm)) is not None:
+            from planter.mechanism import other
+
+            refuse_options(known, {"--model": model is not Model.exact, "--lift": lift})
+            other.run_simulate(console, known, samples, at or (), out)
+            return
         if out is not None:
             check(out, ["cycle.csv", *figure_files(*FIGURES)])
         from planter.planting import simulation, tables
@@ -128,6 +135,12 @@ def sensitivity(
             mechanism = load_mechanism(machine, changes(set_), speed_rpm)
             refuse_options(mechanism, {"--model": model is not Model.exact})
             run_sensitivity(console, mechanism, least, samples, all_values, out)
+            return
+        if (known := load_other(machine, set_, speed_rpm)) is not None:
+            from planter.mechanism import other
+
+            refuse_options(known, {"--model": model is not Model.exact})
+            other.run_sensitivity(console, known, least, samples, all_values, out)
             return
         from planter.planting import simulation
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.mechanism.options import load_mechanism
-from planter.planting.commands.options import AnyMachineArgument, SamplesOption, device_of
+from planter.planting.commands.options import AnyMachineArgument, SamplesOption, device_of, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
@@ -50,7 +50,7 @@ def drive(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.engine.drive import Motor
+        from planter.engine.drive import Driven, Motor
         from planter.files import units
         from planter.mechanism.machines import takes
 
@@ -63,6 +63,8 @@ def drive(
             mechanism = load_mechanism(machine, changes(set_), speed_rpm)
             run_drive(console, mechanism, motor, turns, start, samples, out)
             return
+        if (known := load_other(machine, set_, speed_rpm)) is not None:
+            Driven(known, motor)
         from planter.planting.drive import drive as drives
         from planter.planting.drive import tables
         from planter.planting.simulation import checked_samples

@@ -13,6 +13,7 @@ from planter.errors import InputError, Interrupted
 from planter.terminal.options import changes
 
 if TYPE_CHECKING:
+    from planter.engine.machine import Machine as EngineMachine
     from planter.planting.file import Machine
     from planter.planting.model import Device
     from planter.planting.whole.wanted import Wanted
@@ -57,6 +58,17 @@ def device_of(source: str, model: str, set_: Sequence[str] | None, speed_rpm: fl
     from planter.planting.model import Device
 
     return Device(machine_of(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
+
+
+def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> EngineMachine | None:
+    """Return the machine of another room that takes a source, None if it is a planting device or nothing known."""
+    from planter.engine.description import find_describing_room
+    from planter.mechanism import other
+    from planter.planting.machines import takes
+
+    if takes(source) or find_describing_room(source) is None:
+        return None
+    return other.load(source, changes(set_), speed_rpm)
 
 
 def whole_teeth(

@@ -78,8 +78,10 @@ def test_what_cannot_be_driven_is_refused() -> None:
     base = machine()
     with pytest.raises(InputError, match=r"acceleration=q\.eps"):
         Driven(replace(base, acceleration=None), MOTOR)
-    with pytest.raises(InputError, match="one motor"):
+    with pytest.raises(InputError, match="no torque of a motor"):
         Driven(replace(base, motors=()), MOTOR)
+    with pytest.raises(InputError, match="one motor"):
+        Driven(replace(base, motors=("M_in", "M_guide")), MOTOR)
     with pytest.raises(InputError, match="omega_rpm = -300"):
         Driven(machine(omega_rpm=-300.0), MOTOR)
     with pytest.raises(ComputationError, match="stalls"):

@@ -1,0 +1,62 @@
+"""Commands for machines of other rooms: numbers of the engine, against the rooms' own, and refusals with a reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.engine.machine import load_machine
+from planter.mechanism import other
+from tests.support.cli import answer, refusal
+
+
+def test_a_pick_up_is_simulated_as_its_own_command_has_it() -> None:
+    found = answer("simulate", "yu2023", "--at", "30", "--samples", "360")
+    own = answer("pickup", "yu2023", "--at", "30")["at"][0]
+    at = found["at"][0]["quantities"]
+    assert (at["x_S_mm"], at["y_S_mm"]) == pytest.approx(tuple(own["tip_mm"]), rel=1e-12)
+    assert at["epsilon"] == pytest.approx(own["contact_ratio"], rel=1e-12)
+    assert np.hypot(at["vx_S_m_s"], at["vy_S_m_s"]) == pytest.approx(own["tip_speed_mm_s"] / 1e3, rel=1e-12)
+    peak = next(one for one in found["designer"]["peaks"] if one["name"] == "y_S")
+    assert peak["max"] >= found["quantities"]["y_S_mm"]["max"]
+    assert found["repeats_after_turns"] == 1
+
+
+def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
+    found = answer("sensitivity", "sun2019-corrected", "--least", "X_f at 40", "--all", "--samples", "24")
+    machine = load_machine("sun2019-corrected")
+    key = max(found["scaled"], key=lambda name: abs(found["scaled"][name]))
+    index = machine.index_of(key)
+    step, ends = 1e-6 * machine.data[index], []
+    for sign in (1, -1):
+        data = machine.data.copy()
+        data[index] += sign * step
+        at = other.simulate(machine.with_data(data), 24, [40.0]).at
+        assert at is not None
+        ends.append(at[0].quantities["X_f_mm"])
+    difference = (ends[0] - ends[1]) / (2 * step) * machine.values[index].factor
+    assert found["gradient"][key] == pytest.approx(difference, rel=1e-5)
+
+
+def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
+    machine = load_machine("yu2023", {"bars.L2_mm": 170.0})
+    degrees = np.arange(0, 360, 10.0)
+    at = other.simulate(machine, 24, degrees.tolist()).at
+    assert at is not None
+    rows = [f"{one.angle_deg},{one.quantities['x_S_mm']}" for one in at]
+    data = tmp_path / "tip.csv"
+    data.write_text("\n".join(["angle [deg],x [mm]", *rows]) + "\n", encoding="utf-8")
+    call = ("--column", "x", "--angle", "angle", "--quantity", "x_S_mm", "--fit", "L2_mm=150:190")
+    found = answer("calibrate", "yu2023", "--data", str(data), *call)
+    assert found["fitted"][0]["value"] == pytest.approx(170.0, abs=1e-4)
+
+
+def test_what_does_not_apply_is_refused() -> None:
+    motor = ("--stall-Nm", "1", "--idle-rpm", "60", "--flywheel-kgm2", "1")
+    assert "no torque of a motor" in refusal("drive", "yu2023", *motor)
+    assert "--lift does not apply to yu2023" in refusal("simulate", "yu2023", "--lift")
+    assert "--out does not apply" in refusal("simulate", "yu2023", "--out", "folder")
+    assert "--least" in refusal("sensitivity", "yu2023")
+    assert "did you mean x_S" in refusal("sensitivity", "yu2023", "--all", "--least", "range x_SS")
