@@ -132,7 +132,8 @@ class Cycle:
         breaks = np.array([switching.angle for switching in self.switchings])
         samples, _ = response.derivatives(self.point, np.linspace(0.0, machine.turn, COMPARED))
         largest = np.abs(samples).max(axis=1)
-        if np.any(np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest):
+        self._gains = np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest
+        if self._gains.any():
             breaks = np.unique(np.append(breaks, 0.0))
         self.pieces = Pieces(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
 
@@ -156,6 +157,13 @@ class Cycle:
         if self.rows[self.names.index(name)].is_square:
             return Extreme(extreme.place, math.sqrt(max(extreme.value, 0.0)))
         return extreme
+
+    def angle_deg(self, name: str, extreme: Extreme) -> float:
+        """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end as it began."""
+        at_end = extreme.place >= self.machine.turn * (1 - SAME_ANGLE)
+        if at_end and self._gains[self.names.index(name)]:
+            return float(np.degrees(self.machine.turn))
+        return turn_deg(extreme.place)
 
     def largest(self, name: str) -> Extreme:
         """Return the size of the value of a row that is largest in size."""
@@ -258,9 +266,9 @@ def _peak(cycle: Cycle, row: Row, is_changing: bool) -> Peak:
         meaning=quantity.meaning,
         unit=units.unit(quantity.key),
         max=largest / factor,
-        max_phi_deg=turn_deg(high.place),
+        max_phi_deg=cycle.angle_deg(quantity.name, high),
         min=least / factor,
-        min_phi_deg=turn_deg(low.place),
+        min_phi_deg=cycle.angle_deg(quantity.name, low),
         mean=None if is_changing else mean / factor,
         rms=None if is_changing else rms / factor,
     )

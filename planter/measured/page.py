@@ -29,10 +29,13 @@ DENSE_DEG = np.linspace(0, 360, 721)
 
 
 @renews
-def write(out: Path, machine: Document, found: Calibrated, meanings: Mapping[str, str]) -> None:
+def write(
+    out: Path, machine: Document, found: Calibrated, meanings: Mapping[str, str], angle: str = "carrier angle φ"
+) -> None:
     """Write summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
 
-    `meanings` are those of the file's numbers by path. Raises InputError for a folder that it cannot write.
+    `meanings` are those of the file's numbers by path, `angle` is what the drive's is called. Raises InputError for a
+    folder that it cannot write.
     """
     folder = files.output_folder(out)
     provenance = files.provenance(machine)
@@ -44,7 +47,7 @@ def write(out: Path, machine: Document, found: Calibrated, meanings: Mapping[str
     files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)
     if found.machine is not None:
         files.write_text(folder / MACHINE_FILE, machine_text(found))
-    figure = measured(columns, _curves(found), found.result.unit)
+    figure = measured(columns, _curves(found), found.result.unit, f"{angle} / deg")
     drawn = style.save(figure, files.output_folder(folder / "figures"), "measured")
     files.write_text(folder / "report.html", _page(machine, found, drawn, meanings))
 
@@ -84,7 +87,7 @@ def _curves(found: Calibrated) -> dict[str, Array]:
 
 
 @style.drawn
-def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str) -> Figure:
+def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str, angle: str) -> Figure:
     """Measured points with the fitted curves of both models at `DENSE_DEG`, and the residuals of each."""
     figure = style.new_figure(5.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
@@ -98,7 +101,8 @@ def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str) -> 
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
     top.set_ylabel(f"measured and fitted / {unit}")
     bottom.set_ylabel(f"residual / {unit}")
-    style.over_a_turn(bottom)
+    style.over_a_turn(bottom, label=False)
+    bottom.set_xlabel(angle)
     figure.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
     return figure
 

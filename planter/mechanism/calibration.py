@@ -53,7 +53,8 @@ def calibrate(
 def run_calibrate(console: Console, file: MechanismFile, found: Calibrated, out: Path | None) -> None:
     """Print the fit, and write it into a folder if one is named."""
     if out is not None:
-        page.write(out, file, found, {entry["shown"]: entry["meaning"] for entry in file.entries})
+        meanings = {entry["shown"]: entry["meaning"] for entry in file.entries}
+        page.write(out, file, found, meanings, "angle of the drive")
     for warning in found.result.warnings:
         console.say(f"planter: warning: {warning}")
     console.result(found.result, lambda: tables.measured(console, found.result))

@@ -56,6 +56,8 @@ def draw_speed_and_torque(found: Drive) -> Figure:
         torque.plot(angles, curve, color=shade, linewidth=1.2)
         ends.append((float(curve[-1]), label, shade))
     draw_turn(torque, "torque / (N m)", ends)
+    for axes in (over, torque):
+        axes.set_xlabel("angle of the drive / deg")
     return figure
 
 

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 import scipy.integrate
 
+from derive import Mechanism, quantities
+from derive.mechanics.statement import MechanismError
 from planter.engine.drive import Driven, Motor
 from planter.engine.machine import Machine
 from planter.errors import ComputationError, InputError
 from planter.mechanism import drive
 from planter.mechanism.machines import build_machine
+from planter.mechanism.simulation import simulate
 from tests.support import own
 from tests.support.cli import answer
 
@@ -45,6 +48,21 @@ def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
     assert slower.load - still.load == pytest.approx(7.0 * expected, rel=1e-8)
 
 
+def test_laws_hold_at_an_acceleration() -> None:
+    result = simulate(own.file("slider_crank", eps_rad_s2=300.0, mu=0.3), 36).result
+    assert max(law.violation for law in result.laws) < 1e-10
+    plain = simulate(own.file("slider_crank", mu=0.3), 36).result
+    assert abs(result.quantities["M_in_Nm"].max - plain.quantities["M_in_Nm"].max) > 0.1
+
+
+def test_an_acceleration_is_one_of_an_angle() -> None:
+    q = quantities("phi | rad | angle\nomega | rad/s | speed\neps | rad/s2 | acceleration\nslow | m/s2 | none")
+    with pytest.raises(MechanismError, match="which is lacking"):
+        Mechanism("free", q, acceleration=q.eps)
+    with pytest.raises(MechanismError, match="m/s2"):
+        Mechanism("driven", q, angle=q.phi, speed=q.omega, acceleration=q.slow)
+
+
 def test_motor_gives_to_friction_what_it_takes() -> None:
     found = drive.drive(own.file("slider_crank"), MOTOR, turns=2, samples=720)
     turn, result = found.turn, found.result
@@ -62,7 +80,8 @@ def test_another_integrator_finds_the_same_speed() -> None:
     at = driven.run(SPEED, 1, 36)
 
     def rates(phi: float, omega: np.ndarray) -> np.ndarray:
-        return driven.acceleration(np.array([phi]), omega) / omega
+        slope: np.ndarray = driven.acceleration(np.array([phi]), omega) / omega
+        return slope
 
     found = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
     assert found.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)

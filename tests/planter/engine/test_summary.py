@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter.engine.machine import Machine
+from planter.engine.machine import Machine, load_machine
 from planter.engine.response import Response
 from planter.engine.summary import Summary, summarise
 from planter.mechanism.machines import build_machine
@@ -78,3 +78,9 @@ def test_a_quantity_that_does_not_repeat_has_no_mean(crank: Machine) -> None:
     changed = {peak.name: peak for peak in summarise(crank, {"M_in_Nm", "F_Ox_N"}).peaks}
     assert changed["M_in"].mean is changed["F_O"].rms is None
     assert changed["F_Oy"].mean is not None
+
+
+def test_what_grows_over_a_turn_is_largest_at_its_end() -> None:
+    peaks = {one.name: one for one in summarise(load_machine("yu2023")).peaks}
+    assert (peaks["phi1"].max_phi_deg, peaks["phi1"].max - peaks["phi1"].min) == pytest.approx((360.0, 360.0))
+    assert peaks["y_S"].max_phi_deg < 360.0
