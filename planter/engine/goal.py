@@ -162,10 +162,12 @@ class Goal:
 
     def slope(self, x: Array) -> Array:
         """Return the gradient (p,) of the sum at a design; an extreme's is that of the node that has it."""
-        total = self.gradient(self.start(x))[: self.size]
-        for measure, side in self.variables[: self._objective_size]:
-            total = total + side * measure.weight * self._extreme_with_slope(x, measure, side)[1]
-        return total
+        return self.gradient(self.start(x))[: self.size] + self._linear @ self.variable_slopes(x)
+
+    def variable_slopes(self, x: Array) -> Array:
+        """Return the gradients (q, p) of the variables where they are as tight as they can be at a design."""
+        slopes = [self._extreme_with_slope(x, measure, side)[1] for measure, side in self.variables]
+        return np.array(slopes).reshape(-1, self.size)
 
     def reached(self, x: Array, limit: Limit) -> float | None:
         """Return what a limit is on at a design, in its display unit; None if its condition never holds."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from planter.tolerance.machine_room import MachineRoom
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
+    from planter.engine.measures import Limit, Measure
     from planter.mechanism.file import MechanismFile
 
 
@@ -40,6 +41,19 @@ class Room(MachineRoom):
     def thaw(self, frozen: Mapping[str, Any]) -> MechanismFile:
         """Return the file of a table."""
         return file.made(frozen["table"], frozen["source"], Path(frozen["folder"]))
+
+    def read_goal(self, machine: MechanismFile) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
+        """Return the sum of the file's [objective], its limits, and the samples of one or of the other."""
+        from planter.mechanism.model import Model
+        from planter.mechanism.optimisation import StatedGoal
+        from planter.mechanism.periodicity import require_repeating
+
+        if machine.objective is None:
+            return None
+        goal, samples = StatedGoal.read(machine), machine.objective.samples
+        if goal.averaged:
+            require_repeating(Model(machine), goal.averaged, machine.turn.samples)
+        return goal.least, goal.limits, machine.turn.samples if samples == "refined" else samples
 
 
 ROOM = Room()

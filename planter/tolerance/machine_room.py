@@ -10,6 +10,7 @@ from planter.files.document import Document
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
+    from planter.engine.measures import Limit, Measure
     from planter.engine.outputs import SampledOutputs
     from planter.progress import Listener
     from planter.tolerance.results import RobustFound
@@ -69,7 +70,22 @@ class MachineRoom(ABC):
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
         progress: Listener | None,
     ) -> RobustFound | None:  # fmt: skip
-        """Return no robust design."""
+        """Return the design with the least mean plus some standard deviations of the file's sum of measures.
+
+        None if the file has no sum, or nothing to move. Raises ComputationError if the file's design has no cycle.
+        """
+        from planter.tolerance.goal_robust import RobustGoal
+        from planter.tolerance.robust import find_robust
+
+        goal = self.read_goal(machine)
+        built = self.build(machine)
+        if goal is None or not built.moved:
+            return None
+        least, limits, samples = goal
+        return find_robust(RobustGoal(built, least, limits, spreads, settings, samples), settings, progress)
+
+    def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
+        """Return the sum of measures that a file asks to be least, its limits, and samples; None if it has no sum."""
         return None
 
     def subject(

@@ -1,65 +1,46 @@
-"""Robust designs: the mean plus k standard deviations of the objective over machines as their tolerances make them.
-
-The machines are drawn once, so that the sum is a function of the design alone. Of objectives J_i with gradients G_i,
-
-    f = mean J + k s,   f' = mean G + k / (n s) sum (J_i - mean J) G_i,   s^2 = 1/n sum (J_i - mean J)^2,
-
-where an extreme stays at its sample, as in every gradient of a sampled objective.
-"""
+"""The objective of a planting device over machines as their tolerances make them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from planter.kernels import Array, Kernel
-from planter.numerics.latest import Latest
-from planter.optimise.spread import Variance
 from planter.planting.file import Machine
 from planter.planting.functions import Model
+from planter.planting.requirements.constraints import Required
 from planter.planting.swept.subject import Planting
 from planter.planting.turns import Turns
-from planter.sweeps.points import SobolSequence
-from planter.tolerance.results import Scored
+from planter.tolerance.robust import RobustObjective, draw_inputs
 from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 
 DESIGN = "design."
 SLICES = 4
 """Parts of the machines that are found beside one another."""
-ROUNDING = 1e-12
-"""Share of the mean below which machines differ by rounding alone: their deviation has no slope then."""
 
 
-@dataclass(frozen=True)
-class Value:
-    """Mean and standard deviation of the objective over the machines, and their gradients (p,) in the design [1/SI]."""
-
-    mean: float
-    std: float
-    mean_slope: Array
-    std_slope: Array
-
-
-class Robust:
+class Robust(RobustObjective):
     """The objective over machines that are drawn once, as a function of the design x (p,) [SI]."""
 
     def __init__(self, machine: Machine, model: Model, spreads: Mapping[str, Spread], settings: Settings) -> None:
+        super().__init__()
         # A design's deviations leave the file's bounds by little; those are what its gears are checked on.
         others = {name: one for name, one in spreads.items() if not name.startswith(DESIGN)}
         ends = {name: (one.low, one.high) for name, one in others.items()}
         self.subject = Planting(machine, model, ends, [])
-        self.device, self.turns = self.subject.device, Turns(self.subject.device)
-        drawn = _drawn(spreads, settings)
+        self.device = device = self.subject.device
+        self.turns = Turns(device)
+        self.design, self.lower, self.upper = device.design, device.lower, device.upper
+        self.samples, self.limits = self.turns.samples, Required.of(device)
+        drawn = draw_inputs(spreads, settings)
         values = np.column_stack([np.empty((settings.machines, 0)), *(drawn[name] for name in others)])
         _, self.data, self.deviations = self.subject.vectors(values)
         self.moved = self._moved({name: drawn[name] - one.centre for name, one in spreads.items()})
-        self.at = Latest(self._value)
 
     def _moved(self, apart: Mapping[str, Array]) -> Array:
         """What the machines' designs have beyond the one that was meant, (m, p) [SI]."""
@@ -79,17 +60,21 @@ class Robust:
             ca.Function("mounted_slopes", [x, d], outputs, ["x", "d"], ["mounted", "slopes"]), lanes=["x", "d"]
         )
 
-    def _value(self, x: Array) -> Value:
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Return the objective (m,) of each machine, and its gradients (m, p)."""
         designs = x + self.moved
         found = self._mounted(x=designs.T, d=self.deviations.T)
         chain = found["slopes"].reshape(len(x), len(designs), len(x)).transpose(1, 0, 2)
         values, gradients = self._found(found["mounted"].T)
-        slopes = np.einsum("mk,mkj->mj", gradients, chain)
-        variance = Variance(values)
-        std = float(np.sqrt(variance.value))
-        felt = std > ROUNDING * abs(variance.mean)
-        std_slope = variance.gradient(slopes) / (2 * std) if felt else np.zeros(len(x))
-        return Value(variance.mean, std, slopes.mean(axis=0), std_slope)
+        return values, np.einsum("mk,mkj->mj", gradients, chain)
+
+    def nominal(self, x: Array) -> tuple[float, Array]:
+        """Return the objective without tolerances, and its gradient (p,)."""
+        return self.turns.gradient(x)
+
+    def named(self, x: Array) -> dict[str, float]:
+        """Return a design by the names of the file, in its units."""
+        return self.device.named(x)
 
     def _found(self, designs: Array) -> tuple[Array, Array]:
         parts = np.array_split(np.arange(len(designs)), SLICES)
@@ -98,21 +83,3 @@ class Robust:
                                   [rows for rows in parts if len(rows)]))  # fmt: skip
         values, gradients = zip(*found, strict=True)
         return np.concatenate(values), np.vstack(gradients)
-
-    def value(self, x: Array, sigmas: float) -> tuple[float, Array]:
-        """Mean plus so many standard deviations at x, and the gradient (p,) [1/SI]."""
-        found = self.at(x)
-        return found.mean + sigmas * found.std, found.mean_slope + sigmas * found.std_slope
-
-    def scored(self, x: Array, sigmas: float) -> Scored:
-        """A design as results show it."""
-        found = self.at(x)
-        return Scored(self.device.named(x), self.turns.value(x), found.mean, found.std, found.mean + sigmas * found.std)
-
-
-def _drawn(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, Array]:
-    """Values (m,) of each input: points of a Sobol' sequence, spread out."""
-    if not spreads:
-        return {}
-    cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
-    return {name: one.at(shares) for (name, one), shares in zip(spreads.items(), cube.T, strict=True)}

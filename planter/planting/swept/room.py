@@ -77,10 +77,11 @@ class Room:
         progress: Listener | None,
     ) -> RobustFound:  # fmt: skip
         """The design with the least mean plus some standard deviations of the objective."""
-        from planter.planting.swept import robust_search
+        from planter.planting.swept.robust import Robust
+        from planter.tolerance.robust import find_robust
 
         model: Model = "printed" if choices.get("model") == "printed" else "exact"
-        return robust_search.optimum(machine, model, spreads, settings, progress)
+        return find_robust(Robust(machine, model, spreads, settings), settings, progress)
 
     def frozen(self, machine: Machine) -> dict[str, Any]:
         """Its table."""

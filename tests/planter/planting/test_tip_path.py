@@ -13,7 +13,8 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
-from planter.planting.swept.robust_search import optimum
+from planter.planting.swept.robust import Robust
+from planter.tolerance.robust import find_robust
 from planter.tolerance.room import Settings
 from tests.support.cli import answer
 
@@ -140,7 +141,8 @@ def test_a_soil_line_that_the_tip_never_reaches_is_told() -> None:
 @pytest.mark.long
 def test_a_robust_design_keeps_the_requirements(kernel_cache: None) -> None:
     own = machine().with_numbers({"objective.samples": 60})
-    found = optimum(own, "exact", {}, Settings(machines=2, starts=1), None)
+    settings = Settings(machines=2, starts=1)
+    found = find_robust(Robust(own, "exact", {}, settings), settings, None)
     device = Device(own)
     values = {one.name: one.verdict for one in record(Measures(device), device.x(**found.design))}
     assert "fail" not in values.values()

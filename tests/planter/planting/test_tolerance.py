@@ -14,12 +14,12 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
 from planter.planting.swept.robust import Robust
-from planter.planting.swept.robust_search import optimum
 from planter.planting.swept.subject import Planting
 from planter.report.labels import label
 from planter.sweeps.room import Held
 from planter.tolerance.command import Asked, tolerance, usual
 from planter.tolerance.file import Tolerances
+from planter.tolerance.robust import find_robust
 from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 from planter.tolerance.statistics import first_order
@@ -158,7 +158,8 @@ def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
 def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
     held: Held, spreads: dict[str, Spread]
 ) -> None:
-    found = optimum(held.machine, "exact", spreads, Settings(machines=32, starts=1), None)
+    settings = Settings(machines=32, starts=1)
+    found = find_robust(Robust(held.machine, "exact", spreads, settings), settings, None)
     assert found.objective == found.best_robust.robust
     assert found.best_robust.robust <= min(found.best_nominal.robust, found.own.robust)
     assert found.best_nominal.nominal <= min(found.best_robust.nominal, found.own.nominal) + 1e-9

@@ -1,0 +1,97 @@
+"""Robust designs of any machine: gradients against differences, machines one by one, limits, rows without a cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.machine import Machine
+from planter.engine.measures import parse_limit, parse_sum
+from planter.errors import ComputationError
+from planter.kernels import backends
+from planter.mechanism.machines import build_machine
+from planter.tolerance.goal_robust import DesignLimits, RobustGoal
+from planter.tolerance.robust import find_robust
+from planter.tolerance.room import Settings
+from planter.tolerance.spread import Spread
+from tests.support import own
+
+ANGLES = 24
+SPREADS = {"values.m_s_kg": Spread("normal", 1.2, 1.8), "values.e_mm": Spread("uniform", 9, 11)}
+SETTINGS = Settings(machines=8, starts=1)
+
+
+@pytest.fixture(autouse=True)
+def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+
+
+def crank(**bounds: tuple[float, float]) -> Machine:
+    """Return the slider-crank with values to move; the offset is one of them and has a tolerance."""
+    ends = {f"values.{key}": pair for key, pair in bounds.items()} or {
+        "values.r_mm": (30, 80),
+        "values.e_mm": (-20, 20),
+    }
+    return build_machine(own.file("slider_crank")).with_moved(ends)
+
+
+def robust_goal(machine: Machine, spreads: dict[str, Spread], hold: str = "") -> RobustGoal:
+    least = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
+    limits = [resolve_limit(machine, parse_limit(hold))] if hold else []
+    return RobustGoal(machine, least, limits, spreads, SETTINGS, ANGLES)
+
+
+def test_gradient_of_mean_and_deviation_agrees_with_differences() -> None:
+    robust = robust_goal(crank(), SPREADS)
+    x, (value, slope) = robust.design, robust.value(robust.design, 3.0)
+    for j, step in enumerate(np.diag(1e-6 * (robust.upper - robust.lower))):
+        difference = (robust.value(x + step, 3.0)[0] - robust.value(x - step, 3.0)[0]) / (2 * step[j])
+        assert slope[j] == pytest.approx(difference, rel=1e-6)
+    at = robust.at(x)
+    assert value == pytest.approx(at.mean + 3 * at.std)
+    assert not np.allclose(slope, at.mean_slope, rtol=1e-4), "the deviation has a part in the gradient"
+
+
+def test_each_drawn_machine_is_a_machine_of_its_own() -> None:
+    robust = robust_goal(crank(), SPREADS)
+    values, _ = robust.evaluate(robust.design)
+    machine = robust.machine
+    for apart, value in zip(robust.apart, values, strict=True):
+        data = machine.data.copy()
+        data[machine.index_of("values.e_mm")] += apart[1]
+        data[machine.index_of("values.m_s_kg")] = apart[2]
+        alone = Goal(machine.with_data(data), robust.goal.least, [], ANGLES, with_events=False)
+        assert value == pytest.approx(alone.evaluate(alone.machine.design), rel=1e-12)
+    assert np.ptp(values) > 0.01 * values.mean()
+    assert robust.nominal(robust.design)[0] != pytest.approx(values[0], rel=1e-6)
+
+
+def test_robust_design_is_better_with_tolerances_and_satisfies_limits() -> None:
+    robust = robust_goal(crank(), SPREADS, "max s <= 245 mm")
+    found = find_robust(robust, SETTINGS, None)
+    assert found.best_robust.robust <= min(found.best_nominal.robust, found.own.robust) + 1e-9
+    assert found.objective == pytest.approx(found.best_robust.mean + 3 * found.best_robust.std)
+    assert isinstance(robust.limits, DesignLimits)
+    x = np.array([found.design["r_mm"], found.design["e_mm"]]) * robust.machine.scale
+    assert robust.limits.violation(x) <= 1e-6
+    assert robust.limits.violation(robust.design) > 1e-3
+
+
+def test_search_passes_by_designs_without_a_cycle() -> None:
+    found = find_robust(robust_goal(crank(l_mm=(20, 220)), SPREADS), SETTINGS, None)
+    assert found.design["l_mm"] > 61
+    robust = robust_goal(crank(l_mm=(20, 220)), SPREADS)
+    with pytest.raises(ComputationError, match="slider_crank"):
+        robust.value(np.array([0.02]), 3.0)
+
+
+def test_limits_in_the_design_have_total_slopes() -> None:
+    machine = crank()
+    limit = resolve_limit(machine, parse_limit("range F_Ox <= 20 N"))
+    limits = DesignLimits(Goal(machine, (), [limit], ANGLES, with_events=False))
+    x = machine.design
+    slopes = limits.slopes(x)
+    for j, step in enumerate(np.diag(1e-6 * (machine.upper - machine.lower))):
+        difference = (limits.values(x + step) - limits.values(x - step)) / (2 * step[j])
+        np.testing.assert_allclose(slopes[:, j], difference, atol=1e-5 * np.abs(slopes).max())
