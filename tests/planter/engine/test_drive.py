@@ -27,7 +27,7 @@ PHI = np.radians(np.arange(0.0, 360.0, 5.0))
 
 @cache
 def machine(**values: float) -> Machine:
-    return build_machine(own.file("slider_crank", **values))
+    return build_machine(own.file("slider_crank", "", **values))
 
 
 def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
