@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +13,7 @@ import numpy as np
 
 from planter.engine.machine import Machine, Quantity
 from planter.engine.response import Response
-from planter.errors import InputError
+from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array
 from planter.measured.reading import Measurement
@@ -101,10 +102,12 @@ class MeasuredCurve:
     @cached_property
     def period(self) -> float:
         """Angle [rad] after which the curve repeats, whatever the inputs: a revolution, or a part of it."""
-        middle = (self.chosen.lower + self.chosen.upper) / 2
-        curves = [self.sample(z)[0] for z in (self.own(), middle)]
+        curves = []
+        for z in (self.own(), (self.chosen.lower + self.chosen.upper) / 2):
+            with suppress(ComputationError):  # of inputs whose loops do not close
+                curves.append(self.sample(z)[0])
         for parts in (12, 10, 9, 8, 6, 5, 4, 3, 2):
-            if all(_repeats(curve, parts) for curve in curves):
+            if curves and all(_repeats(curve, parts) for curve in curves):
                 return 2 * np.pi / parts
         return 2 * np.pi
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq, least_squares
 from scipy.stats import f as f_distribution
 
+from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.measured.curve import MeasuredCurve
 from planter.measured.phase import find_phases
@@ -28,6 +29,8 @@ DETERMINED = 1e-8
 LEVEL = 0.95
 """Confidence of the bands."""
 AT_BOUND = 1e-9
+UNEXPLAINED = 1e6
+"""Sum of squares, in parts of the best, that stands for values without a cycle."""
 TINY = 1e-12
 """Sum of squares [SI] that counts as none."""
 
@@ -136,10 +139,13 @@ class Fit:
         others = [i for i in range(len(self.values)) if i != index]
         values = self.values.copy()
         values[index] = value
-        if not others:
+        try:
+            if others:
+                return search(self.curve, values, others)[1]
             left = self.curve.values - self.curve(values)[0]
-            return float(left @ left)
-        return search(self.curve, values, others)[1]
+        except ComputationError:  # there is no cycle, so that the value explains nothing
+            return UNEXPLAINED * (1 + float(self.residuals @ self.residuals))
+        return float(left @ left)
 
 
 def searched(curve: MeasuredCurve, seed: int = 0, starts: int = STARTS) -> Fit:
@@ -151,17 +157,32 @@ def searched(curve: MeasuredCurve, seed: int = 0, starts: int = STARTS) -> Fit:
     thin, rng, own = curve.thinned(MOST_POINTS), np.random.default_rng(seed), curve.own()
     lower, upper = curve.bounds(own)
     begins = [own, *(rng.uniform(lower, upper) for _ in range(starts - 1))]
-    ends = [_search_from(thin, begin) for begin in begins]
+    ends = _search_all(thin, begins)
     least = min(end[1] for end in ends)
     agreeing = [end for end in ends if agrees(end[1], least, len(thin.values))]
     best = min(agreeing, key=lambda end: float(np.linalg.norm((end[0] - own) / (upper - lower))))
     values, total = search(curve, best[0], list(range(len(own))))
-    found = Fit(curve, values, tuple(end[1] for end in ends))
+    failed = (float("inf"),) * (starts - len(ends))
+    found = Fit(curve, values, (*(end[1] for end in ends), *failed))
     closer = Fit(curve, found.towards(own), found.sums)
     lower, upper = curve.bounds(values)
     inside = ((closer.values >= lower) & (closer.values <= upper)).all()
     sum_closer = float(closer.residuals @ closer.residuals)
     return closer if inside and sum_closer - total <= CLOSE * (1 + total) else found
+
+
+def _search_all(curve: MeasuredCurve, begins: list[Array]) -> list[tuple[Array, float]]:
+    """Return the ends of searches, less those that come where the machine has no cycle. Raises what all raise."""
+    ends: list[tuple[Array, float]] = []
+    reason: ComputationError | None = None
+    for begin in begins:
+        try:
+            ends.append(_search_from(curve, begin))
+        except ComputationError as error:
+            reason = error
+    if not ends and reason is not None:
+        raise ComputationError(f"no start of the fit leads anywhere; narrow the bounds: {reason.message}")
+    return ends
 
 
 def _search_from(curve: MeasuredCurve, begin: Array) -> tuple[Array, float]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.errors import InputError
+from planter.errors import ComputationError, InputError
 from planter.measured import reading
 from planter.measured.reading import Columns
 from planter.mechanism import calibration
@@ -58,6 +58,16 @@ def test_places_are_fitted_in_their_own_unit_and_written(data: Path, tmp_path: P
     assert found["reached"]["rms"] == pytest.approx(0.1, rel=0.2)
     assert load(tmp_path / "calibrated.toml").values["r_mm"] == pytest.approx(60.0, abs=0.1)
     assert "time" not in (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()[-1]
+
+
+def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
+    """A crank longer than the rod has a dead point: starts there end nowhere, the others find the truth."""
+    columns, file = Columns("place", time="t"), own.file("slider_crank")
+    result = calibration.calibrate(file, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm").result
+    assert result.fitted[0].low95 < 60.0 < result.fitted[0].high95
+    assert result.starts == 8 > result.agreeing_starts
+    with pytest.raises(ComputationError, match="narrow the bounds"):
+        calibration.calibrate(file, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
 
 
 def test_what_cannot_be_fitted_is_refused(data: Path) -> None:
