@@ -71,7 +71,11 @@ def load(source: str, changes: Mapping[str, float]) -> Machine:
     The linkage is that of `points.linkage`, counted as in the results of the synthesis, or the first whose crank turns
     round. Raises InputError as the file does, or if the poses have no such linkage; ComputationError as the train does.
     """
-    file = load_poses(source, changes)
+    return build_machine(load_poses(source, changes))
+
+
+def build_machine(file: PoseFile) -> Machine:
+    """Return the gear train of a file with a [curve], else the linkage. Raises InputError and ComputationError so."""
     return build_linkage(file) if file.curve is None else build_train(file)
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planter.errors import InputError
 from planter.files.document import Document
 
 if TYPE_CHECKING:
@@ -58,9 +60,12 @@ class MachineRoom(ABC):
         return {name: output.meaning for name, output in list_outputs(self.build(machine)).items()}
 
     def nominal(self, machine: Any) -> dict[str, float]:
-        """Return the numbers of the file that are values of the machine."""
-        numbers = machine.numbers()
-        return {value.path: numbers[value.path] for value in self.build(machine).values}
+        """Return the machine's values in the units of their paths, as the file has them if it does."""
+        built, numbers = self.build(machine), machine.numbers()
+        return {
+            value.path: numbers.get(value.path, float(number / value.factor))
+            for value, number in zip(built.values, built.data, strict=True)
+        }
 
     def tolerances(self, machine: Any) -> dict[str, dict[str, Any]]:
         """Return no tolerances: none can be assumed of any machine."""
@@ -96,7 +101,30 @@ class MachineRoom(ABC):
         from planter.engine.outputs import SampledOutputs
 
         document = self.thaw(frozen)
+        stated = document.numbers()
         for end in (0, 1):
             for name, ends in inputs.items():
-                document.with_numbers({name: ends[end]})
+                if name in stated:
+                    document.with_numbers({name: ends[end]})
         return SampledOutputs(self.build(document), tuple(inputs), outputs)
+
+
+class FileRoom(MachineRoom):
+    """Machines whose files are read again in another process: they may name other files, or be built-in ones."""
+
+    def frozen(self, machine: Any) -> dict[str, Any]:
+        """Return where the file is, the numbers that were set in it, and its table, which must stay as it is."""
+        path = Path(machine.source)
+        numbers = machine.numbers()
+        return {
+            "source": str(path.resolve()) if path.is_file() else machine.source,
+            "changes": {name: numbers[name] for name in machine.changed if name in numbers},
+            "table": machine.table(),
+        }
+
+    def thaw(self, frozen: Mapping[str, Any]) -> Document:
+        """Return the file, read again. Raises InputError if it has changed meanwhile."""
+        document = self.load(frozen["source"], frozen["changes"])
+        if document.table() != frozen["table"]:
+            raise InputError(f"{frozen['source']}: the file has changed since the command began; begin again")
+        return document

@@ -237,4 +237,5 @@ def test_the_commands_refusals() -> None:
     assert "it must be a power of 2" in refusal("tolerance", "wang2017", "--indices", "100")
     assert "--choose model=correct is not allowed" in refusal("tolerance", "wang2017", "--choose", "model=correct")
     assert "did you mean support_range_N" in refusal("tolerance", "wang2017", "--output", "support_rnage_N")
-    assert "there is no such machine" in refusal("tolerance", "yu2023")
+    assert "there is no such machine" in refusal("tolerance", "nowhere")
+    assert "--tolerances FILE must give them" in refusal("tolerance", "yu2023")
