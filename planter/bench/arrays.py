@@ -10,8 +10,8 @@ import numpy as np
 
 from planter.kernels import generated
 from planter.planting import flanks
+from planter.planting.composition import FORCE
 from planter.planting.model import Device
-from planter.planting.support_force import FORCE
 
 ContactFunction = Callable[..., Any]
 Sides = tuple[Any, Any]

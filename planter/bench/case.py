@@ -50,10 +50,10 @@ class Case:
         self.device = Device(file.load(name))
         self.turns = Turns(self.device, samples)
         self.objective, self.constants = self.turns.objective, self.device.constants
-        self.sides = len(self.turns.shares.offsets)
+        self.sides = len(self.turns.offsets)
         self.angles = self.turns.angles
         self._mapped: dict[int, Lean] = {}
-        self.lanes: Array = np.add.outer(self.turns.shares.offsets, self.angles).ravel()
+        self.lanes: Array = np.add.outer(self.turns.offsets, self.angles).ravel()
 
     def designs(self, seed: int = 0) -> Iterator[Array]:
         """Designs (p,) without end, all different; the same seed gives the same ones."""
@@ -69,8 +69,12 @@ class Case:
 
     def prologue(self, x: Array) -> tuple[Array, Array]:
         """h (k,) and dh (k, p) of a design, in CasADi's C, unchecked: for ways without a prologue of their own."""
-        h, dh = self._prologue(x, self.constants)
+        h, dh = self._prologue(self.values(x))
         return h[:, 0], dh
+
+    def values(self, x: Array) -> Array:
+        """Return a design (p,), then the constants: all values (v,) of the machine."""
+        return np.concatenate([x, self.constants])
 
     def hoisted(self, x: Array) -> Array:
         """h (k,) alone."""
@@ -86,7 +90,7 @@ class Case:
 
     def bending(self, x: Array, weights: Array) -> Array:
         """Hessian (p, p) of weights . h in the design."""
-        return self._bending(x, self.constants, weights)[0]
+        return self._bending(self.values(x), weights)[0]
 
     @cached_property
     def _function(self) -> ca.Function:
@@ -98,11 +102,11 @@ class Case:
 
     @cached_property
     def _prologue(self) -> Lean:
-        return Lean(fastest(_dense(self.device.prologue_kernel.function)))
+        return Lean(fastest(_dense(self.device.force.response.prologue_kernel.function)))
 
     @cached_property
     def _bending(self) -> Lean:
-        return Lean(fastest(_dense(self.device.prologue_hessian_kernel.function)))
+        return Lean(fastest(_dense(self.device.force.response.prologue_hessian_kernel.function)))
 
     def folded(self, share: Any) -> Any:
         """The force at `angles` from the share at `lanes`, along the last axis."""

@@ -92,14 +92,14 @@ class Graphs:
 
     def __init__(self, case: Case) -> None:
         device = case.device
-        self.case, self.force, self.functions = case, device.force, device.functions
-        self.prologue = device.prologue_kernel.function
-        self.x, self.c = ca.MX.sym("x", device.size), ca.DM(case.constants)
+        self.case, self.response = case, device.force.response
+        self.x = ca.MX.sym("x", device.size)
+        self.d = ca.vertcat(self.x, ca.DM(case.constants))
         self.lanes = ca.DM(case.lanes).T
 
     def value(self) -> ca.Function:
-        h = self.functions.prologue_function(self.x, self.c)
-        share = self._mapped(self.force.value_kernel)(self.lanes, self.x, self.c, h)
+        h = self.response.machine.prologue(self.d)
+        share = self._mapped(self.response.values_kernel)(self.lanes, self.d, h)
         return ca.Function("peer_value", [self.x], [self._objective(self._folded(share))])
 
     def gradient(self) -> ca.Function:
@@ -110,9 +110,9 @@ class Graphs:
     def hessian(self) -> ca.Function:
         """As `Turns.hessian`: the extremes stay at their samples."""
         force, rows, (h, dh) = self._slopes()
-        run = self._mapped(self.force.hessian_kernel)
-        packed, slope = run(self.lanes, self.x, self.c, h, dh, self._tiled(self._weights(force)))
-        curved = self.case.device.prologue_hessian_kernel.function(self.x, self.c, slope)
+        run = self._mapped(self.response.hessian_kernel)
+        packed, slope = run(self.lanes, self.d, h, dh, self._tiled(self._weights(force)))
+        curved = self.response.prologue_hessian_kernel.function(self.d, slope)
         folded = _sum(ca.horzsplit(rows, force.numel()))
         squared = spread(self.case.objective, force.T, folded.T)[2]
         return ca.Function("peer_hessian", [self.x], [ca.densify(self._unpacked(packed) + curved + squared)])
@@ -126,9 +126,9 @@ class Graphs:
 
     def _slopes(self) -> tuple[ca.MX, ca.MX, tuple[ca.MX, ca.MX]]:
         """Force (1, n), rows of the shares' slopes in the design (p, lanes), and h with the entries of its tangent."""
-        h, jacobian = self.prologue(self.x, self.c)
-        dh = ca.project(jacobian, self.force.shares.tangent).nz[:]
-        share, rows = self._mapped(self.force.slopes_kernel)(self.lanes, self.x, self.c, h, dh)
+        h, jacobian = self.response.tangent(self.d)
+        dh = jacobian.nz[:]
+        share, rows = self._mapped(self.response.slopes_kernel)(self.lanes, self.d, h, dh)
         return self._folded(share), rows[1:, :], (h, dh)
 
     def _folded(self, share: ca.MX) -> ca.MX:
@@ -150,7 +150,7 @@ class Graphs:
 
     def _unpacked(self, packed: ca.MX) -> ca.MX:
         """The Hessian in the design from its packed rows in (angle, design)."""
-        size = self.force.size
+        size = 1 + self.x.numel()
         places = np.zeros((size, size), dtype=int)
         rows, columns = np.tril_indices(size)
         places[rows, columns] = places[columns, rows] = np.arange(len(rows))

@@ -18,7 +18,8 @@ def contender(case: Case, work: str) -> Contender:
         return Contender(turns.gradient, f"Turns.gradient; {built}")
     if work == "hessian":
         case.device.compile()
-        case.device.force.hessian_kernel.compile()
-        return Contender(turns.hessian, f"Turns.hessian, {case.device.force.hessian_kernel.way}; {built}")
+        kernel = case.device.force.response.hessian_kernel
+        kernel.compile()
+        return Contender(turns.hessian, f"Turns.hessian, {kernel.way}; {built}")
     return Contender(lambda designs: evaluate_many(case.device, designs, case.turns.samples).objective,
                      f"evaluate_many, all cores; {built}")  # fmt: skip

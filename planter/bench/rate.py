@@ -109,8 +109,8 @@ class Peak:
 
     def table(self, case: Case, medians_us: dict[str, dict[str, float]]) -> Arithmetic:
         """Operations a cycle of the ways whose operations can be counted, from medians by work and way."""
-        force, turn = case.device.force, len(case.lanes)
-        kernels = {"cycle": force.value_kernel, "cycle+gradient": force.slopes_kernel}
+        response, turn = case.device.force.response, len(case.lanes)
+        kernels = {"cycle": response.values_kernel, "cycle+gradient": response.slopes_kernel}
         rows = []
         for work, kernel in kernels.items():
             counts = {"casadi-vm": operations(kernel), "lanes": _compiled_operations(kernel)}

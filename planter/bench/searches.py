@@ -30,7 +30,7 @@ def compiled(case: Case, model: str) -> Device:
     """The device in a model, everything compiled beforehand: compile time is not counted."""
     device = case.device if model == case.device.model else Device(case.device.machine, "printed")
     device.compile()
-    device.force.hessian_kernel.compile()
+    device.force.response.hessian_kernel.compile()
     return device
 
 

@@ -62,9 +62,9 @@ def _build(device: Device) -> None:
 
 
 def _used(device: Device) -> tuple[Kernel, ...]:
-    force = device.force
-    return (device.hoisting_kernel, device.prologue_kernel, device.prologue_hessian_kernel, force.value_kernel,
-            force.slopes_kernel, force.rate_kernel, force.rates_kernel, force.hessian_kernel)  # fmt: skip
+    force = device.force.response
+    return (force.hoisting_kernel, force.prologue_kernel, force.prologue_hessian_kernel, force.values_kernel,
+            force.slopes_kernel, force.derivatives_kernel, force.rates_kernel, force.hessian_kernel)  # fmt: skip
 
 
 def _kernels(

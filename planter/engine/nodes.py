@@ -82,7 +82,7 @@ class Nodes(ABC):
         row, point = self.names.index(name), self.response.at(x)
 
         def rates(phi: Array) -> tuple[Array, Array]:
-            _, first, second = self.response.rates(point, phi)
+            first, second = self.response.rates(point, phi)
             return first[row], second[row]
 
         angles, _ = extremes.stationary(rates, grid, rates(grid)[0])

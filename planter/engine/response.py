@@ -19,6 +19,7 @@ from planter.engine.loops import Course, Loops
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
+from planter.numerics.arrays import Integers
 
 INPUTS = ("phi", "d", "h", "q")
 
@@ -64,6 +65,7 @@ class Response:
             self.quantities += tuple(quantity for quantity, _ in more)
             self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
+        self.is_compiled = False
         self._places: tuple[Array, Array] | None = None
         self._course: Course | None = None
 
@@ -78,55 +80,75 @@ class Response:
 
     def at_data(self, d: Array) -> DesignPoint:
         """Return the point of values d (v,)."""
-        prologue = self._prologue(d=d)
-        rows, columns = self._pattern.get_triplet()
-        return DesignPoint(np.asarray(d, dtype=float), prologue["h"][:, 0], prologue["dh"][rows, columns])
+        prologue = self.prologue_kernel(d=d)
+        return DesignPoint(np.asarray(d, dtype=float), prologue["h"][:, 0], prologue["dh"][self._entries])
 
     def values(self, point: DesignPoint, phi: Array) -> Array:
         """Return the quantities (m, n). Raises ComputationError where loops do not close or one is not finite."""
-        return self._fold(self._evaluate(self._values, point, phi)["rows"], len(phi))
+        return self._fold(self._evaluate(self.values_kernel, point, phi)["rows"])
 
     def slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Return the quantities (m, n) and their Jacobian (m, n, 1 + p) in (phi, x)."""
-        result = self._evaluate(self._slopes, point, phi, dh=point.dh)
-        size = 1 + len(self.machine.moved)
-        slopes = result["slopes"].reshape(len(self.quantities), size, -1)
-        folded = np.stack([self._fold(slopes[:, j], len(phi)) for j in range(size)], axis=2)
-        return self._fold(result["rows"], len(phi)), folded
+        result = self._evaluate(self.slopes_kernel, point, phi, dh=point.dh)
+        size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
+        slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
+        return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
     def derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Return the quantities and their derivatives in phi, (m, n) each."""
-        result = self._evaluate(self._derivatives, point, phi)
-        return self._fold(result["rows"], len(phi)), self._fold(result["first"], len(phi))
+        result = self._evaluate(self.derivatives_kernel, point, phi)
+        return self._fold(result["rows"]), self._fold(result["first"])
 
-    def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array, Array]:
-        """Return the quantities and their first two derivatives in phi, (m, n) each."""
-        result = self._evaluate(self._rates, point, phi)
-        value, first, second = (self._fold(result[name], len(phi)) for name in ("rows", "first", "second"))
-        return value, first, second
+    def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return the first two derivatives of the quantities in phi, (m, n) each."""
+        result = self._evaluate(self.rates_kernel, point, phi)
+        return self._fold(result["first"]), self._fold(result["second"])
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p)."""
-        lanes, hoisted = self._bend(point, phi, weights)
-        hessian: Array = lanes.sum(axis=2)
-        hessian[1:, 1:] += hoisted
+        """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p).
+
+        The first call waits for the compiler: else it would hang on a race which rounding a search goes on with.
+        """
+        self.hessian_kernel.settle()
+        result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        hessian: Array = self._unpack(result["packed"])[0]
+        hessian[1:, 1:] += self._bend_prologue(point, result["along"][:, 0])
         return hessian
+
+    def curvatures(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
+        """Return the sum over quantities of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 + p)."""
+        lanes = self._evaluate(self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        hessians = self._unpack(self._add_sides(lanes["packed"]))
+        for hessian, along in zip(hessians, self._add_sides(lanes["along"]).T, strict=True):
+            hessian[1:, 1:] += self._bend_prologue(point, along)
+        return hessians
 
     def curvature_along(self, point: DesignPoint, phi: Array, weights: Array, angle_slopes: Array) -> Array:
         """Return that sum in the design alone, (p, p), of angles with slopes (n, p), but not for their bending."""
-        lanes, hoisted = self._bend(point, phi, weights)
-        moving = np.tile(angle_slopes, (len(self.offsets), 1))
-        mixed = lanes[1:, 0] @ moving
-        return lanes[1:, 1:].sum(axis=2) + hoisted + mixed + mixed.T + moving.T @ (lanes[0, 0][:, None] * moving)
+        lanes = self._evaluate(self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        hessians = self._unpack(self._add_sides(lanes["packed"]))
+        mixed = hessians[:, 1:, 0].T @ angle_slopes
+        total = hessians[:, 1:, 1:].sum(axis=0) + self._bend_prologue(point, lanes["along"].sum(axis=1))
+        bent: Array = total + mixed + mixed.T + angle_slopes.T @ (hessians[:, 0, :1] * angle_slopes)
+        return bent
 
-    def _bend(self, point: DesignPoint, phi: Array, weights: Array) -> tuple[Array, Array]:
-        """Return weighted Hessians in (phi, x), (1 + p, 1 + p, lanes), and what the prologue's own adds in x."""
+    def _spread(self, weights: Array) -> Array:
+        """Return weights (m, n) of angles as those of lanes; what is not shared has its first side alone."""
+        spread = np.tile(weights, len(self.offsets))
+        spread[~np.array(self.shared, dtype=bool), weights.shape[1] :] = 0.0
+        return spread
+
+    def _unpack(self, packed: Array) -> Array:
+        """Return Hessians (n, 1 + p, 1 + p) of packed columns (k, n)."""
         size = 1 + len(self.machine.moved)
-        tiled = np.tile(weights, len(self.offsets))
-        tiled[~np.array(self.shared), len(phi) :] = 0.0
-        result = self._evaluate(self._bent, point, phi, dh=point.dh, weights=tiled)
-        along = result["along"].sum(axis=1)
-        return result["hessian"].reshape(size, size, -1), self._prologue_bent(d=point.d, weights=along)["hessian"]
+        rows, columns = np.tril_indices(size)
+        hessians = np.zeros((packed.shape[1], size, size))
+        hessians[:, rows, columns] = hessians[:, columns, rows] = packed.T
+        return hessians
+
+    def _bend_prologue(self, point: DesignPoint, along: Array) -> Array:
+        """Return what the prologue's own Hessian adds in x, (p, p), for slopes (k,) in h."""
+        return self.prologue_hessian_kernel(d=point.d, weights=along)["hessian"]
 
     def check(self, values: Array, phi: Array) -> None:
         """Raise ComputationError where forces (m, n) of all quantities are not determined, or friction holds fast."""
@@ -163,16 +185,18 @@ class Response:
         return self._course
 
     def compile(self) -> None:
-        """Compile what a search calls again and again."""
-        for kernel in (self._prologue, self._values, self._slopes):
+        """Compile what a search calls again and again; what else there is, but Hessians, at its first use."""
+        for kernel in (self.prologue_kernel, self.values_kernel, self.slopes_kernel):
             kernel.compile()
+        self.is_compiled = True
         if self.machine.loops:
             self.machine.loops.compile()
 
     def _evaluate(self, kernel: Kernel, point: DesignPoint, phi: Array, **more: Array) -> dict[str, Array]:
         lanes = np.add.outer(self.offsets, np.asarray(phi, dtype=float)).ravel()
-        inputs = {"phi": lanes, "d": point.d, "h": point.h, "q": self.coordinates(point.d, lanes)}
-        inputs = {name: inputs[name] for name in INPUTS if name in kernel.names}
+        inputs = {"phi": lanes, "d": point.d, "h": point.h}
+        if self.machine.loops is not None:
+            inputs["q"] = self.coordinates(point.d, lanes)
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
@@ -181,10 +205,20 @@ class Response:
             text = f"{quantity.name} ({quantity.meaning}) is not finite at {angle:.6g} deg"
             raise ComputationError(f"{self.machine.name}: {text}") from None
 
-    def _fold(self, rows: Array, count: int) -> Array:
-        """Return rows (m, offsets n) of lanes as rows (m, n): shares added up, others those of the first side."""
-        sides = rows.reshape(len(rows), len(self.offsets), count)
-        return np.where(np.array(self.shared)[:, None], sides.sum(axis=1), sides[:, 0])
+    def _fold(self, rows: Array) -> Array:
+        """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the first side."""
+        if len(self.offsets) == 1:
+            return rows
+        if all(self.shared):
+            return self._add_sides(rows)
+        shared = np.array(self.shared).reshape(-1, *[1] * (rows.ndim - 1))
+        return np.where(shared, self._add_sides(rows), rows[..., : rows.shape[-1] // len(self.offsets)])
+
+    def _add_sides(self, lanes: Array) -> Array:
+        """Return rows (..., sides n) of lanes added up over the sides, (..., n)."""
+        sides = len(self.offsets)
+        total: Array = lanes.reshape(*lanes.shape[:-1], sides, lanes.shape[-1] // sides).sum(axis=-2)
+        return total
 
     # --- the functions behind it ---------------------------------------------------------------------
 
@@ -204,15 +238,26 @@ class Response:
         return self.tangent.sparsity_out(1)
 
     @cached_property
+    def _entries(self) -> tuple[Integers, Integers]:
+        """Rows and columns of the tangent's entries."""
+        rows, columns = np.array(self._pattern.get_triplet(), dtype=np.int64)
+        return rows, columns
+
+    @cached_property
     def _dh(self) -> ca.SX:
         return ca.SX.sym("dh", self._pattern.nnz())
 
     @cached_property
-    def _prologue(self) -> Kernel:
+    def hoisting_kernel(self) -> Kernel:
+        """(d) -> h: the prologue alone."""
+        return Kernel(self.machine.prologue)
+
+    @cached_property
+    def prologue_kernel(self) -> Kernel:
         return Kernel(self.tangent)
 
     @cached_property
-    def _prologue_bent(self) -> Kernel:
+    def prologue_hessian_kernel(self) -> Kernel:
         machine = self.machine
         symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
         d, x = symbol.sym("d", len(machine.values)), symbol.sym("x", len(machine.moved))
@@ -241,32 +286,57 @@ class Response:
         outputs = ca.cse([self._graph, slopes])
         return ca.Function("slopes", [phi, d, h, q, self._dh], outputs, [*INPUTS, "dh"], ["rows", "slopes"])
 
-    @cached_property
-    def _values(self) -> Kernel:
-        return Kernel(self.values_function, lanes=["phi", "q"])
+    def _build(self, function: ca.Function, lanes: Sequence[str] = (), summed: bool = False) -> Kernel:
+        """Return a kernel whose lanes are the angles; without q if there are no loops."""
+        lanes = ["phi", "q", *lanes]
+        if self.machine.loops is None:
+            inputs, names = function.sx_in(), function.name_in()
+            lanes.remove("q")
+            outputs, place = function.call(inputs), names.index("q")
+            del inputs[place], names[place]
+            function = ca.Function(function.name(), inputs, outputs, names, function.name_out())
+        kernel = Kernel(function, lanes, summed)
+        if self.is_compiled and "weights" not in lanes:
+            kernel.compile()
+        return kernel
 
     @cached_property
-    def _slopes(self) -> Kernel:
-        return Kernel(self.slopes_function, lanes=["phi", "q"])
+    def values_kernel(self) -> Kernel:
+        return self._build(self.values_function)
 
     @cached_property
-    def _derivatives(self) -> Kernel:
+    def slopes_kernel(self) -> Kernel:
+        return self._build(self.slopes_function)
+
+    @cached_property
+    def derivatives_kernel(self) -> Kernel:
         phi, *rest = self.machine.symbols
-        outputs = [self._graph, ca.densify(ca.jacobian(self._graph, phi))]
+        outputs = [self._graph, _differentiate(self._graph, phi)]
         function = ca.Function("derivatives", [phi, *rest], outputs, list(INPUTS), ["rows", "first"])
-        return Kernel(function, lanes=["phi", "q"])
+        return self._build(function)
 
     @cached_property
-    def _rates(self) -> Kernel:
+    def rates_kernel(self) -> Kernel:
         phi, *rest = self.machine.symbols
-        first = ca.jacobian(self._graph, phi)
-        outputs = ca.cse([ca.densify(row) for row in (self._graph, first, ca.jacobian(first, phi))])
-        function = ca.Function("rates", [phi, *rest], outputs, list(INPUTS), ["rows", "first", "second"])
-        return Kernel(function, lanes=["phi", "q"])
+        first = _differentiate(self._graph, phi)
+        outputs = ca.cse([first, _differentiate(first, phi)])
+        function = ca.Function("rates", [phi, *rest], outputs, list(INPUTS), ["first", "second"])
+        return self._build(function)
 
     @cached_property
-    def _bent(self) -> Kernel:
-        """(phi, d, h, q, dh, weights) -> Hessian in (phi, x) with h along its tangent, and the slope in h."""
+    def hessian_kernel(self) -> Kernel:
+        """(phi, d, h, q, dh, weights) -> what `hessians_kernel` has, added up over the lanes."""
+        return self._build(self._build_hessian("bending"), ["weights"], summed=True)
+
+    @cached_property
+    def hessians_kernel(self) -> Kernel:
+        """(phi, d, h, q, dh, weights) -> weighted Hessian in (phi, x), h along its tangent, and slope in h.
+
+        The Hessian is packed: the rows of its lower triangle, one after another.
+        """
+        return self._build(self._build_hessian("bendings"), ["weights"])
+
+    def _build_hessian(self, name: str) -> ca.Function:
         phi, d, h, q = self.machine.symbols
         step = ca.SX.sym("step", len(self.machine.moved))
         weights = ca.SX.sym("weights", self._graph.numel())
@@ -278,9 +348,13 @@ class Response:
             [total], [ca.vertcat(d, h)], [ca.vertcat(moved, h + ca.SX(self._pattern, self._dh) @ step)]
         )
         hessian, _ = ca.hessian(bent[0], ca.vertcat(phi, step))
-        none = ca.SX.zeros(step.numel())
-        hessian = ca.substitute(ca.densify(ca.vec(hessian)), step, none)
-        outputs = ca.cse([hessian, ca.densify(ca.gradient(total, h))])
+        packed = ca.vertcat(*(hessian[i, j] for i in range(hessian.size1()) for j in range(i + 1)))
+        packed = ca.substitute(ca.densify(packed), step, ca.SX.zeros(step.numel()))
+        outputs = ca.cse([packed, ca.densify(ca.gradient(total, h))])
         names = [*INPUTS, "dh", "weights"]
-        function = ca.Function("bending", [phi, d, h, q, self._dh, weights], outputs, names, ["hessian", "along"])
-        return Kernel(function, lanes=["phi", "q", "weights"])
+        return ca.Function(name, [phi, d, h, q, self._dh, weights], outputs, names, ["packed", "along"])
+
+
+def _differentiate(rows: ca.SX, angle: ca.SX) -> ca.SX:
+    """Return the derivative of rows (m, 1) in an angle; of one row in reverse mode, which takes fewer operations."""
+    return ca.densify(ca.gradient(rows, angle) if rows.numel() == 1 else ca.jacobian(rows, angle))

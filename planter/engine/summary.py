@@ -143,12 +143,7 @@ class Cycle:
         response = Response(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
         )
-
-        def rates(phi: Array) -> tuple[Array, Array]:
-            _, first, second = response.rates(self.point, phi)
-            return first, second
-
-        extremes = self.pieces.extremes(np.array(chosen), rates)
+        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi))
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 
     def extreme(self, name: str, sign: int) -> Extreme:

@@ -37,7 +37,6 @@ class _Graph:
         self.n, self.angles, self.shares = programme.n, len(local.angles), len(compiled.offsets)
         self.z = ca.MX.sym("x", self.n + 2)
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", len(programme.g_lower))
-        self.c = ca.MX(ca.DM(compiled.constants))
         self.phi = ca.MX(ca.DM(np.add.outer(compiled.offsets, local.angles).ravel()))
         self.width = ca.DM(programme.problem.box.unit[programme.free])
 
@@ -49,9 +48,16 @@ class _Graph:
         return ca.fmin(ca.fmax(ca.DM(box.origin) + u * box.unit, ca.DM(box.lower)), ca.DM(box.upper))
 
     @cached_property
+    def d(self) -> ca.MX:
+        """All values of the machine."""
+        d = ca.MX(ca.DM(self.compiled.data))
+        d[list(self.compiled.moved)] = self.x
+        return d
+
+    @cached_property
     def prologue(self) -> tuple[ca.MX, ca.MX]:
         """h, and the entries of its tangent."""
-        h, dh = self.compiled.prologue(self.x, self.c)
+        h, dh = self.compiled.prologue(self.d)
         return h, dh.nz[:]
 
     def _folded(self, lanes: ca.MX) -> ca.MX:
@@ -63,45 +69,45 @@ class _Graph:
         return total
 
     @cached_property
-    def force(self) -> ca.MX:
-        return self._folded(self.compiled.force(self.phi, self.x, self.c, self.prologue[0]))
+    def curve(self) -> ca.MX:
+        return self._folded(self.compiled.value(self.phi, self.d, self.prologue[0]))
 
     @cached_property
     def slopes(self) -> tuple[ca.MX, ca.MX]:
-        """Force (angles,) and its gradients in the free coordinates (angles, n)."""
-        force, g = self.compiled.slopes(self.phi, self.x, self.c, *self.prologue)
+        """Curve (angles,) and its gradients in the free coordinates (angles, n)."""
+        curve, g = self.compiled.slopes(self.phi, self.d, *self.prologue)
         columns = [1 + k for k in self.programme.free.tolist()]
-        return self._folded(force), self._folded(g)[:, columns] @ ca.diag(self.width)
+        return self._folded(curve), self._folded(g)[:, columns] @ ca.diag(self.width)
 
-    def _value(self, force: ca.MX) -> ca.MX:
+    def _value(self, curve: ca.MX) -> ca.MX:
         p = self.programme
         span = self.weights.weight_range * p.unit * (self.z[-2] - self.z[-1])
-        return (span + spread(self.weights, force)[0]) / p.problem.scale
+        return (span + spread(self.weights, curve)[0]) / p.problem.scale
 
-    def _rows(self, force: ca.MX) -> ca.MX:
+    def _rows(self, curve: ca.MX) -> ca.MX:
         p = self.programme
-        scaled = (force - p.level) / p.unit
+        scaled = (curve - p.level) / p.unit
         upper, lower = (scaled[rows.tolist()] for rows in (self.local.upper, self.local.lower))
         return ca.vertcat(upper - self.z[-2], self.z[-1] - lower)
 
     def functions(self) -> dict[str, ca.Function]:
         z, p = self.z, ca.MX.sym("p", 0, 0)
-        force, slopes = self.slopes
+        curve, slopes = self.slopes
         inputs, names = [z, p], ["x", "p"]
         dual, dual_names = [z, p, self.lam_f, self.lam_g], ["x", "p", "lam_f", "lam_g"]
         return {
-            "nlp": ca.Function("nlp", inputs, [self._value(self.force), self._rows(self.force)], names, ["f", "g"]),
-            "grad_f": ca.Function("nlp_grad_f", inputs, [self._value(force), self._gradient(force, slopes)],
+            "nlp": ca.Function("nlp", inputs, [self._value(self.curve), self._rows(self.curve)], names, ["f", "g"]),
+            "grad_f": ca.Function("nlp_grad_f", inputs, [self._value(curve), self._gradient(curve, slopes)],
                                   names, ["f", "grad_f_x"]),
-            "jac_g": ca.Function("nlp_jac_g", inputs, [self._rows(force), self._jacobian(slopes)],
+            "jac_g": ca.Function("nlp_jac_g", inputs, [self._rows(curve), self._jacobian(slopes)],
                                  names, ["g", "jac_g_x"]),
-            "hess_lag": ca.Function("nlp_hess_l", dual, [ca.triu(self._hessian(force, slopes))],
+            "hess_lag": ca.Function("nlp_hess_l", dual, [ca.triu(self._hessian(curve, slopes))],
                                     dual_names, ["triu_hess_gamma_x_x"]),
         }  # fmt: skip
 
-    def _gradient(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
+    def _gradient(self, curve: ca.MX, slopes: ca.MX) -> ca.MX:
         p = self.programme
-        along = slopes.T @ spread(self.weights, force)[1]
+        along = slopes.T @ spread(self.weights, curve)[1]
         end = self.weights.weight_range * p.unit
         return ca.vertcat(along, end, -end) / p.problem.scale
 
@@ -111,22 +117,22 @@ class _Graph:
         ones, nothing = ca.DM.ones, ca.DM.zeros
         return ca.vertcat(ca.horzcat(upper, -ones(a), nothing(a)), ca.horzcat(-lower, nothing(b), ones(b)))
 
-    def _hessian(self, force: ca.MX, slopes: ca.MX) -> ca.MX:
+    def _hessian(self, curve: ca.MX, slopes: ca.MX) -> ca.MX:
         p, a, n = self.programme, len(self.local.upper), self.angles
-        _, slope, squared = spread(self.weights, force, slopes)
+        _, slope, squared = spread(self.weights, curve, slopes)
         share = self.lam_f / p.problem.scale
         upper, lower = self.lam_g[:a] / p.unit, self.lam_g[a:] / p.unit
         rows = _scattered(self.local.upper, n) @ upper - _scattered(self.local.lower, n) @ lower
         return ca.diagcat(share * squared + self._bent(share * slope + rows), ca.DM.zeros(2, 2))
 
     def _bent(self, weights: ca.MX) -> ca.MX:
-        """Weighted sum of the force's Hessians in the free coordinates (n, n)."""
+        """Weighted sum of the curve's Hessians in the free coordinates (n, n)."""
         lanes = ca.repmat(weights, self.shares, 1)
         h, dh = self.prologue
-        packed, slope = self.compiled.bending(self.phi, self.x, self.c, h, dh, lanes)
+        packed, slope = self.compiled.bending(self.phi, self.d, h, dh, lanes)
         size = 1 + self.x.numel()
         whole = ca.triu2symm(ca.MX(ca.Sparsity.upper(size), packed.T))[1:, 1:]
-        whole = whole + self.compiled.curvature(self.x, self.c, slope.T)
+        whole = whole + self.compiled.curvature(self.d, slope.T)
         free = self.programme.free.tolist()
         return whole[free, free] * (self.width @ self.width.T)
 

@@ -37,14 +37,14 @@ class Insensitive:
 
 
 def sensitivity(response: Response, x: Array, samples: int, held: Array | None = None) -> Insensitive:
-    """Rank and null space of the Jacobian of the support-force curve in the design parameters.
+    """Rank and null space of the Jacobian of a curve in the design parameters.
 
     The curve is taken at `samples` angles of a turn at design x (p,) [SI]; columns are multiplied by the box width;
     the threshold is 1e-10 of the largest singular value. Where equations with gradients `held` (k, p) hold the design,
     the null space is what they leave of it.
     """
     phi = 2 * np.pi * np.arange(samples) / samples
-    slopes = response.support_slopes(response.prologue(x), np.mod(phi, response.period))[1]
+    slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1]
     width = response.upper - response.lower
     return find_insensitive(response.names, slopes[:, 1:] * width, None if held is None else held * width)
 

@@ -64,7 +64,7 @@ class Panels:
         self.nodes, self.weights, self.panel = self._quadrature()
         ends = np.stack([self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE], axis=1).ravel()
         probes = np.concatenate([self.nodes, ends])
-        force, rate = response.support_rate(self.at, np.mod(probes, response.period))
+        force, rate = response.rate(self.at, np.mod(probes, response.period))
         self.force, self.node_rates = force[: len(self.nodes)], rate[: len(self.nodes)]
         self.end_force, self.end_rates = (ends[len(self.nodes) :].reshape(-1, 2) for ends in (force, rate))
         self.variance = Variance(self.force, self.weights)
@@ -98,7 +98,7 @@ class Panels:
         joint = np.concatenate([np.full(len(angles), -1), self.order[kinks]])
         order = np.argsort(place, kind="stable")
         place, kind, joint = place[order], kind[order], joint[order]
-        return Extremes(place, kind, self.response.support(self.at, place), joint)
+        return Extremes(place, kind, self.response.value(self.at, place), joint)
 
     @cached_property
     def look(self) -> Look:
@@ -109,7 +109,7 @@ class Panels:
         return Look(self.variance.value, float(force.max()), float(force.min()), mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
-        return self.response.support_rates(self.at, np.mod(phi, self.response.period))
+        return self.response.rates(self.at, np.mod(phi, self.response.period))
 
     def _probes(self) -> tuple[Array, Array, Flags]:
         """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the same panel."""
@@ -123,7 +123,7 @@ class Panels:
     @cached_property
     def node_slopes(self) -> Array:
         """Gradients of the force at the nodes, (n, p)."""
-        return self.response.support_slopes(self.at, np.mod(self.nodes, self.response.period))[1][:, 1:]
+        return self.response.slopes(self.at, np.mod(self.nodes, self.response.period))[1][:, 1:]
 
     @cached_property
     def variance_gradient(self) -> Array:
@@ -131,7 +131,7 @@ class Panels:
 
     def variance_hessian(self) -> Array:
         nodes = np.mod(self.nodes, self.response.period)
-        bent = self.response.support_hessian(self.at, nodes, self.variance.slope)[1:, 1:]
+        bent = self.response.hessian(self.at, nodes, self.variance.slope)[1:, 1:]
         total: Array = bent + self.variance.squared(self.node_slopes) + self._at_joints()
         return total
 
@@ -140,7 +140,7 @@ class Panels:
             return np.zeros((len(self.response.names),) * 2)
         velocity = self.joints.velocity[self.order]
         jump = self.end_rates[:, 0] - np.roll(self.end_rates[:, 1], 1)
-        force = self.response.support(self.at, np.mod(self.breaks[:-1], self.response.period))
+        force = self.response.value(self.at, np.mod(self.breaks[:-1], self.response.period))
         weights = 2 * (force - self.variance.mean) * jump / self.response.period
         total: Array = (weights[:, None] * velocity).T @ velocity
         return total
@@ -151,7 +151,7 @@ class Panels:
         velocity = np.zeros((len(angles), len(self.response.names)))
         velocity[held] = self.joints.velocity[joint[held]]
         place = angles + ASIDE * held
-        slopes = self.response.support_slopes(self.at, place)[1]
+        slopes = self.response.slopes(self.at, place)[1]
         return slopes, moving.gradients(slopes, velocity), place
 
 
@@ -247,7 +247,7 @@ class _State:
         size = len(self.panels.response.names)
         total = np.zeros((len(place), size, size))
         if wanted.any():
-            second = self.panels.response.support_hessians(self.panels.at, place[wanted])
+            second = self.panels.response.hessians(self.panels.at, place[wanted])
             motion = self._motion(second, wanted)
             total[wanted] = moving.hessians(slopes[wanted], second, motion)
         return total
@@ -282,7 +282,7 @@ def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[A
 def _still(panels: Panels, angles: Array) -> tuple[Array, Array, Integers, Flags]:
     """Rows at fixed angles."""
     count = len(angles)
-    force = panels.response.support(panels.at, angles) if count else np.empty(0)
+    force = panels.response.value(panels.at, angles) if count else np.empty(0)
     return angles.copy(), force, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
 
 

@@ -12,10 +12,10 @@ from planter.kernels import Array
 
 @dataclass(frozen=True)
 class Event:
-    """A kind of joint: the force is smooth in (phi, x) but where g(phi, x) is a whole multiple of `period`.
+    """A kind of joint: the curve is smooth in (phi, x) except where g(phi, x) is a whole multiple of `period`.
 
     `period` None: where g = 0. `order` is the order of the first derivative of F in phi that jumps there: 1 or 2, or 0
-    where F itself jumps, which can be looked at but not optimised.
+    if F itself jumps, which can be looked at but not optimised.
     """
 
     name: str
@@ -25,29 +25,31 @@ class Event:
 
 @dataclass(frozen=True)
 class Compiled:
-    """A response over n angles as compiled functions, for the use in CasADi's graphs; it has constants c.
+    """A response over n angles as compiled functions, for use in CasADi's graphs; d (v,) are all values of a machine.
 
-    The force is a sum of equal shares: F(phi) is that of `force` at phi + each of `offsets` [rad], its lanes.
+    x stands at `moved` in `data` (v,). The curve is a sum of equal shares: F(phi) is that of `value` at phi + each of
+    `offsets` [rad], its lanes.
     """
 
-    constants: Array
+    data: Array
+    moved: tuple[int, ...]
     offsets: tuple[float, ...]
     prologue: ca.Function
-    """(x, c) -> h, dh: what no angle changes, and its sparse Jacobian in x."""
+    """(d) -> h, dh: what no angle changes, and its sparse Jacobian in x."""
     curvature: ca.Function
-    """(x, c, weights) -> Hessian (p, p) of weights . h in x."""
-    force: ca.Function
-    """(phi, x, c, h) -> the share of each lane."""
+    """(d, weights) -> Hessian (p, p) of weights . h in x."""
+    value: ca.Function
+    """(phi, d, h) -> the share of each lane."""
     slopes: ca.Function
-    """(phi, x, c, h, dh) -> shares, and their Jacobian in (phi, x)."""
+    """(phi, d, h, dh) -> shares, and their Jacobian in (phi, x)."""
     bending: ca.Function
-    """(phi, x, c, h, dh, weights) -> weighted sum of the Hessians in (phi, x), packed, and the weighted slope in h."""
+    """(phi, d, h, dh, weights) -> weighted sum of the Hessians in (phi, x), packed, and the weighted slope in h."""
 
 
 class Response(Protocol):
-    """A force F(phi, x) [N], continuous, periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
+    """A curve F(phi, x), continuous, periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
-    `prologue` does once for a design what no angle changes; its result is handed to all the rest as `at`.
+    `prologue` does once for a design what no angle changes; its result is handed to all other methods as `at`.
     Joints of the k-th event lie at angles in [0, 2 pi), and again at every `period` of F from there.
     """
 
@@ -66,32 +68,32 @@ class Response(Protocol):
 
     def prologue(self, x: Array) -> Any: ...
 
-    def support(self, at: Any, phi: Array) -> Array:
-        """F, (n,)."""
+    def value(self, at: Any, phi: Array) -> Array:
+        """Return F, (n,)."""
 
-    def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """F and its derivative in phi, (n,) each."""
+    def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return F and its derivative in phi, (n,) each."""
 
-    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """First and second derivative of F in phi, (n,) each."""
+    def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return the first and second derivative of F in phi, (n,) each."""
 
-    def support_slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """F, (n,), and its Jacobian in (phi, x), (n, 1 + p)."""
+    def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return F, (n,), and its Jacobian in (phi, x), (n, 1 + p)."""
 
-    def support_hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Weighted sum over the angles of the Hessian of F in (phi, x), (1 + p, 1 + p)."""
+    def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the weighted sum over the angles of the Hessian of F in (phi, x), (1 + p, 1 + p)."""
 
-    def support_hessians(self, at: Any, phi: Array) -> Array:
-        """Hessian of F in (phi, x) at each angle, (n, 1 + p, 1 + p)."""
+    def hessians(self, at: Any, phi: Array) -> Array:
+        """Return the Hessian of F in (phi, x) at each angle, (n, 1 + p, 1 + p)."""
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """g of every event and its derivative in phi, (k, n) each."""
+        """Return g of every event and its derivative in phi, (k, n) each."""
 
     def event_slopes(self, at: Any, phi: Array) -> Array:
-        """Jacobian of g in (phi, x), (k, n, 1 + p)."""
+        """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
 
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
-        """Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
+        """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
     def compiled(self, angles: int) -> Compiled | None:
-        """The response over so many angles without Python; None where it is not all compiled."""
+        """Return the response over so many angles without Python, or None if it is not all compiled."""

@@ -66,11 +66,11 @@ class Samples:
         self.spacing = response.period / len(self.angles)
 
     def look(self, x: Array) -> Look:
-        return Look.at(self.response.support(self.response.prologue(x), self.angles))
+        return Look.at(self.response.value(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
         """All samples near an extreme as rows; nothing held."""
-        force = self.response.support(self.response.prologue(x), self.angles)
+        force = self.response.value(self.response.prologue(x), self.angles)
         margin = SHARE * np.ptp(force)
         upper, lower = np.flatnonzero(force >= force.max() - margin), np.flatnonzero(force <= force.min() + margin)
         return SampledRows(self.response, self.angles, upper, lower)
@@ -92,7 +92,7 @@ class Samples:
 
     def conditions(self, x: Array) -> Conditions:
         at = self.response.prologue(x)
-        force, slopes = self.response.support_slopes(at, self.angles)
+        force, slopes = self.response.slopes(at, self.angles)
         gradients = slopes[:, 1:]
         samples = np.array([pin.sample for pin, distance in self.near(x) if abs(distance) <= ON], dtype=np.int64)
         before, after = (self._aside(at, samples, side) for side in (-1, 1))
@@ -106,7 +106,7 @@ class Samples:
         """Gradients (k, p) of samples on joints, on one side of these."""
         if not len(samples):
             return np.empty((0, len(self.response.names)))
-        return self.response.support_slopes(at, self.angles[samples] + side * 2 * ON)[1][:, 1:]
+        return self.response.slopes(at, self.angles[samples] + side * 2 * ON)[1][:, 1:]
 
 
 class SampledRows:
@@ -166,7 +166,7 @@ class _State:
         phi = rows.angles.copy()
         phi[self.picked] += self.gaps[self.pins] + ASIDE
         self.phi = phi
-        self.force, self.jacobian = self.response.support_slopes(self.at, phi)
+        self.force, self.jacobian = self.response.slopes(self.at, phi)
         self.gradients = self.jacobian[:, 1:].copy()
         self.gradients[self.picked] = moving.gradients(self.jacobian[self.picked], self.velocity[self.pins])
 
@@ -183,10 +183,10 @@ class _State:
         """Weighted sum (p, p) of the Hessians of the samples (n,) and of the held joints' angles (k,)."""
         standing = weights.copy()
         standing[self.picked] = 0
-        total: Array = self.response.support_hessian(self.at, self.phi, standing)[1:, 1:]
+        total: Array = self.response.hessian(self.at, self.phi, standing)[1:, 1:]
         if len(self.picked):
             motion = moving.PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
-            second = self.response.support_hessians(self.at, self.phi[self.picked])
+            second = self.response.hessians(self.at, self.phi[self.picked])
             moved = moving.hessians(self.jacobian[self.picked], second, motion)
             total = total + np.tensordot(weights[self.picked], moved, 1)
         if len(holds):

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planter.engine.response import DesignPoint
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics.extremes import first_extreme
 from planter.planting import quantities
-from planter.planting.functions import Prologue
 from planter.planting.model import Device
 from planter.planting.results.stated import Statistics, Warned
 
@@ -40,7 +40,7 @@ class Cycle:
         return {"phi_deg": np.degrees(self.phi), **self.sides[0], **second, **self.totals}
 
 
-def cycle(device: Device, at: Prologue, phi: Array) -> Cycle:
+def cycle(device: Device, at: DesignPoint, phi: Array) -> Cycle:
     """All forces and motions at carrier angles (n,) [rad]."""
     found = device.cycle(at, phi)
     vectors = device.sidecar["vectors"]
@@ -68,7 +68,7 @@ def statistics(force: Array) -> Statistics:
     return Statistics(high, low, high - low, float(force.mean()), float(force.var()))
 
 
-def centre_distances(device: Device, at: Prologue) -> Array:
+def centre_distances(device: Device, at: DesignPoint) -> Array:
     """Centre distances of both stages [m], (2,)."""
     return at.h[distance_places(device)]
 

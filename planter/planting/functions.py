@@ -6,7 +6,6 @@ derivatives cross that cut as inputs, so no lane is differentiated by the coeffi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -14,20 +13,10 @@ import casadi as ca
 import numpy as np
 
 from planter.gearing.stage import Stage
-from planter.kernels import Array, generated
+from planter.kernels import generated
 
 Model = Literal["exact", "printed"]
 MODELS: tuple[Model, ...] = ("exact", "printed")
-
-
-@dataclass(frozen=True)
-class Prologue:
-    """What a design fixes on a machine with data c: h, and its Jacobian in the design."""
-
-    x: Array
-    c: Array
-    h: Array
-    dh: Array
 
 
 class Functions:
@@ -140,12 +129,6 @@ class Functions:
 
     def total(self, name: str) -> ca.SX:
         return self.both[2][self._index(name)]
-
-    def frame_total(self, name: str) -> ca.Function:
-        """(one, two, c) -> force: one of the totals, from both sides."""
-        one, two = (ca.SX.sym(side, self.side(self.phi).numel()) for side in ("one", "two"))
-        force = self.frame(one, two, self.c)[self._index(name)]
-        return ca.Function("frame_total", [one, two, self.c], [force], ["one", "two", "c"], ["force"])
 
     def _index(self, name: str) -> int:
         return [entry["name"] for entry in self.sidecar["vectors"]["totals"]].index(name)

@@ -61,8 +61,8 @@ class LiftedModel:
         self.device = device
         self.vectors = generated.sidecar(NAME)["vectors"]
         self.inputs = tuple(entry["name"] for entry in self.vectors["lifted"])
-        at = device.prologue(device.design if x is None else x)
-        self._x, self._h = at.x, at.h
+        self._x = device.design if x is None else x
+        self._h = device.prologue(self._x).h
 
     @cached_property
     def _kernel(self) -> Kernel:

@@ -4,30 +4,32 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from planter.engine.curve import Curve
+from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.gearing import families, stage
 from planter.gearing.stage import Candidate
 from planter.kernels import Array, Kernel, formulas
 from planter.planting import flanks
+from planter.planting.composition import FORCE, build_machine
 from planter.planting.file import Machine
-from planter.planting.functions import Functions, Model, Prologue
-from planter.planting.support_force import SupportForce
+from planter.planting.functions import Functions, Model
 from planter.records import html
 
 
 class Device:
     """A machine in one of its models. Designs `x` are (p,) arrays in SI; angles in rad, forces in N.
 
-    `names` are those of the design vector, `design` (p,) is the machine's own, `lower` and `upper` (p,) are its bounds
-    [SI], `scale` (p,) is SI per shown unit. `kernels` are those that others make of it, once each, by name and by
-    whether it was compiled then.
+    `names` are those of the design vector, `data` (v,) the machine's own design, then its constants; `lower` and
+    `upper` (p,) are its bounds [SI], `scale` (p,) is SI per shown unit.
 
     Raises GeometryError where the machine's own design, or a corner of its bounds, has no gears.
     """
@@ -35,7 +37,6 @@ class Device:
     def __init__(self, machine: Machine, model: Model = "exact") -> None:
         self.machine, self.model = machine, model
         self.compiled = False
-        self.kernels: dict[tuple[str, bool], Kernel] = {}
         self.formulas = formulas.load(f"planting_{model}")
         self.sidecar = self.formulas.sidecar
         pair = [
@@ -56,11 +57,22 @@ class Device:
         self.functions = Functions(model, self.stages, flanks.function(machine.cam.flank))
 
     def _take(self, machine: Machine) -> None:
-        """The numbers of a machine in SI: its design and bounds (p,), and what the model takes beside it (c,)."""
+        """Take the numbers of a machine in SI: design and bounds (p,), and what the model takes beside them (c,)."""
         self.machine, numbers = machine, machine.numbers()
-        self.design = self.scale * [machine.design[name] for name in self.names]
+        design = self.scale * [machine.design[name] for name in self.names]
+        constants = [numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]]
+        self.data = np.concatenate([design, constants])
         self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
-        self.constants = np.array([numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]])
+
+    @property
+    def design(self) -> Array:
+        """The machine's own design (p,): the first of its `data`."""
+        return self.data[: self.size]
+
+    @property
+    def constants(self) -> Array:
+        """What the model takes beside the design (c,): the rest of `data`."""
+        return self.data[self.size :]
 
     @property
     def _vectors(self) -> dict[str, Any]:
@@ -86,8 +98,12 @@ class Device:
         Raises GeometryError where the machine's own design has no gears; the corners of its bounds are not looked at.
         """
         found = Device.__new__(Device)
-        vars(found).update({name: value for name, value in vars(self).items() if name != "force"})
+        vars(found).update(vars(self))
         found._take(machine)
+        found.force = self.force.with_machine(
+            replace(self.force.machine, name=machine.name, source=machine.source, data=found.data,
+                    lower=found.lower, upper=found.upper, samples=machine.objective.samples)
+        )  # fmt: skip
         for index, pair in enumerate(self.stages):
             own = Candidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
             pair.check_parameters(own)
@@ -96,23 +112,20 @@ class Device:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As its machine, model and numbers: where it is loaded it is built, and compiled if it was."""
-        return _rebuilt, (self.machine, self.model, self.compiled, self.design, self.constants)
+        return _rebuilt, (self.machine, self.model, self.compiled, self.data)
 
     def compile(self, refined: bool = False) -> None:
         """Run what a search calls again and again in the fastest way that there is here.
 
         The search is over samples or, `refined`, over true extremes and integrals.
         """
-        self.prologue_kernel.compile()
-        if not refined:
-            self.prologue_hessian_kernel.compile()
         self.force.compile(refined)
         self.compiled = True
 
     @cached_property
-    def force(self) -> SupportForce:
-        """The vertical force on the support, with derivatives."""
-        return SupportForce(self)
+    def force(self) -> Curve:
+        """The vertical force on the support over a turn, with derivatives and joints."""
+        return Curve(build_machine(self), FORCE)
 
     @property
     def size(self) -> int:
@@ -166,28 +179,12 @@ class Device:
         f = self.functions.prologue_function
         return Kernel(ca.Function("hoisting", f.mx_in(), [f(*f.mx_in())], ["x", "c"], ["h"]))
 
-    @cached_property
-    def prologue_kernel(self) -> Kernel:
-        """What of a turn hangs on the design alone, h (k,), and its Jacobian dh (k, p), in SI."""
-        return Kernel(self.functions.tangent_function)
-
-    @cached_property
-    def prologue_hessian_kernel(self) -> Kernel:
-        """The Hessian (p, p) of a weighted sum of the prologue, in SI."""
-        f = self.functions.prologue_function
-        x, c = f.mx_in()
-        weights = ca.MX.sym("weights", f.size1_out(0))
-        hessian, _ = ca.hessian(ca.dot(weights, f(x, c)), x)
-        return Kernel(ca.Function("prologue_hessian", [x, c, weights], [hessian], ["x", "c", "weights"], ["hessian"]))
-
-    def prologue(self, x: Array, c: Array | None = None) -> Prologue:
+    def prologue(self, x: Array, c: Array | None = None) -> DesignPoint:
         """What of a turn hangs on the design x (p,) [SI] alone, with its derivatives: made once, used at all angles.
 
         `c` are data of a machine that differs from the device's own in nothing else.
         """
-        data = self.constants if c is None else c
-        found = self.prologue_kernel(x=x, c=data)
-        return Prologue(np.asarray(x, dtype=float), data, found["h"][:, 0], found["dh"])
+        return self.force.response.at_data(np.concatenate([x, self.constants if c is None else c]))
 
     @cached_property
     def cycle_kernel(self) -> Kernel:
@@ -196,9 +193,9 @@ class Device:
         f = ca.Function("cycle", self.functions.inputs, list(self.functions.both), names, outputs)
         return Kernel(f, lanes=["phi"])
 
-    def cycle(self, at: Prologue, phi: Array) -> dict[str, Array]:
+    def cycle(self, at: DesignPoint, phi: Array) -> dict[str, Array]:
         """`side1`, `side2` and `totals` at carrier angles phi (n,) [rad]: a row (n,) for each quantity [SI]."""
-        return self.cycle_kernel(phi=phi, x=at.x, c=self.constants, h=at.h)
+        return self.cycle_kernel(phi=phi, x=at.d[: self.size], c=at.d[self.size :], h=at.h)
 
     def side(self, x: Array, phi: Array) -> dict[str, Array]:
         """Quantities (n,) of side 1 by their names [SI], of a design x (p,) at carrier angles phi (n,) [rad]."""
@@ -210,23 +207,19 @@ class Device:
         sizes = [len(self._vectors["mounting"]), *(len(part.names) for part in self.stages)]
         return np.split(x, np.cumsum(sizes))[1 + stage]
 
-    def prologue_curvature(self, x: Array, weights: Array) -> Array:
-        """Hessian (p, p) of weights (k,) . h in the design x (p,) [SI]."""
-        return self.prologue_hessian_kernel(x=x, c=self.constants, weights=weights)["hessian"]
-
-    def support(self, at: Prologue, phi: Array) -> Array:
+    def support(self, at: DesignPoint, phi: Array) -> Array:
         """Vertical support force [N], (n,), at carrier angles phi (n,) [rad]."""
         return self.force.value(at, phi)
 
-    def support_slopes(self, at: Prologue, phi: Array) -> tuple[Array, Array]:
+    def support_slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI unit of x]."""
         return self.force.slopes(at, phi)
 
 
-def _rebuilt(machine: Machine, model: Model, compiled: bool, design: Array, constants: Array) -> Device:
-    """A device that was pickled."""
-    found = Device(machine, model)
-    found.design, found.constants = design, constants
+def _rebuilt(machine: Machine, model: Model, compiled: bool, data: Array) -> Device:
+    """Return a device that was pickled."""
+    device = Device(machine, model)
+    device.data = data
     if compiled:
-        found.compile()
-    return found
+        device.compile()
+    return device

@@ -10,7 +10,6 @@ from planter.optimise.range_and_spread import Sampling
 from planter.optimise.spread import Weights
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.response import Planting
 
 FORCE = "F_support"
 
@@ -37,7 +36,7 @@ def problem(device: Device, sampling: Sampling = "refined", constraints: Constra
     Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
     force jump: a jump that passes a sample has no gradient.
     """
-    machine, response = device.machine, Planting(device)
+    machine, response = device.machine, device.force
     if any(event.order == 0 for event in response.events):
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)

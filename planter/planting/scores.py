@@ -10,7 +10,6 @@ from planter.optimise.refined import Panels, Refined
 from planter.optimise.samples import Samples
 from planter.planting.model import Device
 from planter.planting.objective import weights
-from planter.planting.response import Planting
 from planter.planting.results.optimised import SampledScore
 from planter.planting.results.simulated import TrueExtremes
 
@@ -20,7 +19,7 @@ DENSE = np.linspace(0, 2 * np.pi, 721)
 
 def true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
-    found = Refined(Planting(device)).look(x)
+    found = Refined(device.force).look(x)
     objective = weights(device.machine).value(found.range, found.variance)
     return TrueExtremes(found.high, found.low, found.range, found.variance, objective)
 
@@ -28,7 +27,7 @@ def true_extremes(device: Device, x: Array) -> TrueExtremes:
 def sampled_score(device: Device, x: Array) -> SampledScore:
     """The objective of a design x (p,) [SI] over the machine file's samples, and what it is made of."""
     samples = device.machine.objective.samples
-    found = Samples(Planting(device), samples).look(x)
+    found = Samples(device.force, samples).look(x)
     return SampledScore(
         samples, weights(device.machine).value(found.range, found.variance), found.range, found.variance
     )
@@ -39,7 +38,7 @@ def curve_angles(device: Device, x: Array) -> Array:
 
     Beside `DENSE` they hold the extremes of the support force, and both sides of where it may jump.
     """
-    response = Planting(device)
+    response = device.force
     panels = Panels(response, x)
     ends = np.concatenate([panels.extremes.angles, panels.breaks - ASIDE, panels.breaks + ASIDE])
     cycles = round(2 * np.pi / response.period)

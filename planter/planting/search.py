@@ -13,6 +13,7 @@ from planter import errors
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise import pareto
+from planter.optimise.directions import sensitivity
 from planter.optimise.hybrid import METHODS, Method, Search
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Best, Problem
@@ -23,7 +24,6 @@ from planter.optimise.starts import DEFAULT_STARTS
 from planter.planting.model import Device
 from planter.planting.problem import beside_design, kept, problem, recipe
 from planter.planting.requirements.constraints import Required
-from planter.planting.response import Planting, sensitivity
 from planter.planting.results.optimised import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof
 from planter.planting.results.stated import Requirement
 from planter.planting.whole.lengths import Lengths
@@ -174,7 +174,7 @@ def _optimum(
     device: Device, required: Required | None, lengths: Lengths | None, sampling: Sampling, found: Result
 ) -> Optimum:
     held = None if lengths is None else lengths.slopes(found.design)
-    felt = sensitivity(device, found.design, angles_of(sampling), held)
+    felt = sensitivity(device.force, found.design, angles_of(sampling), held)
     return Optimum(
         **vars(found), sampling=sampling, names=device.names, effective_parameters=felt.effective_parameters,
         insensitive=felt.named,
@@ -186,7 +186,7 @@ def _beside(
     device: Device, method: Method, sampling: Sampling, seed: int, starts: int, lengths: Lengths | None
 ) -> AbstractContextManager[SecondProcess | None]:
     """The starts in a second process, where there is something to run beside them and a core for it."""
-    if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.slopes_kernel.way == "lanes":
+    if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.response.slopes_kernel.way == "lanes":
         return nullcontext()
     return SecondProcess(recipe(device, sampling, lengths), seed, starts)
 
@@ -195,4 +195,4 @@ def front(
     device: Device, samples: Sampling = "refined", points: int = 15, progress: Listener | None = None
 ) -> list[Compromise]:
     """The Pareto front of range against variance of a device's force, from least range to least variance."""
-    return pareto.sweep(Planting(device), samples, points, progress)
+    return pareto.sweep(device.force, samples, points, progress)

@@ -17,11 +17,9 @@ from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
 from planter.planting import lifted, plausible
 from planter.planting.designer import summary as designer
-from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.planting.objective import build_measures, weights
 from planter.planting.requirements import record as requirements
-from planter.planting.response import Planting
 from planter.planting.results.simulated import (
     At,
     CentreDistances,
@@ -125,7 +123,7 @@ def at(device: Device, angles_deg: Sequence[float]) -> list[At]:
 
 def work(device: Device) -> Work:
     """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at both cams."""
-    panels = Panels(Planting(device), device.design)
+    panels = Panels(device.force, device.design)
     found = planting.cycle(device, device.prologue(device.design), panels.nodes)
     lost = found.sides[0]["F_E_loss_W"] + found.sides[1]["F_E_loss_W"]
     turn = 2 * np.pi * panels.weights
@@ -143,7 +141,7 @@ def sensitivity(
     It is that in the design, or, with `all_values`, in all numbers of the machine's file.
     """
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
-    machine = build_machine(device)
+    machine = device.force.machine
     terms = build_measures(device.machine) if least is None else parse_sum(least)
     measures = [resolve_measure(machine, measure) for measure in terms]
     return compute_sensitivity(move_all(machine) if all_values else machine, measures, count)
@@ -151,5 +149,5 @@ def sensitivity(
 
 def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
-    goal = build_goal(build_machine(device), build_measures(device.machine), samples)
+    goal = build_goal(device.force.machine, build_measures(device.machine), samples)
     return goal.evaluate(device.design), goal.slope(device.design)

@@ -35,12 +35,12 @@ class _Turn(ctypes.Structure):
     """`turn` in export/turn.c."""
 
     _fields_ = (
-        *((name, ctypes.c_long) for name in ("parameters", "angles", "shares")),
+        *((name, ctypes.c_long) for name in ("parameters", "constants", "angles", "shares")),
         ("weight_range", ctypes.c_double),
         ("weight_variance", ctypes.c_double),
         ("newton", ctypes.c_long),
         *((name, ctypes.c_void_p) for name in
-          ("phi", "c", "h", "dh", "force", "g", "weights", "arg", "res", "iw", "w")),
+          ("phi", "c", "d", "h", "dh", "force", "g", "weights", "arg", "res", "iw", "w")),
     )  # fmt: skip
 
 
@@ -56,13 +56,13 @@ class Turns:
         self.device = device
         self.samples = samples or device.machine.objective.samples
         self.objective = weights(device.machine)
-        self.shares = device.force.shares
+        self.offsets = device.force.offsets
         self._native = _native(self)
 
     @property
     def way(self) -> str:
         """How a turn is evaluated: `lanes`, or the fastest of the other ways that there is."""
-        return "lanes" if self._native else self.device.force.slopes_kernel.way
+        return "lanes" if self._native else self.device.force.response.slopes_kernel.way
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As its device and samples: where it is loaded, memory and compiled functions are its own."""
@@ -75,7 +75,7 @@ class Turns:
     @cached_property
     def angles(self) -> Array:
         """The samples [rad] that differ: a half turn of them where both halves are the same."""
-        return angles(self.samples, 2 * np.pi / len(self.shares.offsets))
+        return angles(self.samples, self.device.force.period)
 
     def value(self, x: Array) -> float:
         """The objective (31) [-] of a design x (p,) [SI]."""
@@ -145,7 +145,7 @@ class Turns:
 
 def _native(turns: Turns) -> Native | None:
     """The compiled turn, where lanes are allowed and everything can be compiled; else the fastest other way is set."""
-    force = turns.device.force
+    response = turns.device.force.response
     if backends.allowed()[0] == "lanes":
         try:
             return Native(turns, library(turns.device))
@@ -153,19 +153,19 @@ def _native(turns: Turns) -> Native | None:
             pass
         except NoCompiler as reason:
             toolchain.warn(reason)
-    for kernel in (force.value_kernel, force.slopes_kernel):
+    for kernel in (response.values_kernel, response.slopes_kernel):
         kernel.compile()
     return None
 
 
 def library(device: Device) -> Path:
     """The compiled turn of a device: prologue in CasADi's C, lanes of the force, and what joins them."""
-    force = device.force
+    response = device.force.response
     needed = (
-        backends.casadi_library(device.hoisting_kernel.work),
-        backends.casadi_library(device.prologue_kernel.work),
-        backends.lane_library(force.value_kernel.work),
-        backends.lane_library(force.slopes_kernel.work),
+        backends.casadi_library(response.hoisting_kernel.work),
+        backends.casadi_library(response.prologue_kernel.work),
+        backends.lane_library(response.values_kernel.work),
+        backends.lane_library(response.slopes_kernel.work),
     )
     text = c99.turn_text() + resources.files(__package__).joinpath("gradients.c").read_text(encoding="utf-8")
     return toolchain.library("turn", text, toolchain.loop_flags(toolchain.OPTIMISED), needed)
@@ -249,23 +249,26 @@ class _Lent(threading.local):
 
 def _arrays(turns: Turns) -> dict[str, Array]:
     """What the compiled record points to."""
-    function: ca.Function = turns.device.prologue_kernel.function
-    other: ca.Function = turns.device.hoisting_kernel.function
-    count = len(turns.angles) * len(turns.shares.offsets)
+    response = turns.device.force.response
+    function: ca.Function = response.prologue_kernel.function
+    other: ca.Function = response.hoisting_kernel.function
+    count = len(turns.angles) * len(turns.offsets)
     sizes = {
+        "d": len(turns.device.data),
         "h": function.nnz_out(0), "dh": function.nnz_out(1), "force": count, "weights": count,
         "g": (1 + len(turns.device.design)) * count,
         **{name: max(getattr(f, f"sz_{name}")() for f in (function, other)) for name in ("arg", "res", "iw", "w")},
     }  # fmt: skip
     work = {name: np.zeros(size + 1) for name, size in sizes.items()}
-    phi = np.add.outer(turns.shares.offsets, turns.angles).ravel()
+    phi = np.add.outer(turns.offsets, turns.angles).ravel()
     return {"phi": phi, "c": np.array(turns.device.constants), **work}
 
 
 def _record(turns: Turns, arrays: dict[str, Array]) -> _Turn:
     objective: Any = turns.objective
     return _Turn(
-        parameters=len(turns.device.design), angles=len(turns.angles), shares=len(turns.shares.offsets),
+        parameters=len(turns.device.design), constants=len(turns.device.constants), angles=len(turns.angles),
+        shares=len(turns.offsets),
         weight_range=objective.weight_range, weight_variance=objective.weight_variance,
         newton=int(objective.kind == "newton"), **{name: array.ctypes.data for name, array in arrays.items()},
     )  # fmt: skip

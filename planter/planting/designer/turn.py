@@ -5,7 +5,6 @@ from __future__ import annotations
 from planter.engine.summary import Cycle
 from planter.kernels import Array
 from planter.planting.designer.quantities import DeviceRows
-from planter.planting.machines import build_machine
 from planter.planting.model import Device
 
 
@@ -13,6 +12,6 @@ class DesignTurn(Cycle):
     """A design (p,) over a turn: its rows by name, each an angle and a value, in SI."""
 
     def __init__(self, device: Device, x: Array) -> None:
-        machine = build_machine(device)
+        machine = device.force.machine
         super().__init__(machine, DeviceRows(device, machine).build(), x)
         self.device, self.x, self.at = device, x, device.prologue(x)

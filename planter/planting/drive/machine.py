@@ -10,7 +10,7 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import generated
 from planter.planting import flanks
-from planter.planting.machines import SIDES, SPEED
+from planter.planting.composition import SIDES, SPEED
 from planter.planting.model import Device
 
 NAME = "planting_drive"
@@ -32,11 +32,11 @@ def build_driven_machine(device: Device) -> Machine:
     size = len(vectors["machine"])
     phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
     h = ca.SX.sym("h", 0)
-    at = device.prologue(device.design)
     contacts = [stage.contact.function for stage in device.stages]
     lane = module.lane(*contacts, flanks.function(device.machine.cam.flank))
     prologue = module.prologue(*contacts)
-    _, *packed, _, _ = ca.substitute(functions.lane_inputs(phi), [functions.x, functions.h], [at.x, at.h])
+    given = [device.design, device.prologue(device.design).h]
+    _, *packed, _, _ = ca.substitute(functions.lane_inputs(phi), [functions.x, functions.h], given)
     machine_values, rate = d[:size], d[size:]
     side = lane(phi, *packed, machine_values, rate, prologue(*packed, machine_values, rate))
     one, two = (ca.SX.sym(name, side.numel()) for name in ("one", "two"))

@@ -59,11 +59,12 @@ def turn_text() -> str:
 
 def _values(device: Device, own: str) -> dict[str, Any]:
     """What the templates ask for."""
-    objective, offsets = weights(device.machine), device.force.shares.offsets
+    objective, offsets = weights(device.machine), device.force.offsets
     samples = device.machine.objective.samples
     angles = angles_of(device, samples)
     count = angles * len(offsets)
-    both: list[ca.Function] = [device.hoisting_kernel.function, device.prologue_kernel.function]
+    response = device.force.response
+    both: list[ca.Function] = [response.hoisting_kernel.function, response.prologue_kernel.function]
     work = {key: max(int(getattr(f, f"sz_{key}")()) for f in both) + 1 for key in ("arg", "res", "iw", "w")}
     found = quantities(device.sidecar)
     spread = "variance" if objective.kind == "paper" else "standard deviation"
@@ -73,7 +74,7 @@ def _values(device: Device, own: str) -> dict[str, Any]:
         "half": ", half a turn: the other half is the same" * (angles < samples),
         "objective": f"{objective.weight_range!r} range + {objective.weight_variance!r} {spread}, wang2017 (31)",
         "parameters": len(device.design), "constants": len(device.constants), "samples": samples, "angles": angles,
-        "lanes": count, "slopes": (1 + len(device.design)) * count, "shares": len(offsets),
+        "values": len(device.data), "lanes": count, "slopes": (1 + len(device.design)) * count, "shares": len(offsets),
         "hoisted": both[1].nnz_out(0), "tangent": both[1].nnz_out(1), **work,
         "prologue": casadi_text(f"{own}_prologue", both), "kernels": _kernels(device, own),
         "renamed": _renamed(own, turn_text()), "turn": turn_text(),
@@ -88,7 +89,7 @@ def _values(device: Device, own: str) -> dict[str, Any]:
 
 def angles_of(device: Device, samples: int) -> int:
     """Samples that differ: where all shares of the force are equal, a part of the turn stands for all of it."""
-    shares = len(device.force.shares.offsets)
+    shares = len(device.force.offsets)
     return samples // shares if samples % shares == 0 else samples
 
 
@@ -117,8 +118,8 @@ def casadi_text(file: str, both: Iterable[ca.Function]) -> str:
 
 def _kernels(device: Device, own: str) -> str:
     """Force, slopes and all quantities as lane kernels of this file alone."""
-    force = device.force
-    works = [kernel.work for kernel in (force.value_kernel, force.slopes_kernel, device.cycle_kernel)]
+    response = device.force.response
+    works = [kernel.work for kernel in (response.values_kernel, response.slopes_kernel, device.cycle_kernel)]
     graphs = [loops.Graph.of(work.function, work.varying) for work in works]
     printed = [f"static {loops.function(graph, summed=False)}" for graph in graphs]
     return "\n".join([functions.source(own), *printed])

@@ -35,8 +35,9 @@ def source_files(device: Device) -> dict[str, str]:
 
 
 def _values(device: Device, own: str) -> dict[str, object]:
-    function: ca.Function = device.hoisting_kernel.function
-    work = device.force.value_kernel.work
+    response = device.force.response
+    function: ca.Function = response.hoisting_kernel.function
+    work = response.values_kernel.work
     graph = Graph.of(work.function, work.varying)
     shared = _shared(graph)
     return {
@@ -44,7 +45,7 @@ def _values(device: Device, own: str) -> dict[str, object]:
         "weighed": _for_device(c99.template("weighed.c")),
         "functions": functions.fused(), "kernels": _kernels(graph, shared), "lane": work.function.name(),
         "parameters": len(device.design), "constants": len(device.constants), "shared": len(shared),
-        "shares": len(device.force.shares.offsets), "hoisted": function.nnz_out(0),
+        "shares": len(device.force.offsets), "hoisted": function.nnz_out(0),
         **{key: getattr(function, f"sz_{key}")() + 1 for key in ("arg", "res", "iw", "w")},
     }  # fmt: skip
 
@@ -128,7 +129,7 @@ class Batches:
             raise CallError(f"designs have the shape (m, {len(self.device.design)}), and were given as {designs.shape}")
         x, found = np.ascontiguousarray(designs, dtype=float), np.empty((len(designs), len(FIELDS)))
         angles = c99.angles_of(self.device, self.samples)
-        phi = np.add.outer(self.device.force.shares.offsets, cycle.angles(self.samples)[:angles]).ravel()
+        phi = np.add.outer(self.device.force.offsets, cycle.angles(self.samples)[:angles]).ravel()
         code = self._run(
             ctypes.c_long(len(x)), _pointer(x), _pointer(self.device.constants), ctypes.c_long(angles), _pointer(phi),
             ctypes.c_double(self.objective.weight_range), ctypes.c_double(self.objective.weight_variance),

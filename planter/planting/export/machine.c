@@ -37,9 +37,11 @@ void ${name}_prepare(${name}_memory *m)
 
 static turn turn_of(${name}_memory *m, const double *machine)
 {
-  turn t = {$parameters, $angles, $shares, $weight_range, $weight_variance, $newton, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  turn t = {$parameters, $constants, $angles, $shares, $weight_range, $weight_variance, $newton,
+            0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
   t.phi = m->phi;
   t.c = machine;
+  t.d = m->d;
   t.h = m->h;
   t.dh = m->dh;
   t.force = m->force;

@@ -34,7 +34,7 @@ typedef struct {
 /* What a call works on; one for each thread, prepared once. After a call `force` holds the support force [N] at the
  * first ${NAME}_ANGLES of `phi`$half. */
 typedef struct {
-  double phi[$lanes], force[$lanes], weights[$lanes], g[$slopes], h[$hoisted], dh[$tangent], w[$w];
+  double phi[$lanes], force[$lanes], weights[$lanes], g[$slopes], d[$values], h[$hoisted], dh[$tangent], w[$w];
   const double *arg[$arg];
   double *res[$res];
   long long iw[$iw];

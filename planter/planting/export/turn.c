@@ -2,24 +2,25 @@
  * the same sums as `planter.optimise.spread`. Stands behind weighed.c.
  *
  * A lane is an angle and a share: the force at angle i is the sum of the shares' forces in lanes i, i + angles, ...
+ * Values d are the design, then the constants.
  */
 #include <stdint.h>
 #include <string.h>
 
 typedef long long casadi_int;
 
-int hoisting(const double **arg, double **res, casadi_int *iw, double *w, int mem);
 int prologue(const double **arg, double **res, casadi_int *iw, double *w, int mem);
-void support(long lanes, const double *phi, const double *x, const double *c, const double *h, double *force);
-void slopes(long lanes, const double *phi, const double *x, const double *c, const double *h, const double *dh,
-            double *force, double *g);
+int tangent(const double **arg, double **res, casadi_int *iw, double *w, int mem);
+void rows(long lanes, const double *phi, const double *d, const double *h, double *force);
+void slopes(long lanes, const double *phi, const double *d, const double *h, const double *dh, double *force,
+            double *g);
 
 typedef struct {
-  long parameters, angles, shares;
+  long parameters, constants, angles, shares;
   double weight_range, weight_variance;
   long newton;
-  const double *phi, *c;                 /* (lanes), machine */
-  double *h, *dh, *force, *g, *weights;  /* (lanes) force and weights, (1 + parameters, lanes) g */
+  const double *phi, *c;                     /* (lanes), (constants) */
+  double *d, *h, *dh, *force, *g, *weights;  /* (lanes) force and weights, (1 + parameters, lanes) g */
   const double **arg;
   double **res;
   casadi_int *iw;
@@ -38,14 +39,15 @@ static int is_finite(double value)
   return (bits >> 52 & 0x7ff) != 0x7ff;
 }
 
-/* What the angles do not change of a design: h, and with `tangent` its derivative along the design. */
-static int designed(const turn *t, const double *x, int tangent)
+/* All values d of a design, and what the angles do not change of it: h, and `along` the design its derivative. */
+static int designed(const turn *t, const double *x, int along)
 {
-  t->arg[0] = x;
-  t->arg[1] = t->c;
+  memcpy(t->d, x, t->parameters * sizeof *x);
+  memcpy(t->d + t->parameters, t->c, t->constants * sizeof *x);
+  t->arg[0] = t->d;
   t->res[0] = t->h;
   t->res[1] = t->dh;
-  return (tangent ? prologue : hoisting)(t->arg, t->res, t->iw, t->w, 0);
+  return (along ? tangent : prologue)(t->arg, t->res, t->iw, t->w, 0);
 }
 
 static void folded(const turn *t)
@@ -78,7 +80,7 @@ int turn_value(const turn *t, const double *x, found *f)
 {
   long high, low;
   if (designed(t, x, 0)) return 1;
-  support(t->angles * t->shares, t->phi, x, t->c, t->h, t->force);
+  rows(t->angles * t->shares, t->phi, t->d, t->h, t->force);
   folded(t);
   *f = summary(t, &high, &low);
   return !is_finite(f->objective) || !is_finite(f->mean);
@@ -90,7 +92,7 @@ int turn_gradient(const turn *t, const double *x, found *f, double *gradient)
   const long lanes = t->angles * t->shares;
   long high, low;
   if (designed(t, x, 1)) return 1;
-  slopes(lanes, t->phi, x, t->c, t->h, t->dh, t->force, t->g);
+  slopes(lanes, t->phi, t->d, t->h, t->dh, t->force, t->g);
   folded(t);
   *f = summary(t, &high, &low);
   const double rate = 2.0 * weighed_rate(t->weight_variance, t->newton, f->variance) / t->angles;

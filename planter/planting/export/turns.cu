@@ -54,12 +54,14 @@ static __global__ void prepare(long designs, const double *x, const double *c, d
 {
   const long design = blockIdx.x * (long)blockDim.x + threadIdx.x;
   if (design >= designs) return;
-  double h[$hoisted], w[$w];
+  double d[PARAMETERS + MACHINE], h[$hoisted], w[$w];
   long long iw[$iw];
-  const double *arg[$arg] = {x + design * PARAMETERS, c};
+  for (int i = 0; i < PARAMETERS; ++i) d[i] = x[design * PARAMETERS + i];
+  for (int i = 0; i < MACHINE; ++i) d[PARAMETERS + i] = c[i];
+  const double *arg[$arg] = {d};
   double *res[$res] = {h}, *own = shared + design * SHARED;
-  const int failed = hoisting(arg, res, iw, w, 0);
-  before(x + design * PARAMETERS, c, h, own);
+  const int failed = prologue(arg, res, iw, w, 0);
+  before(d, h, own);
   if (failed)
     for (long i = 0; i < SHARED; ++i) own[i] = nan("");
 }

@@ -21,7 +21,6 @@ from planter.optimise import joints
 from planter.planting.friction.angles import Angles
 from planter.planting.lifted import LiftedModel, Lifting, Turn
 from planter.planting.model import Device
-from planter.planting.response import Planting
 
 MESHES = "PQ"
 FLANKS = ("plus", "minus")
@@ -44,7 +43,7 @@ class ToothedTurn:
     def angles(self) -> Angles:
         """Angles between which no pair of teeth that bears comes, goes or passes the pitch point, and nothing else
         jumps."""
-        own = joints.find(Planting(self.device), self.device.prologue(self.x)).angles
+        own = joints.find(self.device.force, self.device.prologue(self.x)).angles
         return Angles.between(np.concatenate([own, *self._changes()]))
 
     def _changes(self) -> Iterator[Array]:

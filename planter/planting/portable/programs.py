@@ -80,12 +80,12 @@ def _named(
 
 
 def _descent(device: Device) -> Program:
-    """The objective and its gradient, the extremes staying at their samples; folded as `SupportForce` has it."""
-    shares = device.force.shares.offsets
-    turn = angles(device.machine.objective.samples, 2 * np.pi / len(shares))
+    """The objective and its gradient, the extremes staying at their samples; folded as the engine has it."""
+    shares, response = device.force.offsets, device.force.response
+    turn = angles(device.machine.objective.samples, device.force.period)
     x, c = device.functions.tangent_function.mx_in()
     h, dh = device.functions.tangent_function(x, c)
-    slopes = device.force.slopes_kernel.function
+    slopes = response.slopes_function
     force, g = ca.MX.sym("force", len(turn) * len(shares)), ca.MX.sym("g", len(turn) * len(shares), 1 + x.numel())
     samples = ca.MX.sym("samples", len(turn))
     value = objective(device, samples)
@@ -93,8 +93,10 @@ def _descent(device: Device) -> Program:
     found, slope = weighed.call([sum(ca.vertsplit(force, len(turn)))])
     gradient = g[:, 1:].T @ ca.repmat(slope, len(shares), 1)
     given = {"x": device.design, "c": device.constants, "place": np.add.outer(shares, turn)}
-    inputs, names = slopes.sx_in(), ["place", "x", "c", "h", "dh"]
-    over = ca.Function(f"{device.model}_slopes", inputs, slopes.call(inputs), names, ["force", "g"])
+    place, *more, tangent = device.functions.inputs + slopes.sx_in()[-1:]
+    rows = slopes.call([place, ca.vertcat(*more[:2]), more[2], ca.SX(0, 1), tangent])
+    names = ["place", "x", "c", "h", "dh"]
+    over = ca.Function(f"{device.model}_slopes", [place, *more, tangent], rows, names, ["force", "g"])
     return Program(f"{device.model}_descent", given, [
         Step(_named(device, "tangent", [x, c], [h, dh.nz[:]], ["x", "c"], ["h", "dh"])),
         Step(over, ("place",)),

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.planting import cycle, optimum, response
+from planter.optimise.joints import places
+from planter.planting import cycle, optimum
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import problem, weights
@@ -138,7 +139,7 @@ def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None)
 def _joints(device: Device, x: Array) -> dict[str, list[float]]:
     """Carrier angles [deg] of the joints of both sides, in the order of the model's events."""
     found: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
-    for place in response.joints(device, x):
+    for place in places(device.force, device.prologue(x)):
         found[place.name].append(float(np.degrees(place.angle)))
     return {name: places for name, places in found.items() if places}
 

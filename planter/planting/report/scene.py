@@ -9,7 +9,8 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
-from planter.planting import cycle, response
+from planter.optimise.joints import places
+from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.report.gearing import Gearing, gearing
 from planter.planting.report.teeth import teeth
@@ -56,7 +57,7 @@ def scene(device: Device, x: Array, before: Array | None = None, toothed: bool =
         points=points,
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
         curves=[_curve(device, columns, key) for key in CURVES],
-        events=[Event(place.name, float(np.degrees(place.angle))) for place in response.joints(device, x)],
+        events=[Event(p.name, float(np.degrees(p.angle))) for p in places(device.force, device.prologue(x))],
         labels=(Label("nozzle, side 1, across", float(corner[0]), float(corner[1]) + 70, "end"),),
         ground=_soil(device, columns, forward * seconds * 1e3),
         travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,

@@ -16,7 +16,6 @@ from planter.kernels import Array, Kernel, backends, loops, toolchain
 from planter.kernels.toolchain import NoCompiler
 from planter.optimise.samples import angles
 from planter.planting.model import Device
-from planter.planting.support_force import share_of
 from planter.planting.swept.measures import FOUND, key_of
 
 OFFSETS = (0.0, -np.pi)
@@ -46,16 +45,13 @@ class Turning:
 
     def _graph(self) -> tuple[list[ca.SX], Array]:
         """A quantity each at a lane's angle: of a side, a side's share of a total, or a total that has no shares."""
-        functions, vectors = self.device.functions, self.device.sidecar["vectors"]
-        side = {key_of(entry): index for index, entry in enumerate(vectors["side"])}
-        totals = {key_of(entry): entry["name"] for entry in vectors["totals"]}
-        rows, folded = [], []
-        for key in self.keys:
-            share = None if key in side else share_of(functions, totals[key])
-            whole = functions.side(functions.phi)[side[key]] if key in side else functions.total(totals[key])
-            rows.append(whole if share is None else share)
-            folded.append(share is not None)
-        return rows, np.array(folded)
+        machine, functions = self.device.force.machine, self.device.functions
+        vectors = self.device.sidecar["vectors"]
+        names = {key_of(entry): entry["name"] for part in ("side", "totals") for entry in vectors[part]}
+        graph, folded = machine.rows([names[key] for key in self.keys])
+        rows = ca.Function("rows", list(machine.symbols), [graph])
+        d, q = ca.vertcat(functions.x, functions.c), ca.SX(0, 1)
+        return ca.vertsplit(rows(functions.phi, d, functions.h, q)), np.array(folded)
 
     @cached_property
     def stated(self) -> ca.Function:

@@ -56,16 +56,17 @@ class Force:
         self._places = inputs.places(device)
         self._kernel = self._made()
         self._kernel.compile()
-        at = device.prologue(device.design)
-        offsets = device.force.shares.offsets
-        phi = angles(device.machine.objective.samples, 2 * np.pi / len(offsets))
+        offsets, curves = device.force.offsets, device.prologue(device.design).h[: self._curves]
+        phi = angles(device.machine.objective.samples, device.force.period)
         self._count = len(offsets)
-        self._fixed = {"phi": np.add.outer(offsets, phi).reshape(1, -1), "x": at.x, "curves": at.h[: self._curves]}
+        self._fixed = {"phi": np.add.outer(offsets, phi).reshape(1, -1), "x": device.design, "curves": curves}
 
     def _made(self) -> Kernel:
         functions = self.device.functions
         side = [entry["name"] for entry in self.device.sidecar["vectors"]["side"]]
-        outputs = [self.device.force.shares.share, functions.side(functions.phi)[side.index(CONTACT)]]
+        d, q = ca.vertcat(functions.x, functions.c), ca.SX(0, 1)
+        share = self.device.force.response.values_function(functions.phi, d, functions.h, q)
+        outputs = [share, functions.side(functions.phi)[side.index(CONTACT)]]
         values, inputs = functions.of_data(outputs)
         self._curves = inputs[-1].numel()
         found = ca.vertcat(*values)

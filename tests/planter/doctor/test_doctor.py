@@ -54,17 +54,17 @@ def test_it_says_what_is_there_and_compiles_nothing(folder: Path) -> None:
         "folder": str(folder), "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": None,
     }  # fmt: skip
     assert not folder.exists()
-    assert ways_of(found)["support"] == ("lanes", False)
+    assert ways_of(found)["rows"] == ("lanes", False)
     assert ways_of(found)["prologue"] == ("casadi-c", False)
     assert [a["do"] for a in found["advice"]][-1].startswith("planter doctor --build")
 
 
 @needs_compiler
 def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
-    kernel = Device(load("wang2017")).force.value_kernel
+    kernel = Device(load("wang2017")).force.response.values_kernel
     kernel.compile()
     found = examined()
-    assert ways_of(found)["support"] == (kernel.way, True)
+    assert ways_of(found)["rows"] == (kernel.way, True)
     assert ways_of(found)["slopes"] == ("lanes", False)
     (path,) = folder.iterdir()
     assert (found["cache"]["files"], found["cache"]["bytes"]) == (1, path.stat().st_size)
@@ -73,13 +73,13 @@ def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
     path.write_bytes(shorter)
     found = examined()
     assert found["cache"]["damaged"] == 1
-    assert ways_of(found)["support"] == ("lanes", False)
+    assert ways_of(found)["rows"] == ("lanes", False)
     assert "damaged" in found["advice"][0]["missing"]
 
 
 @needs_compiler
 def test_a_library_that_is_refused_is_named(folder: Path) -> None:
-    kernel = Device(load("wang2017")).force.value_kernel
+    kernel = Device(load("wang2017")).force.response.values_kernel
     kernel.compile()
     (path,) = folder.iterdir()
     path.chmod(0o777)
@@ -88,7 +88,7 @@ def test_a_library_that_is_refused_is_named(folder: Path) -> None:
         "missing": f"{path} is not loaded: it may be written by others", "do": "remove it",
     }  # fmt: skip
     assert found["cache"]["damaged"] == 0
-    assert ways_of(found)["support"] == ("casadi-vm", False)
+    assert ways_of(found)["rows"] == ("casadi-vm", False)
     assert ways_of(found)["slopes"] == ("lanes", False)
     path.unlink()
     path.symlink_to("nowhere")
@@ -149,7 +149,7 @@ def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
     monkeypatch.setattr(bundled, "command", lambda: (cc, "-DSOME=1"))
     found = examined()
     assert (found["compiler"]["path"], found["compiler"]["bundled"]) == (cc, True)
-    assert ways_of(found)["support"] == ("lanes", False)
+    assert ways_of(found)["rows"] == ("lanes", False)
     assert any(f"about {bundled.preparation_s()} s" in a["missing"] for a in found["advice"])
 
 
@@ -184,7 +184,7 @@ def test_what_is_foreseen_is_what_happens(kernel_cache: None, monkeypatch: pytes
     device = Device(load("wang2017"))
     for limit in backends.NAMES:
         monkeypatch.setenv("PLANTER_KERNELS", limit)
-        for kernel in (device.force.value_kernel, device.hoisting_kernel):
+        for kernel in (device.force.response.values_kernel, device.force.response.hoisting_kernel):
             kernel.compile()
             assert kernel.way == backends.foreseen(kernel.work)
 

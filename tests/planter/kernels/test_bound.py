@@ -96,9 +96,9 @@ class TestNumbers:
 
     def test_a_device_without_a_compiler_and_with_one(self, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
         device = Device(load("wang2017"))
-        at, force = device.prologue(device.design), device.force
-        kernel = compiled(force.slopes_kernel, way)
-        given = {"dh": force.entries(at), **force._inputs(at, np.linspace(0, 3, 30))}
+        at, phi = device.prologue(device.design), np.linspace(0, 3, 30)[None]
+        kernel = compiled(device.force.response.slopes_kernel, way)
+        given = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh}
         found = {name: value.copy() for name, value in kernel.bind(**given)().items()}
         monkeypatch.setenv("CC", "/nonexistent")
         monkeypatch.setattr(toolchain, "_warned", [])

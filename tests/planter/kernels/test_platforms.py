@@ -121,7 +121,7 @@ def test_libraries_for_other_systems_are_built(target: str, tmp_path: Path, monk
     monkeypatch.setattr(compiler, "ORDER_FLAGS", ())
     monkeypatch.setattr(toolchain, "compiler", lambda: toolchain.Compiler(*bundled.command(), ()))
     system = TARGETS[target]
-    work = Device(load("wang2017")).force.value_kernel.work
+    work = Device(load("wang2017")).force.response.values_kernel.work
     loop = built(system, target, tmp_path, "support", work.loop)
     inner = built(system, target, tmp_path, "twice", INNER)
     outer = built(system, target, tmp_path, "outer", OUTER, (inner,))

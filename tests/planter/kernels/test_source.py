@@ -49,8 +49,8 @@ def test_a_kernel_as_text() -> None:
 
 
 def _device_works(model: Model) -> list[Work]:
-    force = Device(file.load("wang2017"), model).force
-    return [force.value_kernel.work, force.slopes_kernel.work]
+    response = Device(file.load("wang2017"), model).force.response
+    return [response.values_kernel.work, response.slopes_kernel.work]
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -153,10 +153,10 @@ def test_sine_and_cosine_that_are_not_kept_apart_are_seen(tmp_path: Path) -> Non
 @needs_compiler
 @pytest.mark.usefixtures("kernel_cache")
 def test_large_functions_are_compiled_with_fewer_passes() -> None:
-    force = Device(file.load("wang2017")).force
-    assert force.slopes_kernel.work.passes == toolchain.OPTIMISED
-    assert force.hessian_kernel.work.size > LARGE
-    assert force.hessian_kernel.work.passes == toolchain.SWIFT
+    response = Device(file.load("wang2017")).force.response
+    assert response.slopes_kernel.work.passes == toolchain.OPTIMISED
+    assert response.hessian_kernel.work.size > LARGE
+    assert response.hessian_kernel.work.passes == toolchain.SWIFT
 
 
 if __name__ == "__main__":

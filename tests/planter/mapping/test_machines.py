@@ -123,7 +123,7 @@ def test_the_tip_s_velocity_is_its_rate() -> None:
     for machine in (linkage_machine(2), load_machine("sun2019", {"carrier_speed_rpm": 30.0})):
         response, angles = Response(machine, ["d1", "d2", "v1", "v2"]), np.array([0.3, 2.1, 4.4])
         point = response.at(machine.design)
-        values, rates, _ = response.rates(point, angles)
+        values, rates = response.derivatives(point, angles)
         np.testing.assert_allclose(values[2:], machine.data[machine.speed] * rates[:2], rtol=1e-13)
 
 

@@ -20,7 +20,6 @@ from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.planting.objective import problem as problem_of
 from planter.planting.objective import weights
-from planter.planting.response import Planting
 from tests.support.lanes import needs_compiler
 
 SAMPLES = 120
@@ -31,7 +30,7 @@ pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
 
 def programme(device: Device, kind: str = "paper") -> Epigraph:
     chosen = replace(weights(device.machine), kind=kind)
-    problem = over_turn(Planting(device), chosen, SAMPLES)
+    problem = over_turn(device.force, chosen, SAMPLES)
     return Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
 
 
@@ -42,7 +41,7 @@ def device(request: pytest.FixtureRequest) -> Device:
     model: Model = request.param
     found = Device(file.load("wang2017"), model)
     found.compile()
-    found.force.hessian_kernel.compile()
+    found.force.response.hessian_kernel.compile()
     return found
 
 
@@ -105,5 +104,5 @@ def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatc
     monkeypatch.setattr(backends, "kept", lambda work: False)
     monkeypatch.setattr(backends, "fastest", slow)
     late.compile()
-    assert late.force.hessian_kernel.way == "casadi-vm"
+    assert late.force.response.hessian_kernel.way == "casadi-vm"
     assert search.run(late, "ipopt", SAMPLES, starts=1).evaluations == known

@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 
 from planter.optimise.directions import sensitivity
-from planter.planting.response import sensitivity as machine_sensitivity
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
 
 def test_the_machine():
     machine = toys.device()
-    found = machine_sensitivity(machine, machine.design, 360)
+    found = sensitivity(machine.force, machine.design, 360)
     assert found.effective_parameters == 7
     single, other, mixed = found.named
     assert (single, other) == ([{"gamma_deg": 1.0}], [{"A6_mm": 1.0}])
@@ -27,7 +26,7 @@ def test_directions_span_the_null_space():
     response = toys.planting("printed")
     found = sensitivity(response, response.design, 360)
     phi = np.linspace(0, np.pi, 50)
-    columns = response.support_slopes(response.prologue(response.design), phi)[1][:, 1:]
+    columns = response.slopes(response.prologue(response.design), phi)[1][:, 1:]
     columns = columns * (response.upper - response.lower)
     assert found.effective_parameters + len(found.directions) == 10
     for direction in found.directions:

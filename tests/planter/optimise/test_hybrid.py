@@ -124,7 +124,7 @@ def test_an_interrupt_before_anything_was_found_has_nothing_to_hand_over(monkeyp
 
 def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
     problem = toys.problem(N)
-    hessian, calls = toys.planting().support_hessian, []
+    hessian, calls = toys.planting().hessian, []
 
     def stop(*arguments):
         calls.append(1)
@@ -132,7 +132,7 @@ def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
             raise KeyboardInterrupt
         return hessian(*arguments)
 
-    monkeypatch.setattr(toys.planting(), "support_hessian", stop)
+    monkeypatch.setattr(toys.planting(), "hessian", stop)
     with pytest.raises(KeyboardInterrupt):
         hybrid.descend(problem, problem.start)
     assert len(calls) == 3

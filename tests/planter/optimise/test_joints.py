@@ -6,7 +6,6 @@ import pytest
 from planter.errors import ComputationError
 from planter.numerics import roots
 from planter.optimise import joints
-from planter.planting.response import joints as joints_of
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -14,7 +13,7 @@ from tests.planter.optimise.toys import difference
 def test_joints_of_the_machine_lie_where_closed_forms_put_them():
     machine = toys.device()
     alpha3, m31 = machine.design[2], machine.design[6]
-    found = joints_of(machine, machine.design)
+    found = joints.places(machine.force, machine.prologue(machine.design))
     angles = {(place.name, place.side): place.angle for place in found}
     assert angles["gear 3, t = 0", 1] == pytest.approx(2 * np.pi - alpha3, abs=1e-13)
     assert angles["gear 3, t = pi/m", 1] == pytest.approx(np.pi / m31 - alpha3, abs=1e-13)
@@ -30,7 +29,7 @@ def test_joints_are_joints():
     for angle, name in zip(found.angles, found.names, strict=True):
         if name.startswith("gear 3") or name == "gear 6, t = pi/m":
             beside = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
-            jumps = np.abs(np.diff(response.support_rate(at, beside)[1]))
+            jumps = np.abs(np.diff(response.rate(at, beside)[1]))
             bend = max(jumps[[0, 2]]) / 1e-4
             assert jumps[1] > 1000 * bend * 2e-9
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from planter.engine.curve import Curve
 from planter.optimise.conditions import Values
 from planter.optimise.refined import Panels, Refined
-from planter.planting.response import Planting
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -14,7 +14,7 @@ from tests.planter.optimise.toys import difference
 def test_extremes_and_integrals_agree_with_a_fine_grid(model):
     response = toys.planting(model)
     phi = np.pi * np.arange(20000) / 20000
-    force = response.support(response.prologue(response.design), phi)
+    force = response.value(response.prologue(response.design), phi)
     look = Refined(response).look(response.design)
     rough = np.abs(np.diff(force, 2)).max() / 4
     assert 0 <= look.high - force.max() < rough
@@ -95,6 +95,6 @@ def test_windows_cover_the_turn_wherever_the_design_goes():
 
 def test_all_joints_are_panel_ends():
     response = toys.planting()
-    assert isinstance(response, Planting)
+    assert isinstance(response, Curve)
     panels = Panels(response, response.design)
     assert np.isin(np.round(panels.folded, 9), np.round(np.mod(panels.breaks, np.pi), 9)).all()

@@ -18,7 +18,7 @@ def test_only_samples_that_differ_are_taken(samples, count):
 @pytest.mark.parametrize("samples", [90, 91])
 def test_a_half_turn_tells_what_all_samples_would(samples):
     response = toys.planting()
-    force = response.support(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
+    force = response.value(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
     look = Samples(response, samples).look(response.design)
     assert (look.high, look.low) == pytest.approx((force.max(), force.min()), abs=1e-10)
     assert (look.mean, look.variance) == pytest.approx((force.mean(), force.var()), rel=1e-11)

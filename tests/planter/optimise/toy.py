@@ -67,23 +67,23 @@ class Toy:
     def prologue(self, x: Array) -> Array:
         return np.array(x, dtype=float)
 
-    def support(self, at: Any, phi: Array) -> Array:
+    def value(self, at: Any, phi: Array) -> Array:
         return self._stacked("force", at, phi)[:, 0, 0]
 
-    def support_rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        force, slopes = self.support_slopes(at, phi)
+    def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        force, slopes = self.slopes(at, phi)
         return force, slopes[:, 0]
 
-    def support_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.support_slopes(at, phi)[1][:, 0], self.support_hessians(at, phi)[:, 0, 0]
+    def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        return self.slopes(at, phi)[1][:, 0], self.hessians(at, phi)[:, 0, 0]
 
-    def support_slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.support(at, phi), self._stacked("slope", at, phi)[:, :, 0]
+    def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        return self.value(at, phi), self._stacked("slope", at, phi)[:, :, 0]
 
-    def support_hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        return np.tensordot(weights, self.support_hessians(at, phi), 1)
+    def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
+        return np.tensordot(weights, self.hessians(at, phi), 1)
 
-    def support_hessians(self, at: Any, phi: Array) -> Array:
+    def hessians(self, at: Any, phi: Array) -> Array:
         return self._stacked("second", at, phi)
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
+from planter.engine.curve import Curve
 from planter.kernels import Array
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
@@ -14,7 +15,6 @@ from planter.optimise.spread import Weights
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
-from planter.planting.response import Planting
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper"), Weights(0.6, 0.4, "paper")
@@ -61,19 +61,20 @@ def bent() -> Toy:
     return Toy(phi, x, smooth - (1.6 + x[1] * x[0]) * ca.sin(wrapped), {CORNER: phi - place})
 
 
+def planting(model: Model = "exact") -> Curve:
+    """The support force of the built-in machine."""
+    return device(model).force
+
+
 def device(model: Model = "exact") -> Device:
-    return planting(model).device
-
-
-def planting(model: Model = "exact") -> Planting:
     """The built-in machine; made once."""
-    return _planting(model)
+    return _device(model)
 
 
 @cache
-def _planting(model: Model) -> Planting:
+def _device(model: Model) -> Device:
     short = {"genetic_algorithm.generations": 6, "genetic_algorithm.individuals": 10}
-    return Planting(Device(load("wang2017", short), model))
+    return Device(load("wang2017", short), model)
 
 
 def problem(sampling: Sampling = 360, weights: Weights = PAPER, model: Model = "exact") -> Problem:

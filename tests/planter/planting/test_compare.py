@@ -123,14 +123,13 @@ def test_devices_that_change_places_are_not_read(
 def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     """The families' own parameters, put into a machine of these families, make the same objective."""
     from planter.optimise.refined import Refined
-    from planter.planting.response import Planting
 
     (entry,) = resumed[0]["devices"]
     own = file.load("wang2017").table()
     own["design"] = {name: entry["design"][name] for name in own["design"]}
     own["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in own["design"].items()}
     device = Device(file.Machine.read(own, "own"))
-    look = Refined(Planting(device)).look(device.design)
+    look = Refined(device.force).look(device.design)
     assert look.high - look.low == pytest.approx(entry["range_N"], rel=1e-7)
 
 

@@ -132,7 +132,7 @@ def test_without_its_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_pa
 def test_only_one_number_for_one_angle() -> None:
     from planter.kernels.loops import Graph
 
-    force = device("wang2017").force.slopes_kernel.work
+    force = device("wang2017").force.response.slopes_kernel.work
     with pytest.raises(NotPrintable, match="is not one number for one angle"):
         cuda._kernels(Graph.of(force.function, force.varying), {})
 

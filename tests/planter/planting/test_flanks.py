@@ -8,7 +8,6 @@ from planter.kernels import Kernel
 from planter.optimise.refined import Refined
 from planter.planting import flanks, objective
 from planter.planting.model import Device
-from planter.planting.response import Planting
 from tests.support import kinematics, machines
 from tests.support.jets import Jet
 
@@ -47,7 +46,7 @@ def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
 @pytest.mark.parametrize("law", ["modified sine", "harmonic"])
 def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
     subject = device(law)
-    joints = Planting(subject)
+    joints = subject.force
     assert {event.name for event in joints.events if event.name.startswith("cam")} >= {"cam, start of the rise"}
     phi = np.linspace(0, np.pi, 400_001)
     force = subject.support(subject.prologue(subject.design), phi)

@@ -29,14 +29,14 @@ def device(name: str, model: Model) -> Device:
 def test_the_swapped_machine_is_another_function_of_another_machine() -> None:
     one, other = (device(name, "exact") for name in ("wang2017", "swapped"))
     assert [s.family for s in one.stages] == [s.family for s in reversed(other.stages)]
-    assert one.force.value_kernel.work.loop != other.force.value_kernel.work.loop
+    assert one.force.response.values_kernel.work.loop != other.force.response.values_kernel.work.loop
 
 
 def _arguments(kernel: Kernel, own: Device, x: Array) -> list[Array]:
-    force, at = own.force, own.prologue(x)
-    phi = np.add.outer(force.shares.offsets, ANGLES).reshape(1, -1)
-    weight = np.random.default_rng(3).normal(size=phi.shape)
-    known = {"phi": phi, "x": x, "c": own.constants, "h": at.h, "dh": force.entries(at), "weight": weight}
+    at = own.prologue(x)
+    phi = np.add.outer(own.force.offsets, ANGLES).reshape(1, -1)
+    weights = np.random.default_rng(3).normal(size=phi.shape)
+    known = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh, "weights": weights}
     return [np.atleast_2d(known[n]) if n in kernel.lanes else known[n].reshape(-1, 1) for n in kernel.names]
 
 
@@ -69,14 +69,14 @@ def _compare(kernel: Kernel, own: Device, names: tuple[str, ...]) -> None:
 )
 def test_force_and_slopes(name: str, model: Model) -> None:
     own = device(name, model)
-    for kernel in (own.force.value_kernel, own.force.slopes_kernel):
+    for kernel in (own.force.response.values_kernel, own.force.response.slopes_kernel):
         _compare(kernel, own, ("lanes", "casadi-c"))
 
 
 @pytest.mark.parametrize("name", MACHINES[:2])
 def test_summed_hessian(name: str) -> None:
     own = device(name, "exact")
-    _compare(own.force.hessian_kernel, own, ("lanes", "casadi-c"))
+    _compare(own.force.response.hessian_kernel, own, ("lanes", "casadi-c"))
 
 
 class TestWithoutPasses:
@@ -94,26 +94,26 @@ class TestWithoutPasses:
     )
     def test_summed_hessian(self, name: str, model: Model) -> None:
         own = device(name, model)
-        _compare(own.force.hessian_kernel, own, ("lanes",))
+        _compare(own.force.response.hessian_kernel, own, ("lanes",))
 
     @pytest.mark.parametrize(("name", "model"), [("wang2017", "exact"), ("compact", "printed")])
     def test_hessian_at_each_angle(self, name: str, model: Model) -> None:
         own = device(name, model)
-        _compare(own.force.hessian_rows_kernel, own, ("lanes",))
+        _compare(own.force.response.hessians_kernel, own, ("lanes",))
 
 
 def test_a_kernel_of_another_model_is_not_equal() -> None:
     """The comparison can fail: the printed model's force is another one."""
     exact, printed = (device("wang2017", model) for model in MODELS)
-    arguments = _arguments(exact.force.value_kernel, exact, exact.design)
+    arguments = _arguments(exact.force.response.values_kernel, exact, exact.design)
     at = printed.prologue(exact.design)
-    known = dict(zip(exact.force.value_kernel.names, arguments, strict=True)) | {"h": at.h.reshape(-1, 1)}
-    theirs = [known[name] for name in printed.force.value_kernel.names]
-    one = backends.lane_kernel(exact.force.value_kernel.work)(arguments, arguments[0].shape[1])
-    other = backends.lane_kernel(printed.force.value_kernel.work)(theirs, arguments[0].shape[1])
+    known = dict(zip(exact.force.response.values_kernel.names, arguments, strict=True)) | {"h": at.h.reshape(-1, 1)}
+    theirs = [known[name] for name in printed.force.response.values_kernel.names]
+    one = backends.lane_kernel(exact.force.response.values_kernel.work)(arguments, arguments[0].shape[1])
+    other = backends.lane_kernel(printed.force.response.values_kernel.work)(theirs, arguments[0].shape[1])
     assert apart(one[0], other[0]) > 1e-3
 
 
 def test_rates_along_the_angle() -> None:
     own = device("wang2017", "exact")
-    _compare(own.force.rates_kernel, own, ("lanes",))
+    _compare(own.force.response.rates_kernel, own, ("lanes",))

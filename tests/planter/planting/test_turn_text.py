@@ -19,13 +19,13 @@ pytestmark = [pytest.mark.usefixtures("kernel_cache"), needs_compiler]
 ANGLES, SHARES, PARAMETERS = 24, 2, 3
 WEIGHTS = (Weights(0.75, 0.25, "paper"), Weights(2.0, 3.0, "newton"))
 GIVEN = """
-int hoisting(const double **arg, double **res, casadi_int *iw, double *w, int mem) { return 0; }
 int prologue(const double **arg, double **res, casadi_int *iw, double *w, int mem) { return 0; }
-void support(long lanes, const double *phi, const double *x, const double *c, const double *h, double *force)
-{ memcpy(force, c, lanes * sizeof *force); }
-void slopes(long lanes, const double *phi, const double *x, const double *c, const double *h, const double *dh,
-            double *force, double *g)
-{ memcpy(force, c, lanes * sizeof *force); memcpy(g, c + lanes, 4 * lanes * sizeof *g); }
+int tangent(const double **arg, double **res, casadi_int *iw, double *w, int mem) { return 0; }
+void rows(long lanes, const double *phi, const double *d, const double *h, double *force)
+{ memcpy(force, d + 3, lanes * sizeof *force); }
+void slopes(long lanes, const double *phi, const double *d, const double *h, const double *dh, double *force,
+            double *g)
+{ memcpy(force, d + 3, lanes * sizeof *force); memcpy(g, d + 3 + lanes, 4 * lanes * sizeof *g); }
 """
 """Kernels whose lanes are the machine's data: forces, then rows of slopes in (phi, x)."""
 TAMPERED = {
@@ -41,11 +41,12 @@ TAMPERED = {
 def by_c(path: Path, weights: Weights, force: Array, slopes: Array) -> tuple[Array, Array]:
     """`FIELDS` and the gradient (p,) that a library makes of lanes (shares, n) and (1 + p, shares, n)."""
     (run,) = toolchain.functions(path, "turn_gradient")
-    arrays = {name: np.zeros(8 * force.size) for name in ("phi", "h", "dh", "force", "g", "weights", "arg", "res")}
+    arrays = {name: np.zeros(8 * force.size) for name in ("phi", "d", "h", "dh", "force", "g", "weights", "arg", "res")}
     arrays["c"] = np.concatenate([force.ravel(), slopes.ravel()])
     turn = _Turn(
-        parameters=PARAMETERS, angles=ANGLES, shares=SHARES, weight_range=weights.weight_range,
-        weight_variance=weights.weight_variance, newton=int(weights.kind == "newton"), iw=0, w=0,
+        parameters=PARAMETERS, constants=len(arrays["c"]), angles=ANGLES, shares=SHARES,
+        weight_range=weights.weight_range, weight_variance=weights.weight_variance,
+        newton=int(weights.kind == "newton"), iw=0, w=0,
         **{name: array.ctypes.data for name, array in arrays.items()},
     )  # fmt: skip
     x, found, gradient = np.zeros(PARAMETERS), np.zeros(len(FIELDS)), np.zeros(PARAMETERS)

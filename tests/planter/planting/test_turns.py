@@ -273,7 +273,7 @@ def test_without_a_compiler_it_works_with_one_warning(
 def test_pickled_turns_are_those_of_their_machine() -> None:
     """Another machine, model and number of samples than the built-in ones, and data that were changed afterwards."""
     device = made("compact", "printed")
-    device.constants = device.constants * 1.01
+    device.data[device.size :] *= 1.01
     turns = Turns(device, EVEN)
     again = pickle.loads(pickle.dumps(turns))
     assert (again.samples, again.device.model, again.device.machine) == (EVEN, "printed", device.machine)
