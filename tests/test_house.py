@@ -14,7 +14,7 @@ MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("records",), ("files",), ("kernels", "terminal"), ("numerics", "report"),
     ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
-    ("gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
+    ("exports", "gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
 DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",), ("build",))

@@ -53,7 +53,7 @@ class Loops:
         return len(self.names)
 
     @cached_property
-    def _steps(self) -> Kernel:
+    def steps_function(self) -> ca.Function:
         """(phi, d, q) -> q after `UNROLLED` steps of Newton's method, the last one's relative size, determinants.
 
         Determinants of the Jacobian, the last one and the least one, are in parts of its columns' largest entries.
@@ -73,12 +73,21 @@ class Loops:
             least = ca.fmin(least, ca.fabs(determinant))
         outputs = ca.cse([ca.densify(output) for output in (at, step, determinant, least)])
         names = ["next", "step", "determinant", "least"]
-        return Kernel(ca.Function("close", [phi, d, q], outputs, ["phi", "d", "q"], names), lanes=["phi", "d", "q"])
+        return ca.Function("newton", [phi, d, q], outputs, ["phi", "d", "q"], names)
+
+    @cached_property
+    def _steps(self) -> Kernel:
+        return Kernel(self.steps_function, lanes=["phi", "d", "q"])
+
+    @cached_property
+    def start_function(self) -> ca.Function:
+        """(d) -> q, the assembly that a turn begins with."""
+        d = ca.SX.sym("d", self.assembly.numel_in(0))
+        return ca.Function("assemble", [d], [ca.densify(self.assembly(d))], ["d"], ["q"])
 
     @cached_property
     def _start(self) -> Kernel:
-        d = ca.SX.sym("d", self.assembly.numel_in(0))
-        return Kernel(ca.Function("assemble", [d], [ca.densify(self.assembly(d))], ["d"], ["q"]), lanes=["d"])
+        return Kernel(self.start_function, lanes=["d"])
 
     def compile(self) -> None:
         """Compile what the walk calls."""

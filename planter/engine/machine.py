@@ -6,6 +6,7 @@ the coordinates of its closed loops, and phi the angle of its drive. Equal sides
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,6 +17,7 @@ import numpy as np
 
 from planter import rooms
 from planter.engine.loops import Loops
+from planter.engine.measures import Measure
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.kernels import Array, Kernel
@@ -31,6 +33,7 @@ class Value:
     """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there.
 
     `source` says where the symbol is from, such as an equation of a paper.
+    `limits` are the least and the greatest number that the file may hold, in its unit, None where there is none.
     """
 
     name: str
@@ -38,6 +41,7 @@ class Value:
     meaning: str
     path: str
     source: str = ""
+    limits: tuple[float | None, float | None] = (None, None)
 
     @property
     def key(self) -> str:
@@ -55,7 +59,8 @@ class Quantity:
     """What a machine yields at an angle: of one side, or, if it is a `total`, of all sides together.
 
     `key` is its name in results and ends in the unit there. `axes` names the frame by whose axes a component is given,
-    unless it is the world's. `is_push` holds for the force of a contact that cannot pull.
+    unless it is the world's. `is_push` holds for the force of a contact that cannot pull. `reference` is the source of
+    its equation.
     """
 
     name: str
@@ -84,6 +89,19 @@ class Vector:
 
 
 @dataclass(frozen=True)
+class Documentation:
+    """What texts say of a machine: its title, where its model comes from, and the equations that it is made of.
+
+    `variant` tells models of the same machine apart by name; it is empty for the usual one.
+    """
+
+    title: str
+    reference: str
+    equations: tuple[str, ...] = ()
+    variant: str = ""
+
+
+@dataclass(frozen=True)
 class Machine:
     """A machine that an angle drives.
 
@@ -95,6 +113,8 @@ class Machine:
     `vectors` are the quantities whose size counts; `motors` names the torques of motors.
     `acceleration` is the index of the drive's acceleration [rad/s2] among the values, if it is one; `losses` names
     powers of friction, `energies` quantities that add up to all energy, if they are reported.
+    `places` (phi, d, h, q) -> coordinates of points of the bodies, as `points` lists them. `least` is the sum of
+    measures that the machine's file minimises, over `least_samples` of a cycle.
     """
 
     name: str
@@ -122,6 +142,11 @@ class Machine:
     acceleration: int | None = None
     losses: tuple[str, ...] = ()
     energies: tuple[str, ...] = ()
+    places: ca.Function | None = None
+    points: tuple[Quantity, ...] = ()
+    least: tuple[Measure, ...] = ()
+    least_samples: int = 360
+    documentation: Documentation = Documentation("", "")
 
     @property
     def design(self) -> Array:
@@ -262,10 +287,14 @@ def load_machine(source: str, changes: Mapping[str, float] | None = None, **choi
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their paths] changed.
 
     A room brings its machines by a module `machines` with `takes(source)` and `load(source, changes, **choices)`; the
-    choices are those of the room, such as the model. Raises InputError if no room has such a machine.
+    choices are those of the room, such as the model. Raises InputError if no room has such a machine, or for a choice
+    that its machines do not leave.
     """
     for module in rooms.brought("machines"):
         if module.takes(source):
+            for name, choice in choices.items():
+                if name not in inspect.signature(module.load).parameters:
+                    raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
             machine: Machine = module.load(source, changes or {}, **choices)
             return machine
     raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")

@@ -11,7 +11,7 @@ import numpy as np
 
 from planter.engine.description import Description, FunctionSignature
 from planter.engine.loops import Loops
-from planter.engine.machine import Machine, Quantity, Role, Value, Vector, build_vectors
+from planter.engine.machine import Documentation, Machine, Quantity, Role, Value, Vector, build_vectors
 from planter.errors import InputError
 from planter.files import units
 from planter.files.text import read_toml
@@ -94,7 +94,18 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         motors=_motors(formulas),
         acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
         losses=tuple(q.name for q in _quantities(formulas) if q.role == "result" and q.meaning.startswith(LOSS)),
+        places=stages.places,
+        points=_points(formulas),
+        least=mechanism.least,
+        least_samples=_count_samples(mechanism),
+        documentation=Documentation(sidecar["title"], sidecar["source"], tuple(sidecar["equations"])),
     )
+
+
+def _count_samples(mechanism: MechanismFile) -> int:
+    """Return the samples of the file's objective; where it is over true extremes, those of a turn."""
+    objective = mechanism.objective
+    return mechanism.turn.samples if objective is None or objective.samples == "refined" else objective.samples
 
 
 class _Stages(NamedTuple):
@@ -104,6 +115,7 @@ class _Stages(NamedTuple):
     lane: ca.Function
     loops: Loops | None
     events: ca.Function | None
+    places: ca.Function | None
 
 
 @cache
@@ -136,13 +148,17 @@ def _stages(formulas: Formulas) -> _Stages:
         lane=compose("lane", inputs),
         loops=loops,
         events=compose("events", inputs) if "events" in formulas.sidecar["functions"] else None,
+        places=compose("places", inputs) if "places" in formulas.sidecar["functions"] else None,
     )
 
 
 @cache
 def _values(formulas: Formulas) -> tuple[Value, ...]:
     entries = formulas.sidecar["vectors"]["data"]
-    return tuple(Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"]) for e in entries)
+    return tuple(
+        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], (0.0 if e["unit"] == "kg" else None, None))
+        for e in entries
+    )
 
 
 @cache
@@ -179,3 +195,12 @@ def _motors(formulas: Formulas) -> tuple[str, ...]:
     """Return the torques that a power is given of."""
     units_of = {q.name: q.unit for q in _quantities(formulas)}
     return tuple(name for name, unit in units_of.items() if unit == "N m" and units_of.get(f"P_{name}") == "W")
+
+
+@cache
+def _points(formulas: Formulas) -> tuple[Quantity, ...]:
+    """Return the coordinates of the bodies' points."""
+    return tuple(
+        Quantity(e["name"], e["unit"], e["meaning"], units.key(e["name"], e["unit"]), source=e["source"])
+        for e in formulas.sidecar["vectors"].get("places", ())
+    )

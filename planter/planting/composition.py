@@ -8,8 +8,9 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from planter.engine.machine import Machine, Quantity, Value, build_vectors
-from planter.files import units
+from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
+from planter.engine.measures import Kind, Measure
+from planter.files import ranges, units
 from planter.kernels import Array
 from planter.planting import flanks
 from planter.planting.file import Machine as MachineFile
@@ -58,7 +59,10 @@ def build_machine(device: Parts) -> Machine:
         Value(entry["name"], entry["unit"], entry["meaning"], f"design.{name}", entry["source"])
         for name, entry in zip(device.names, device.entries, strict=True)
     ]
-    data = [Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"]) for e in vectors["machine"]]
+    data = [
+        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], ranges.of(MachineFile, e["shown"]))
+        for e in vectors["machine"]
+    ]
     values = (*design, *data)
     kinds = _find_event_kinds(device.sidecar["events"], device.machine.cam.flank)
     d, q = ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
@@ -101,6 +105,30 @@ def build_machine(device: Parts) -> Machine:
         tangent=lambda moved: _tangent(functions, size, moved),
         vectors=tuple(build_vectors(VECTORS, quantities)),
         motors=("M_L",),
+        least=_least(device.machine),
+        least_samples=device.machine.objective.samples,
+        documentation=_documentation(device),
+    )
+
+
+def _least(machine: MachineFile) -> tuple[Measure, ...]:
+    """Return the sum that a file minimises: range and spread of the support force, weighed."""
+    objective = machine.objective
+    spread: Kind = "variance" if objective.kind == "paper" else "std"
+    return (
+        Measure("range", FORCE, weight=objective.weight_range),
+        Measure(spread, FORCE, weight=objective.weight_variance),
+    )
+
+
+def _documentation(device: Parts) -> Documentation:
+    sidecar = device.sidecar
+    variant = sidecar["name"].removeprefix("planting_")
+    return Documentation(
+        title=f"{sidecar['title']}; {' and '.join(device.functions.stage_titles)}",
+        reference=sidecar["source"],
+        equations=tuple(sidecar["equations"]),
+        variant="" if variant == "exact" else variant,
     )
 
 

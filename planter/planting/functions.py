@@ -35,6 +35,11 @@ class Functions:
         self.phi = ca.SX.sym("phi")
         self.h = ca.SX.sym("h", self.prologue_function.size1_out(0))
 
+    @property
+    def stage_titles(self) -> list[str]:
+        """What the families of both stages are called."""
+        return [stage.sidecar["title"] for stage in self._stages]
+
     @cached_property
     def frame(self) -> ca.Function:
         return self._module.frame()

@@ -16,7 +16,6 @@ from planter.terminal.console import Console
 if TYPE_CHECKING:
     from planter.planting.designer.results import DesignersSummary
     from planter.planting.results.calibrated import CalibrationFound, ModelFitted
-    from planter.planting.results.exported import UnitWritten
     from planter.planting.results.optimised import OptimisationFound
     from planter.planting.results.simulated import At, Lifted, SimulationFound, Validation
     from planter.planting.results.stated import Requirement, Warned
@@ -183,12 +182,3 @@ def _model_fitted(console: Console, found: ModelFitted, target: Mapping[str, flo
     for told in found.distance.unusual:
         print(f"Unusual: {told}.")
     print(f"Least force of the cam on the roller: {found.least_push_N:.4g} N.\n")
-
-
-def unit(console: Console, found: UnitWritten) -> None:
-    """What a unit for co-simulation holds, and what it does not."""
-    rows = [("file", ", ".join(found.files)), ("inputs", found.inputs), ("parameters", found.parameters),
-            ("outputs", found.outputs), ("libraries", ", ".join(found.platforms) or None)]  # fmt: skip
-    console.table("Unit for co-simulation", ("", f"FMI {found.fmi}"), rows)
-    for one in found.left_out:
-        print(f"no library for {one.platform}: {one.reason}")

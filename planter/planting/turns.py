@@ -23,7 +23,6 @@ from planter.kernels import Array, CallError, backends, loops, toolchain
 from planter.kernels.toolchain import NoCompiler
 from planter.optimise.samples import angles
 from planter.optimise.spread import Weighed
-from planter.planting.export import c99
 from planter.planting.model import Device
 from planter.planting.objective import weights
 
@@ -32,7 +31,7 @@ FIELDS = ("objective", "range_N", "variance_N2", "mean_N")
 
 
 class _Turn(ctypes.Structure):
-    """`turn` in export/turn.c."""
+    """`turn` in turn.c."""
 
     _fields_ = (
         *((name, ctypes.c_long) for name in ("parameters", "constants", "angles", "shares")),
@@ -143,6 +142,12 @@ class Turns:
             raise CallError(f"expected the shape {shape}, and was given {np.shape(given)}")
 
 
+def turn_text() -> str:
+    """Return the turn in C: to be linked with a device's kernels."""
+    files = ("weighed.c", "turn.c", "gradients.c")
+    return "".join(resources.files(__package__).joinpath(file).read_text(encoding="utf-8") for file in files)
+
+
 def _native(turns: Turns) -> Native | None:
     """The compiled turn, where lanes are allowed and everything can be compiled; else the fastest other way is set."""
     response = turns.device.force.response
@@ -167,8 +172,7 @@ def library(device: Device) -> Path:
         backends.lane_library(response.values_kernel.work),
         backends.lane_library(response.slopes_kernel.work),
     )
-    text = c99.turn_text() + resources.files(__package__).joinpath("gradients.c").read_text(encoding="utf-8")
-    return toolchain.library("turn", text, toolchain.loop_flags(toolchain.OPTIMISED), needed)
+    return toolchain.library("turn", turn_text(), toolchain.loop_flags(toolchain.OPTIMISED), needed)
 
 
 class Native:

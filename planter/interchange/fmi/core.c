@@ -2,9 +2,9 @@
  * FMI ask for.
  *
  * Stands behind what the model brings: TOKEN, the number SET of inputs and parameters, which come first, and OUTPUTS;
- * `starts` and `names` (SET); `evaluate(memory *, values, turned, outputs)`, nonzero where a result is not finite, which
- * works on a `memory` that begins as zeros; `rate(values)`, by which `turned` grows with time. The version brings the type
- * `logger`, and `tell`, which calls one.
+ * `starts` and `names` (SET); `evaluate(memory *, values, turned, outputs)`, nonzero where there is no result, which
+ * works on a `memory` that begins as zeros; `reason(int)`, why there is none; `rate(values)`, by which `turned` grows with
+ * time. The version brings the type `logger`, and `tell`, which calls one.
  */
 #include <stddef.h>
 #include <stdint.h>
@@ -110,8 +110,10 @@ static status get_numbers(instance *unit, const uint32_t references[], size_t co
   for (size_t i = 0; i < count; ++i) {
     const uint32_t place = references[i];
     if (place > SET + OUTPUTS) return complain(unit, ERROR, "there is no variable of this reference");
-    if (place >= SET && !unit->known && evaluate(&unit->work, unit->now.values, unit->now.turned, unit->outputs))
-      return complain(unit, DISCARD, "a result is not finite with these parameters");
+    const int failed = place >= SET && !unit->known
+                           ? evaluate(&unit->work, unit->now.values, unit->now.turned, unit->outputs)
+                           : 0;
+    if (failed) return complain(unit, DISCARD, reason(failed));
     unit->known |= place >= SET;
     found[i] = place < SET             ? unit->now.values[place]
                : place < SET + OUTPUTS ? unit->outputs[place - SET]

@@ -7,7 +7,6 @@ from planter.mechanism.results import Turn
 from planter.planting.results.calibrated import CalibrationFound
 from planter.planting.results.compared import ComparisonFound
 from planter.planting.results.driven import DriveFound
-from planter.planting.results.exported import MotionWritten, UnitWritten, Written
 from planter.planting.results.optimised import OptimisationFound
 from planter.planting.results.simulated import SimulationFound, Validation
 from planter.workshop.cams.results import Cam
@@ -20,10 +19,6 @@ COMMANDS = {
     "validate": Validation,
     "calibrate": CalibrationFound | MeasuredFound,
     "compare": ComparisonFound,
-    "export c": Written,
-    "export cuda": Written,
-    "export fmu": UnitWritten,
-    "export motion": MotionWritten,
     "optimise": OptimisationFound,
     "cam": Cam,
 }

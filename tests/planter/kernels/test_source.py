@@ -60,7 +60,7 @@ def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
     if march and platform.machine() != "x86_64":
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
-    folder = resources.files("planter.planting.export")
+    folder = resources.files("planter.planting")
     joined = "".join(folder.joinpath(name).read_text(encoding="utf-8") for name in ("weighed.c", "turn.c"))
     outside = loops.interface.source(small().function, ["phi"], summed=False, lanes=9)
     for number, source in enumerate((text(), joined, outside, _device_works("exact")[0].loop)):

@@ -2,7 +2,6 @@
 ordinary threads everywhere, which shows the numbers but neither the compiler nor the speed.
 """
 
-import re
 import shutil
 import subprocess
 from functools import cache
@@ -12,22 +11,21 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError
+from planter.exports import cuda
 from planter.kernels import Array, CallError
-from planter.kernels.loops.graph import NotPrintable
 from planter.kernels.toolchain import NoCompiler
 from planter.planting import simulation
 from planter.planting.cycle import angles
-from planter.planting.export import cuda
 from planter.planting.file import load
 from planter.planting.functions import Model
+from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from tests.support import machines, swapped
 from tests.support.cli import run
+from tests.support.cuda_on_threads import build_on_threads, needs_threads
 
-HOST = Path(__file__).with_name("cuda_on_host.h")
 EQUAL = 1e-11
 needs_nvcc = pytest.mark.skipif(shutil.which("nvcc") is None, reason="no CUDA compiler: nvcc")
-needs_threads = pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler: g++")
 
 
 @cache
@@ -52,16 +50,7 @@ def expected(own: Device, designs: Array, samples: int) -> Array:
 
 
 def on_threads(own: Device, folder: Path, *changes: tuple[str, str]) -> Path:
-    """The library of the text with CUDA's words replaced by those of ordinary threads."""
-    ((file, text),) = cuda.source_files(own).items()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    source, library = folder / f"{file}.cc", folder / "on_threads.so"
-    source.write_text(f'#include "{HOST}"\n' + re.sub(r"(\w+)<<<(.*?), (\w+)>>>\(", r"launch(\1, \2, \3, ", text))
-    command = ["g++", "-std=c++20", "-O0", "-pthread", "-shared", "-fPIC", str(source), "-o", str(library)]
-    subprocess.run(command, check=True, capture_output=True, text=True)
-    return library
+    return build_on_threads(build_machine(own), folder, *changes)
 
 
 @needs_threads
@@ -70,7 +59,7 @@ def on_threads(own: Device, folder: Path, *changes: tuple[str, str]) -> Path:
 )
 def test_the_text_finds_what_the_virtual_machine_finds(name: str, model: Model, samples: int, tmp_path: Path) -> None:
     own = device(name, model)
-    batches, designs = cuda.Batches(own, on_threads(own, tmp_path), samples), drawn(own, 5)
+    batches, designs = cuda.Batches(build_machine(own), on_threads(own, tmp_path), samples), drawn(own, 5)
     found, reference = batches(designs), expected(own, designs, samples)
     assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
 
@@ -80,11 +69,11 @@ def test_designs_in_chunks_and_a_tampered_text(tmp_path: Path) -> None:
     own, samples = device("wang2017"), 24
     designs = drawn(own, 5)
     reference = expected(own, designs, samples)
-    chunked = cuda.Batches(own, on_threads(own, tmp_path, ("CHUNK = 65536", "CHUNK = 2")), samples)
+    chunked = cuda.Batches(build_machine(own), on_threads(own, tmp_path, ("CHUNK = 65536", "CHUNK = 2")), samples)
     assert (np.abs(chunked(designs) - reference) <= EQUAL * np.abs(reference)).all()
     (tmp_path / "wrong").mkdir()
     changes = ("apart * apart * (a.count * b.count / count)", "0.0")
-    wrong = cuda.Batches(own, on_threads(own, tmp_path / "wrong", changes), samples)(designs)
+    wrong = cuda.Batches(build_machine(own), on_threads(own, tmp_path / "wrong", changes), samples)(designs)
     assert (np.abs(wrong - reference)[:, 2] > EQUAL * reference[:, 2]).all()
     assert (np.abs(wrong - reference)[:, 1] <= EQUAL * reference[:, 1]).all()
     for bad in (designs[0], designs[:, :9]):
@@ -97,7 +86,7 @@ def test_designs_in_chunks_and_a_tampered_text(tmp_path: Path) -> None:
 
 @needs_nvcc
 def test_nvidia_s_compiler_takes_it(tmp_path: Path) -> None:
-    library = cuda.build(device("wang2017"), tmp_path, "compute_90")
+    library = cuda.build_library(build_machine(device("wang2017")), tmp_path, "compute_90")
     assert library.stat().st_size > 10_000
     (tmp_path / "wrong").mkdir()
     source = tmp_path / "wrong" / "w.cu"
@@ -113,28 +102,20 @@ def test_on_a_graphics_processor(tmp_path: Path) -> None:
         subprocess.run(["nvidia-smi", "-L"], capture_output=True, check=False) if shutil.which("nvidia-smi") else None
     )
     present = answer is not None and answer.returncode == 0
-    library = cuda.build(own, tmp_path, "native" if present else "compute_90")
+    library = cuda.build_library(build_machine(own), tmp_path, "native" if present else "compute_90")
     if not present:
         with pytest.raises(NoCompiler, match="no graphics processor"):
-            cuda.Batches(own, library)
+            cuda.Batches(build_machine(own), library)
         pytest.skip("the CUDA kernels have not been run: there is no graphics processor here")
     designs = drawn(own, 200)
-    found, reference = cuda.Batches(own, library)(designs), expected(own, designs, 360)
+    found, reference = cuda.Batches(build_machine(own), library)(designs), expected(own, designs, 360)
     assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
 
 
 def test_without_its_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PATH", "")
     with pytest.raises(NoCompiler, match="there is no CUDA compiler"):
-        cuda.build(device("wang2017"), tmp_path)
-
-
-def test_only_one_number_for_one_angle() -> None:
-    from planter.kernels.loops import Graph
-
-    force = device("wang2017").force.response.slopes_kernel.work
-    with pytest.raises(NotPrintable, match="is not one number for one angle"):
-        cuda._kernels(Graph.of(force.function, force.varying), {})
+        cuda.build_library(build_machine(device("wang2017")), tmp_path)
 
 
 def test_the_command_writes_it(tmp_path: Path) -> None:

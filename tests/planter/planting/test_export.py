@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.exports import c99, listings
 from planter.files import examples, units
 from planter.planting.cycle import cycle
-from planter.planting.export import c99
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
+from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.planting.quantities import quantities
 from planter.planting.simulation import objective_gradient
@@ -87,9 +88,10 @@ def test_the_program_finds_what_simulate_finds(
 
 
 def written(device: Device, folder: Path) -> list[Path]:
-    for file, text in c99.source_files(device).items():
+    texts = c99.build_source_files(build_machine(device))
+    for file, text in texts.items():
         (folder / file).write_text(text)
-    return [folder / file for file in c99.source_files(device)]
+    return [folder / file for file in texts]
 
 
 def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
@@ -128,7 +130,7 @@ def test_sides_that_are_exchanged_are_seen(tmp_path: Path) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
     device = Device(load("wang2017"), model)
-    header = " ".join(next(iter(c99.source_files(device).values())).replace("\n *", " ").split())
+    header = " ".join(next(iter(c99.build_source_files(build_machine(device)).values())).replace("\n *", " ").split())
     assert "x[4] R3_mm: R [m] radius of the eccentric circle (wang2017 3.4)" in header
     assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
     for entry in device.sidecar["vectors"]["machine"]:
@@ -141,7 +143,7 @@ def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
 
 
 def test_names_are_identifiers() -> None:
-    assert [c99._identifier(n) for n in ("wang2017", "A-b c", "2nd", "Größe", "*/")] == [
+    assert [listings.to_identifier(n) for n in ("wang2017", "A-b c", "2nd", "Größe", "*/")] == [
         "wang2017", "a_b_c", "m_2nd", "gr_e", "m_",
     ]  # fmt: skip
 
@@ -151,5 +153,9 @@ def test_a_folder_that_cannot_be_written_is_refused() -> None:
 
 
 def test_every_built_in_machine_has_a_name_of_its_own() -> None:
-    names = [c99.name(Device(load(n), m)) for n in examples.names("planting", ".toml") for m in MODELS]
+    names = [
+        listings.build_name(build_machine(Device(load(n), m)))
+        for n in examples.names("planting", ".toml")
+        for m in MODELS
+    ]
     assert len(set(names)) == len(names)

@@ -12,14 +12,17 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter.engine.machine import Machine
+from planter.exports import fmu, listings
 from planter.files import ranges, units
 from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
 from planter.planting.cycle import cycle
-from planter.planting.export import fmu
-from planter.planting.file import Machine, load
+from planter.planting.file import Machine as MachineFile
+from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
+from planter.planting.machines import SPEED, build_machine
 from planter.planting.model import Device
 from planter.planting.quantities import quantities
 from tests.support import swapped
@@ -53,13 +56,17 @@ def written(quick: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, 
     folder = tmp_path_factory.mktemp("units")
     found = {}
     for name, (model, version) in UNITS.items():
-        fmu.write(device(model), folder / f"{name}.fmu", version)
+        fmu.write_unit(unit_machine(model), folder / f"{name}.fmu", version)
         found[name] = folder / f"{name}.fmu"
     return found
 
 
 def device(model: Model) -> Device:
     return Device(swapped.machine() if model == "printed" else load("wang2017"), model)
+
+
+def unit_machine(model: Model) -> Machine:
+    return build_machine(device(model))
 
 
 class Slave:
@@ -105,7 +112,7 @@ def running(file: Path, folder: Path, **values: float) -> Iterator[Slave]:
 
 def names(owner: Device) -> list[str]:
     """Names of the outputs but the angle, as the unit has them."""
-    return [f"{fmu.PLACES[q.side]}{q.name.removesuffix('_2')}" for q in quantities(owner.sidecar)]
+    return [fmu.build_output_name(one) for one in listings.list_quantities(build_machine(owner))]
 
 
 def expected(owner: Device, phi: Array) -> Array:
@@ -250,7 +257,7 @@ def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) ->
     for q, name in zip(quantities(owner.sidecar), names(owner), strict=True):
         assert (found[name].unit, found[name].description, found[name].causality) == (q.unit, q.meaning, "output")
     for entry in owner.sidecar["vectors"]["machine"]:
-        if entry["shown"] != fmu.SPEED:
+        if entry["shown"] != SPEED:
             variable = found[f"machine.{entry['name']}"]
             assert (variable.unit, variable.variability) == (entry["unit"], "tunable")
             assert float(variable.start) == owner.machine.si(entry["shown"])
@@ -267,7 +274,7 @@ def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) ->
      ("contact.cam_friction_angle_deg", (0, 45)), ("operation.forward_speed_m_s", (None, None))],
 )  # fmt: skip
 def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> None:
-    assert ranges.of(Machine, path) == expected
+    assert ranges.of(MachineFile, path) == expected
 
 
 @both_versions
@@ -315,7 +322,7 @@ class TestCommand:
 def test_a_library_for_windows(tmp_path: Path) -> None:
     """Where the extra `compiler` is installed."""
     pytest.importorskip("ziglang")
-    found = fmu.write(device("exact"), tmp_path / "a.fmu")
+    found = fmu.write_unit(unit_machine("exact"), tmp_path / "a.fmu")
     assert found.platforms == ["linux64", "win64"]
     with zipfile.ZipFile(tmp_path / "a.fmu") as zipped:
         content = zipped.read("binaries/win64/wang2017.dll")

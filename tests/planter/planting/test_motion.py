@@ -6,11 +6,12 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter.exports.motion import build_motion
 from planter.interchange.tables.formats import FORMATS
 from planter.planting.cycle import angles, cycle
-from planter.planting.export.motion import over_time
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
+from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
@@ -35,7 +36,7 @@ def test_a_turn_has_the_bits_of_simulate(model: Model, tmp_path: Path) -> None:
 
 def test_turns_follow_one_another() -> None:
     """Forces repeat, angles go on; time is angle over speed, and another speed is another time."""
-    told = over_time(Device(load("wang2017", {"operation.speed_rpm": 30.0})), turns=3, samples=24)
+    told = build_motion(build_machine(Device(load("wang2017", {"operation.speed_rpm": 30.0}))), turns=3, samples=24)
     found = {column.name: column.values for column in told.columns}
     assert len(told.time) == 73
     assert told.time[-1] == pytest.approx(6.0, rel=1e-14)

@@ -10,8 +10,7 @@ import pytest
 
 from planter.kernels import Array, toolchain
 from planter.optimise.spread import Weighed, Weights
-from planter.planting.export import c99
-from planter.planting.turns import FIELDS, _Turn
+from planter.planting.turns import FIELDS, _Turn, turn_text
 from tests.support.lanes import needs_compiler
 
 pytestmark = [pytest.mark.usefixtures("kernel_cache"), needs_compiler]
@@ -79,14 +78,14 @@ def library(text: str) -> Path:
 
 
 def test_value_and_gradient() -> None:
-    path = library(c99.turn_text())
+    path = library(turn_text())
     assert max(apart(path, weights) for weights in WEIGHTS) <= 1e-12
 
 
 @pytest.mark.parametrize("what", TAMPERED)
 def test_a_tampered_text_is_seen(what: str) -> None:
     old, new = TAMPERED[what]
-    text = c99.turn_text()
+    text = turn_text()
     assert text.count(old) == 1
     path = library(text.replace(old, new))
     assert max(apart(path, weights) for weights in WEIGHTS) > 1e-4

@@ -1,4 +1,4 @@
-"""What `planter export` returns of a planting device, key by key."""
+"""What `planter export` returns, key by key."""
 
 from __future__ import annotations
 
@@ -48,3 +48,7 @@ class UnitWritten(Record):
     outputs: int
     platforms: list[str]
     left_out: list[LeftOut]
+
+
+COMMANDS = {"export c": Written, "export cuda": Written, "export fmu": UnitWritten, "export motion": MotionWritten}
+"""What the room's commands return."""

@@ -3,26 +3,62 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, Model, ModelOption, SamplesOption, device_of
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, SetOption, SpeedOption
+from planter.terminal.options import JsonOption, SetOption, changes
+
+if TYPE_CHECKING:
+    from planter.engine.machine import Machine
 
 export = typer.Typer(
-    help="A machine for other programs: source text, a unit for co-simulation, tables over time.",
+    help="A machine for other programs: source text, a unit for co-simulation, tables over time.\n\n"
+    "MACHINE is a machine file, the file of a mechanism of your own that an angle drives, or a built-in machine. Its "
+    "values with bounds are the design, the others the machine's data.\n\n"
+    "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or as LaTeX.",
     invoke_without_command=True,
     rich_markup_mode=None,
 )
 app = typer.Typer()
 app.add_typer(export, name="export")
 
+
+class Model(enum.StrEnum):
+    exact = "exact"
+    printed = "printed"
+
+
+MachineArgument = Annotated[
+    str,
+    typer.Argument(help="machine file, mechanism file, or name of a built-in machine", show_default=False),
+]
+ModelOption = Annotated[
+    Model, typer.Option(help="first principles, or the paper's equations as printed, of machines that have both")
+]
+SpeedOption = Annotated[
+    float | None, typer.Option(help="change the speed of the drive for this call [r/min]", show_default=False)
+]
 FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)]
+
+
+def load_machine(source: str, model: Model, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+    """Return a machine with the numbers that `--set` and `--speed-rpm` change."""
+    from planter.engine import machine as engine
+    from planter.files import units
+
+    choices = {} if model is Model.exact else {"model": model.value}
+    numbers = changes(set_)
+    machine = engine.load_machine(source, numbers, **choices)
+    if speed_rpm is None:
+        return machine
+    speed = machine.values[machine.speed]
+    numbers[speed.path] = speed_rpm * units.factor("speed_rpm") / speed.factor
+    return engine.load_machine(source, numbers, **choices)
 
 
 @export.callback()
@@ -43,14 +79,16 @@ def c(
 ) -> None:
     """All motions and forces, the objective and its gradient in C99 that needs nothing else.
 
+    Closed loops are followed over a turn in the C text; a status says where they do not close. The objective is that of
+    the file, over samples of a turn; without one there are the motions and forces alone.
+
     planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.planting.export import c99 as texts
+        from planter.exports import c99
 
-        device = device_of(machine, model, set_, speed_rpm)
-        _written(console, out, texts.source_files(device))
+        _write_texts(console, out, c99.build_source_files(load_machine(machine, model, set_, speed_rpm)))
 
 
 @export.command()
@@ -66,10 +104,9 @@ def cuda(
     """The objective of many designs in CUDA C++: a thread for each design and angle."""
     console = Console(as_json)
     with console.outcome():
-        from planter.planting.export import cuda as texts
+        from planter.exports import cuda as texts
 
-        device = device_of(machine, model, set_, speed_rpm)
-        _written(console, out, texts.source_files(device))
+        _write_texts(console, out, texts.build_source_files(load_machine(machine, model, set_, speed_rpm)))
 
 
 class Format(enum.StrEnum):
@@ -85,8 +122,10 @@ def motion(
     machine: MachineArgument,
     out: FolderOption,
     format_: Annotated[Format, typer.Option("--format", help="the program that is to read it")] = Format.csv,
-    turns: Annotated[int, typer.Option(help="how many turns of the carrier")] = 1,
-    samples: SamplesOption = None,
+    turns: Annotated[int, typer.Option(help="how many turns of the drive")] = 1,
+    samples: Annotated[
+        int | None, typer.Option(help="angles of a turn [default: the machine file's]", show_default=False)
+    ] = None,
     model: ModelOption = Model.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
@@ -102,16 +141,15 @@ def motion(
     """
     console = Console(as_json)
     with console.outcome():
+        from planter.exports.motion import build_motion
+        from planter.exports.results import MotionWritten
         from planter.interchange.tables.formats import FORMATS
-        from planter.planting.export.motion import over_time
-        from planter.planting.results.exported import MotionWritten
         from planter.report.files import write_all
 
-        told = over_time(device_of(machine, model, set_, speed_rpm), turns, samples)
-        files = FORMATS[format_](told)
-        paths = write_all(out, files)
-        found = MotionWritten(paths, format_.value, len(told.columns), len(told.time), float(told.time[-1]))
-        console.result(found, lambda: print("\n".join(paths)))
+        motion_ = build_motion(load_machine(machine, model, set_, speed_rpm), turns, samples)
+        paths = write_all(out, FORMATS[format_](motion_))
+        result = MotionWritten(paths, format_.value, len(motion_.columns), len(motion_.time), float(motion_.time[-1]))
+        console.result(result, lambda: print("\n".join(paths)))
 
 
 class Fmi(enum.StrEnum):
@@ -132,7 +170,7 @@ def fmu(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """A unit for co-simulation by FMI: the carrier's speed goes in, its angle, all motions and forces come out.
+    """A unit for co-simulation by FMI: the drive's speed goes in, its angle, all motions and forces come out.
 
     The speed is prescribed: nothing acts back on it. Design and machine are tunable parameters. The unit holds its C
     sources, a library for Linux and, with planter[compiler] installed, one for Windows.
@@ -141,15 +179,14 @@ def fmu(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.planting import tables
-        from planter.planting.export import fmu as unit
+        from planter.exports import fmu as units_
 
-        found = unit.write(device_of(machine, model, set_, speed_rpm), out, fmi.value)
-        console.result(found, lambda: tables.unit(console, found))
+        result = units_.write_unit(load_machine(machine, model, set_, speed_rpm), out, fmi.value)
+        console.result(result, lambda: units_.print_unit(console, result))
 
 
-def _written(console: Console, folder: Path, texts: Mapping[str, str]) -> None:
-    from planter.planting.results.exported import Written
+def _write_texts(console: Console, folder: Path, texts: Mapping[str, str]) -> None:
+    from planter.exports.results import Written
     from planter.report.files import write_all
 
     paths = write_all(folder, texts)

@@ -1,0 +1,1 @@
+"""Any machine for other programs: C, CUDA, units for co-simulation, tables over time."""

@@ -1,0 +1,382 @@
+"""A machine as C that stands alone: a header with units and equations, the kernels, and a small program.
+
+The templates stand beside this file: `machine.h`, `machine.c`, `loops.c`, `objective.c`, `main.c`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+from string import Template
+from typing import Any
+
+import casadi as ca
+
+from planter.engine import lanes as engine_lanes
+from planter.engine import loops as engine_loops
+from planter.engine.loops import Loops
+from planter.engine.machine import LEAST_PIVOT, Machine
+from planter.engine.response import INPUTS, Response
+from planter.exports import listings
+from planter.exports.listings import join_integers, join_numbers, quote, read_template
+from planter.exports.objective import STATISTICS, SampledGoal, list_guards
+from planter.kernels import loops
+from planter.kernels.loops import functions
+
+STATUSES = {
+    "NOT_FINITE": "a result is not finite",
+    "NOT_CLOSED": "the loops do not close over the turn: the machine has a dead point, or cannot be assembled",
+    "NOT_RETURNED": "after a turn the loops are not what they were",
+    "UNDETERMINED": "the balances do not determine the forces",
+    "STUCK": "friction holds the machine fast",
+}
+"""What functions return, from 1 on, and in words."""
+CHUNK = 32
+"""Angles at which loops are closed and forces proved determined before all quantities are computed there."""
+PLACES = 361
+"""Places of a turn at which loops are closed first."""
+
+
+def build_source_files(machine: Machine) -> dict[str, str]:
+    """Return the texts by file name: `NAME.h`, `NAME.c`, `NAME_main.c`.
+
+    Raises InputError for an objective of what the machine does not have.
+    """
+    text = MachineText(machine)
+    targets = {f"{text.name}.h": "machine.h", f"{text.name}.c": "machine.c", f"{text.name}_main.c": "main.c"}
+    parts = {"machine.h": text.header, "machine.c": text.source, "main.c": text.program}
+    return {target: read_template(file).substitute(text.common | parts[file]()) for target, file in targets.items()}
+
+
+def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
+    """Return CasADi's C of functions; its helpers carry the file's name, so that they meet no others."""
+    generator = ca.CodeGenerator(f"{file}.c")
+    for function in both:
+        generator.add(function)
+    return str(generator.dump())
+
+
+def build_prologues(machine: Machine, tangent: ca.Function) -> list[ca.Function]:
+    """Return `hoisting` (d) -> h and `prologue` (d) -> h, dh."""
+    symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
+    d = symbol.sym("d", len(machine.values))
+    return [
+        ca.Function("hoisting", [d], [ca.densify(machine.prologue(d))], ["d"], ["h"]),
+        ca.Function("prologue", [d], list(tangent(d)), ["d"], ["h", "dh"]),
+    ]
+
+
+def build_cycle(machine: Machine) -> ca.Function:
+    """Return (phi, d, h, q) -> results of side 1, of side 2, .., of all sides together."""
+    phi, d, h, q = machine.symbols
+    sides = [machine.lane(phi + offset, d, h, q) for offset in machine.offsets]
+    results, total_results = (
+        [i for i, one in enumerate(one for one in machine.quantities if one.total == total) if one.role == "result"]
+        for total in (False, True)
+    )
+    outputs, names = [side[results] for side in sides], [f"side{index}" for index in range(1, 1 + len(sides))]
+    if machine.totals is not None:
+        outputs, names = [*outputs, machine.totals(*sides, d)[total_results]], [*names, "totals"]
+    return ca.Function("cycle", [phi, d, h, q], [ca.densify(output) for output in outputs], list(INPUTS), names)
+
+
+def build_loops_text(loops_: Loops, name: str) -> str:
+    """Return what closes loops, in C, behind the kernels `newton` and `assemble`."""
+    known = {
+        "coordinates": loops_.size, "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
+        "places": PLACES, "turn": repr(engine_loops.TURN), "largest_step": repr(engine_lanes.LARGEST_STEP),
+        "least_step": repr(engine_lanes.LEAST_STEP), "most_iterations": engine_loops.MOST_ITERATIONS,
+        "singular": repr(engine_loops.SINGULAR), "closed": repr(engine_loops.CLOSED),
+        "returned": repr(engine_loops.RETURNED), "not_closed": f"{name}_NOT_CLOSED",
+        "not_returned": f"{name}_NOT_RETURNED",
+    }  # fmt: skip
+    return read_template("loops.c").substitute(known)
+
+
+class MachineText:
+    """What the templates ask for of a machine."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.name = machine, listings.build_name(machine)
+        self.goal = SampledGoal(machine)
+        self.response = self.goal.response
+        self.coordinates = machine.loops.size if machine.loops else 0
+        self.has_objective = bool(self.goal.measures)
+        self.guards = list_guards(machine)
+        self.quantities = listings.list_quantities(machine)
+        self.fixed = listings.list_fixed(machine)
+        self.lanes = len(self.response.offsets) * len(self.goal.phi)
+
+    @cached_property
+    def common(self) -> dict[str, Any]:
+        """What several templates ask for."""
+        return {
+            **listings.describe(self.machine),
+            "name": self.name, "NAME": self.name.upper(),
+            "turn": repr(float(self.machine.turn)), "samples": self._samples_field,
+            "design_size": self._size("PARAMETERS", len(self.machine.moved)),
+            "machine_size": self._size("MACHINE", len(self.fixed)),
+        }  # fmt: skip
+
+    @property
+    def _samples_field(self) -> str:
+        """The samples' name in the memory: forces of a single row keep the name that they have always had."""
+        rows = self.goal.rows
+        return "force" if len(rows) == 1 and rows[0].quantity.unit == "N" else "samples"
+
+    def _size(self, word: str, count: int) -> str:
+        """Return an array's size, at least one as the language asks."""
+        return f"{self.name.upper()}_{word}" if count else "1"
+
+    # --- the header ------------------------------------------------------------------------------------------
+
+    def header(self) -> dict[str, Any]:
+        """Return what `machine.h` asks for."""
+        machine, goal, name, big = self.machine, self.goal, self.name, self.name.upper()
+        sides, count = len(machine.offsets), sum(not q.total for q in machine.results)
+        work = {key: max(int(getattr(f, f"sz_{key}")()) for f in self.prologues) + 1 for key in ("arg", "res", "iw")}
+        statuses = ", ".join(f"{big}_{status} = {i}" for i, status in enumerate(STATUSES, 1))
+        order = "Side 1 comes first, then the others in their order, then what all do together."
+        loops_note = f" Loops are closed from place to place over a turn: {big}_NOT_CLOSED where they do not close."
+        return {
+            "parameters": len(machine.moved), "constants": len(self.fixed), "samples": goal.samples,
+            "angles": goal.angles, "side": count, "totals": len(machine.results) - count, "sides": sides,
+            "statuses": statuses, "fields": ";\n  ".join(self._fields()), **work,
+            "quantities": listings.describe_quantities(machine), "equations": listings.describe_equations(machine),
+            "sides_order": _fill_comment(f" {order}") if sides > 1 else "",
+            "loops_note": _fill_comment(loops_note) if self.coordinates else "",
+            "scope": self._scope(), "found": self._found_text(), "after": self._after_text(),
+            "objective": read_template("objective.h").substitute(name=name) if self.has_objective else "",
+        }  # fmt: skip
+
+    def _scope(self) -> str:
+        if self.has_objective:
+            return "; the objective over a turn, and its gradient."
+        reason = self.goal.reason_missing
+        return f".\n{listings.wrap(f'No objective: {reason}')}" if reason else "."
+
+    def _found_text(self) -> str:
+        if not self.has_objective:
+            return ""
+        names = ", ".join(field.name for field in self.goal.fields)
+        sum_ = f"Objective {self.goal.text}, in units of the machine's file; range, variance and mean of rows [SI]."
+        return "\n".join([
+            "/* A turn of samples.", listings.wrap(sum_), " */", "typedef struct {", f"  double {names};",
+            f"}} {self.name}_found;", "", "",
+        ])  # fmt: skip
+
+    def _after_text(self) -> str:
+        if not self.has_objective:
+            return ""
+        goal, big = self.goal, self.name.upper()
+        rows = ", ".join(f"{row.label} [{row.quantity.unit}]" for row in goal.rows)
+        part = f", 1/{len(self.machine.offsets)} of a turn: the rest is the same" * (goal.angles < goal.samples)
+        return _fill_comment(
+            f" After a call `{self._samples_field}` holds {rows} at the first {big}_ANGLES of `phi`{part}."
+        )
+
+    def _fields(self) -> list[str]:
+        """Return the members of the memory, numbers first."""
+        prologue = self.prologues[1]
+        sizes = {
+            "d": len(self.machine.values), "h": prologue.nnz_out(0), "dh": prologue.nnz_out(1),
+            "w": max(int(f.sz_w()) for f in self.prologues) + 1,
+        }  # fmt: skip
+        if self.has_objective:
+            rows = len(self.goal.rows) * self.lanes
+            sizes = {
+                "phi": self.lanes,
+                self._samples_field: rows,
+                "weights": rows,
+                "g": rows * (1 + len(self.machine.moved)),
+            } | sizes
+            if self.coordinates:
+                sizes["coordinates"] = self.coordinates * self.lanes
+        if self.is_in_chunks:
+            sizes |= {
+                "part": len(self.quantities) * CHUNK,
+                "places": self.coordinates * CHUNK,
+                "guards": len(self.guards) * max(CHUNK, self.lanes * self.has_objective),
+            }
+        if self.coordinates:
+            sizes["course"] = 1 + (1 + PLACES) * self.coordinates
+        numbers = ", ".join(f"{name}[{max(size, 1)}]" for name, size in sizes.items())
+        return [f"double {numbers}", *(["int followed"] if self.coordinates else [])]
+
+    # --- the source ------------------------------------------------------------------------------------------
+
+    def source(self) -> dict[str, Any]:
+        """Return what `machine.c` asks for."""
+        machine, big = self.machine, self.name.upper()
+        return {
+            "prologue": build_casadi_text(f"{self.name}_prologue", self.prologues), "kernels": self._kernels(),
+            "own": join_numbers(machine.design), "lower": join_numbers(machine.lower),
+            "upper": join_numbers(machine.upper), "data": join_numbers(machine.data[self.fixed]),
+            "quantity": quote(one.name for one in self.quantities), "values": len(machine.values),
+            "design_places": join_integers(machine.moved), "machine_places": join_integers(self.fixed),
+            "guards": self._guards_text(),
+            "status": "int status" if self.is_in_chunks else "const int status",
+            "failures": quote(["there is a result", *STATUSES.values()]),
+            "loops": build_loops_text(machine.loops, big) if machine.loops else "",
+            "follow": _FOLLOW if machine.loops else "",
+            "tangent_word": "`tangent`", "tangent": self._tangent_text(), "cycle": self._cycle_text(),
+            "evaluation": self._evaluation_text(),
+        }  # fmt: skip
+
+    @cached_property
+    def prologues(self) -> list[ca.Function]:
+        """`hoisting` and `prologue`."""
+        return build_prologues(self.machine, self.response.tangent)
+
+    def _kernels(self) -> str:
+        """Return all lane kernels as functions of this file alone."""
+        lanes = [name for name in ("phi", "q") if name == "phi" or self.coordinates]
+        printed = [(build_cycle(self.machine), lanes)]
+        if self.machine.loops:
+            printed += [(self.machine.loops.steps_function, []), (self.machine.loops.start_function, [])]
+        if self.guards:
+            guards = Response(self.machine, self.guards).values_function
+            inputs = guards.sx_in()
+            printed.append((ca.Function("guards", inputs, guards.call(inputs), guards.name_in(), ["rows"]), lanes))
+        if self.has_objective:
+            printed += [(self.response.values_function, lanes), (self.response.slopes_function, lanes),
+                        (self.goal.function, [])]  # fmt: skip
+        graphs = [loops.Graph.of(function, names) for function, names in printed]
+        return "\n".join([functions.source(self.name), *(f"static {loops.function(g, summed=False)}" for g in graphs)])
+
+    @property
+    def is_in_chunks(self) -> bool:
+        """Whether quantities are computed a few angles at a time."""
+        return bool(self.coordinates or self.guards)
+
+    def _guards_text(self) -> str:
+        if not self.guards:
+            return ""
+        kinds = join_integers(int(self.machine.find_quantity(name).role == "states") for name in self.guards)
+        known = {"name": self.name, "NAME": self.name.upper(), "guards": len(self.guards), "kinds": kinds,
+                 "least_pivot": repr(LEAST_PIVOT)}  # fmt: skip
+        return Template(_GUARDS).substitute(known)
+
+    def _tangent_text(self) -> str:
+        call = "(m->arg, m->res, m->iw, m->w, 0)"
+        failed = f"{self.name.upper()}_NOT_FINITE : 0;\n"
+        if self.has_objective:
+            return f"  m->res[1] = m->dh;\n  return (tangent ? prologue : hoisting){call} ? {failed}"
+        return f"  (void)tangent;\n  return hoisting{call} ? {failed}"
+
+    def _cycle_text(self) -> str:
+        """Return what fills q: all angles at once, or a few after the other where loops are closed before."""
+        big, sides = self.name.upper(), len(self.machine.offsets)
+        check = f"  for (long i = 0; i < angles; ++i)\n    if (!is_finite(phi[i])) return {big}_NOT_FINITE;\n"
+
+        def outputs(start: str, count: str) -> str:
+            places = [start, *(f"{start} + {'' if k == 1 else f'{k} * '}{big}_SIDE * {count}" for k in range(1, sides))]
+            return ", ".join([*places, *([f"{start} + {sides} * {big}_SIDE * {count}"] if self.machine.totals else [])])
+
+        if not self.is_in_chunks:
+            return f"{check}  cycle(angles, phi, m->d, m->h, NULL, {outputs('q', 'angles')});"
+        known = {
+            "chunk": CHUNK, "NAME": big, "outputs": outputs("m->part", "count"),
+            "place": _CHUNK_PLACES if self.coordinates else "",
+            "guard": _CHUNK_GUARDS if self.guards else "",
+        }  # fmt: skip
+        return check + Template(_CHUNKS).substitute(known)
+
+    def _evaluation_text(self) -> str:
+        """Return the objective with what prepares the memory."""
+        reset = "  m->followed = 0;\n" if self.coordinates else ""
+        if not self.has_objective:
+            nothing = reset or "  (void)m;\n"
+            return f"void {self.name}_prepare({self.name}_memory *m)\n{{\n{nothing}}}\n"
+        goal = self.goal
+        found = ["objective"]
+        for k in range(len(goal.rows)):
+            high, low, mean, variance = (f"statistics[{len(STATISTICS) * k + i}]" for i in range(len(STATISTICS)))
+            found += [f"{high} - {low}", variance, mean]
+        coordinates = "m->coordinates" if self.coordinates else "NULL"
+        return read_template("objective.c").substitute(self.common | {
+            "rows": len(goal.rows), "shares": len(self.response.offsets), "nodes": len(goal.nodes),
+            "shared": join_integers(int(row.shared) for row in goal.rows),
+            "absolute": join_integers(int(row.absolute) for row in goal.rows),
+            "node_rows": join_integers(row for row, _ in goal.nodes),
+            "node_angles": join_numbers([angle for _, angle in goal.nodes]),
+            "offsets": join_numbers(self.response.offsets), "count": goal.samples, "reset": reset,
+            "coordinates": coordinates, "found": ", ".join(found),
+            "place": _PLACE if self.coordinates else "",
+            "guard": _GUARD.replace("COORDINATES_OF", coordinates) if self.guards else "",
+        })  # fmt: skip
+
+    # --- the program -----------------------------------------------------------------------------------------
+
+    def program(self) -> dict[str, Any]:
+        """Return what `main.c` asks for."""
+        turn = f" *     ./{self.name} turn     all quantities over a turn, as CSV"
+        if not self.has_objective:
+            return {"usage": turn.replace(" turn ", "      ", 1), "objective": "", "first": "quantities"}
+        formats = "".join(f"{field.printed} %.17g\\n" for field in self.goal.fields)
+        values = {
+            "names": quote(self.machine.design_names) or '""', "formats": formats,
+            "numbers": ", ".join(f"found.{field.name}" for field in self.goal.fields),
+        }  # fmt: skip
+        objective = read_template("main_objective.c").substitute(self.common | values)
+        return {
+            "usage": f" *     ./{self.name}          objective and gradient\n{turn}",
+            "objective": objective,
+            "first": "objective",
+        }
+
+
+_FOLLOW = """\
+  if (!m->followed || memcmp(m->d, d, sizeof d)) {
+    m->followed = 0;
+    const int status = follow_loops(d, m->course);
+    if (status) return status;
+    m->followed = 1;
+  }
+"""
+_CHUNKS = """\
+  for (long first = 0; first < angles; first += $chunk) {
+    const long count = angles - first < $chunk ? angles - first : $chunk;
+$place$guard    cycle(count, phi + first, m->d, m->h, m->places, $outputs);
+    for (int k = 0; k < ${NAME}_QUANTITIES; ++k) memcpy(q + k * angles + first, m->part + k * count, count * sizeof *q);
+  }"""
+_CHUNK_PLACES = """\
+    for (long i = 0; i < count; ++i) {
+      double place[COORDINATES];
+      if ((status = place_loops(m->d, m->course, phi[first + i], place))) return status;
+      for (int k = 0; k < COORDINATES; ++k) m->places[k * count + i] = place[k];
+    }
+"""
+_CHUNK_GUARDS = "    if ((status = check_guards(m, count, phi + first, m->places))) return status;\n"
+_PLACE = """\
+  for (long i = 0; i < LANES; ++i) {
+    double place[COORDINATES];
+    const int missing = place_loops(m->d, m->course, m->phi[i], place);
+    if (missing) return missing;
+    for (int k = 0; k < COORDINATES; ++k) m->coordinates[k * LANES + i] = place[k];
+  }
+"""
+_GUARD = """\
+  const int undetermined = check_guards(m, LANES, m->phi, COORDINATES_OF);
+  if (undetermined) return undetermined;
+"""
+_GUARDS = """\
+/* Whether forces are determined: pivots (0) are not zero, states of friction (1) are there. */
+static int check_guards(${name}_memory *m, long count, const double *phi, const double *coordinates)
+{
+  static const int kinds[$guards] = {$kinds};
+  guards(count, phi, m->d, m->h, coordinates, m->guards);
+  for (int k = 0; k < $guards; ++k)
+    for (long i = 0; i < count; ++i) {
+      const double value = m->guards[k * count + i];
+      if (!is_finite(value)) return ${NAME}_NOT_FINITE;
+      if (kinds[k] ? value == 0.0 : value < $least_pivot) return kinds[k] ? ${NAME}_STUCK : ${NAME}_UNDETERMINED;
+    }
+  return 0;
+}
+"""
+
+
+def _fill_comment(text: str) -> str:
+    """Return a sentence that goes on in a comment, in lines of its own."""
+    return f"\n{listings.wrap(text)}"

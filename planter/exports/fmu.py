@@ -1,0 +1,149 @@
+"""A machine as a unit for co-simulation: its drive's speed goes in, angle, motions and forces come out.
+
+The templates stand beside this file: `fmu.c`, and what `c99` fills.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planter.engine.machine import Machine, Value
+from planter.errors import InputError
+from planter.exports import c99, listings
+from planter.exports.listings import SideQuantity, quote, read_template
+from planter.exports.results import LeftOut, UnitWritten
+from planter.files import units
+from planter.interchange.fmi import archive, libraries
+from planter.interchange.fmi.model import MAIN, Model
+from planter.interchange.variables import Variable
+from planter.kernels.toolchain import NoCompiler
+from planter.report.files import output_folder, write_bytes
+from planter.report.folder import check
+from planter.version import __version__
+
+if TYPE_CHECKING:
+    from planter.terminal.console import Console
+
+DEGREES: dict[str, Any] = {"shown": "deg", "factor": units.factor("phi_deg")}
+RESERVED = ("speed", "phi_start", "phi", "time")
+"""Names of the unit's own variables, and the time, which FMI knows."""
+
+
+def build_model(machine: Machine) -> Model:
+    """Return what the unit says of itself."""
+    speed = abs(float(machine.data[machine.speed]))
+    return Model(
+        name=listings.build_name(machine),
+        title=machine.name,
+        meaning=f"{listings.build_headline(machine)}. The drive's speed is prescribed: motions and forces are those of "
+        "a constant speed of its value, and nothing acts back on it; over a step it is held. "
+        f"Assumes: {'; '.join(machine.assumptions)}.",
+        tool=f"planter {__version__}",
+        variables=tuple(_list_variables(machine)),
+        period=machine.turn / speed if speed else 1.0,
+        steps=machine.samples,
+    )
+
+
+def build_sources(machine: Machine) -> dict[str, str]:
+    """Return the C files of the unit by name, but for those of every unit."""
+    name = listings.build_name(machine)
+    settable = [variable for variable in _list_variables(machine) if variable.causality != "output"]
+    order = [*machine.moved, *listings.list_fixed(machine)]
+    values = {
+        **listings.describe(machine), "name": name, "NAME": name.upper(), "speed": order.index(machine.speed),
+        "starts": ", ".join(repr(variable.start) for variable in settable),
+        "names": quote(f"{variable.name} is not finite" for variable in settable),
+    }  # fmt: skip
+    own = machine if machine.least == () else replace(machine, least=())
+    texts = {file: text for file, text in c99.build_source_files(own).items() if not file.endswith("_main.c")}
+    return texts | {MAIN: read_template("fmu.c").substitute(values)}
+
+
+def _list_variables(machine: Machine) -> Iterator[Variable]:
+    """Yield the variables in the order of `fmu.c`."""
+    value, speed = machine.values[machine.speed], float(machine.data[machine.speed])
+    yield Variable(
+        "speed", "rad/s", f"{value.meaning}, prescribed, held over a step", "input", speed, 0.0 if speed >= 0 else None,
+        **_display(value.path, "rad/s"),
+    )  # fmt: skip
+    yield Variable("phi_start", "rad", "angle of the drive at the start", "parameter", 0.0, fixed=True, **DEGREES)
+    bounds = zip(machine.lower, machine.upper, strict=True)
+    for index, (low, high) in zip(machine.moved, bounds, strict=True):
+        if index != machine.speed:
+            own = float(machine.data[index])
+            key = machine.values[index].key
+            name = f"design.{key.removesuffix(units.suffix(key))}"
+            yield _build_parameter(machine, index, name, min(own, float(low)), max(own, float(high)))
+    for index in listings.list_fixed(machine):
+        if index != machine.speed:
+            fixed = machine.values[index]
+            least, most = (None if limit is None else limit * fixed.factor for limit in fixed.limits)
+            yield _build_parameter(machine, index, f"machine.{fixed.name}", least, most)
+    yield Variable("phi", "rad", "angle of the drive", "output", **DEGREES)
+    for one in listings.list_quantities(machine):
+        q = one.quantity
+        yield Variable(build_output_name(one), q.unit, q.meaning, "output", **_display(one.key, q.unit))
+
+
+def _build_parameter(machine: Machine, index: int, name: str, low: float | None, high: float | None) -> Variable:
+    value: Value = machine.values[index]
+    return Variable(
+        name, value.unit, f"{value.meaning}, {value.path}", "parameter", float(machine.data[index]), low, high,
+        **_display(value.path, value.unit),
+    )  # fmt: skip
+
+
+def build_output_name(one: SideQuantity) -> str:
+    """Return the name of an output: of several sides each stands before the quantity.
+
+    A quantity with the name of one of the unit's own variables has `_quantity` behind it.
+    """
+    name = one.quantity.name
+    if one.side and one.sides > 1:
+        return f"side{one.side}.{name}"
+    return f"{name}_quantity" if name in RESERVED else name
+
+
+def _display(key: str, unit: str) -> dict[str, Any]:
+    """Return the unit of a key, if it is not SI's."""
+    factor = units.factor(key)
+    return {} if factor == 1.0 or units.unit(key) == unit else {"shown": units.unit(key), "factor": factor}
+
+
+def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
+    """Write the unit, by a version of FMI, with the libraries that can be built here.
+
+    Raises InputError for a file whose name does not end in .fmu, or that cannot be written.
+    """
+    if file.suffix != ".fmu":
+        raise InputError(f"--out {file} is not allowed: the name of a unit's file ends in .fmu")
+    check(file.parent, [file.name])
+    version, model = archive.VERSIONS[fmi], build_model(machine)
+    token, texts = archive.sources(version, model, build_sources(machine))
+    built: dict[str, tuple[str, bytes]] = {}
+    left_out = []
+    for platform in libraries.PLATFORMS:
+        try:
+            built[platform] = libraries.build(platform, texts, model.name)
+        except NoCompiler as reason:
+            left_out.append(LeftOut(platform, str(reason)))
+    target = output_folder(file.parent) / file.name
+    write_bytes(target, archive.archive(version, model, texts, token, built))
+    causes = Counter(variable.causality for variable in model.variables)
+    return UnitWritten(
+        [str(target)], fmi, token, causes["input"], causes["parameter"], causes["output"], list(built), left_out
+    )
+
+
+def print_unit(console: Console, result: UnitWritten) -> None:
+    """Print what a unit for co-simulation holds, and what it does not."""
+    rows = [("file", ", ".join(result.files)), ("inputs", result.inputs), ("parameters", result.parameters),
+            ("outputs", result.outputs), ("libraries", ", ".join(result.platforms) or None)]  # fmt: skip
+    console.table("Unit for co-simulation", ("", f"FMI {result.fmi}"), rows)
+    for one in result.left_out:
+        print(f"no library for {one.platform}: {one.reason}")

@@ -1,1 +1,0 @@
-"""A planting device as source text to compile elsewhere."""
