@@ -19,6 +19,7 @@ READ = "printed"
 BY_HAND = {
     "clutch/engage/start.py": "where a search starts",
     "clutch/geometry.py": "direction of a line through two generated points",
+    "clutch/machines.py": "lift of the link along the crank's angle, compared with the generated model in its test",
     "clutch/rotor.py": "normals of a polygon's sides in a linear programme; the outline that is drawn",
     "gearing/teeth/incomplete/segments.py": "points of an arc about a centre",
     "gearing/teeth/incomplete/trimming.py": "directions of points on a circle",
@@ -27,6 +28,7 @@ BY_HAND = {
     "mapping/dyads.py": "poses as points of a linear system",
     "mapping/family.py": "directions to search in",
     "mapping/linkage.py": "roots of the generated closed loop, intervals between them",
+    "mapping/machines.py": "the closed-form loop of a linkage, compared with the synthesis in its test",
     "mapping/model.py": "angle of a generated vector",
     "mapping/nearest.py": "angles of given poses",
     "mapping/synthesis.py": "angles of given poses",

@@ -66,12 +66,12 @@ class Device:
 
     @property
     def design(self) -> Array:
-        """The machine's own design (p,): the first of its `data`."""
+        """The machine's own design (p,) [SI units]: the first of its `data`."""
         return self.data[: self.size]
 
     @property
     def constants(self) -> Array:
-        """What the model takes beside the design (c,): the rest of `data`."""
+        """What the model takes beside the design (c,) [SI units]: the rest of `data`."""
         return self.data[self.size :]
 
     @property

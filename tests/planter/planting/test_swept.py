@@ -130,7 +130,7 @@ REFUSED = {
     "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct is not allowed"),
     "one input twice": ({"inputs": {"m31": [1.5], "design.m31": [1.5]}}, "it must name no input twice"),
     "a machine that is not there": ({"machine": "nowhere", "inputs": {"m31": [1.5]}}, "there is no such machine"),
-    "a pick-up": ({"machine": "yu2023", "inputs": {"m31": [1.5]}}, "there is no such machine that can be swept"),
+    "outputs of another machine": ({"machine": "yu2023", "inputs": {"m31": [1.5]}}, "outputs = ['support_range_N']"),
 }
 
 
