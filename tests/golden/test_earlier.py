@@ -2,6 +2,7 @@
 
 import shutil
 import sqlite3
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from planter.planting.compare import run as comparison
 from planter.planting.file import load
 from tests.support.cli import answer, refusal
+from tests.support.lanes import STRICT, needs_compiler, path_of
 
 EARLIER = Path(__file__).parent / "earlier"
 
@@ -68,3 +70,19 @@ def test_compared_device_of_an_earlier_folder_is_kept(folder: Path, pair: tuple[
 def test_optimum_of_an_earlier_version_simulates(folder: Path) -> None:
     kept = answer("simulate", str(folder / "optimum.toml"))
     assert kept["objective"] < answer("simulate", "compact")["objective"]
+
+
+@needs_compiler
+def test_program_for_earlier_c_runs_with_that_of_today(folder: Path) -> None:
+    answer("export", "c", "wang2017", "--out", "c")
+    sources = [str(folder / "wang2017_main.c"), "c/wang2017.c"]
+    subprocess.run([path_of("gcc"), *STRICT, "-Ic", "-o", "program", *sources, "-lm"], check=True)
+    printed = subprocess.run(["./program"], check=True, capture_output=True, text=True).stdout
+    now, before = (
+        dict(line.split() for line in text.splitlines())
+        for text in (printed, (folder / "wang2017_main.txt").read_text(encoding="utf-8"))
+    )
+    assert now.keys() == before.keys()
+    pairs = np.array([(float(now[key]), float(before[key])) for key in before])
+    np.testing.assert_allclose(*pairs.T, rtol=1e-12, atol=1e-12)
+    assert len(subprocess.run(["./program", "turn"], check=True, capture_output=True).stdout.splitlines()) == 361

@@ -18,11 +18,12 @@ from planter.files import ranges, units
 from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
+from planter.planting.composition import SPEED
 from planter.planting.cycle import cycle
 from planter.planting.file import Machine as MachineFile
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
-from planter.planting.machines import SPEED, build_machine
+from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.planting.quantities import quantities
 from tests.support import swapped
