@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
+from planter.engine.goal import SIDES
 from planter.engine.machine import Machine
-from planter.engine.measures import Measure
+from planter.engine.measures import Kind, Limit, Measure
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import PI
 from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.curve import Enclosed, enclose_at
-from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.curve import Enclosed, enclose_parts
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.objective import Bounds, Extreme, bounds, variance
 
 NONNEGATIVE = ("range", "variance", "std", "rms")
@@ -25,12 +28,22 @@ Enclose = Callable[[Sequence[tuple[str, bool]]], Enclosed]
 
 
 class ProvableObjective:
-    """A sum of measures over `count` samples of a cycle, in display units, bounded over boxes [lower, upper] (p,)."""
+    """A sum of measures over `count` samples of a cycle, in display units, bounded over boxes [lower, upper] (p,).
 
-    def __init__(self, machine: Machine, least: Sequence[Measure], count: int, enclose: Enclose) -> None:
+    Designs count that satisfy the limits; a box in which one is certainly violated has no bound but infinity. Limits at
+    angles that move are not heeded, which leaves bounds true. Angles at which quantities cannot be enclosed are left
+    out: no greatest value, no least one made large, and no mean of squares is less than what the others make of it.
+    """
+
+    def __init__(
+        self, machine: Machine, least: Sequence[Measure], count: int, enclose: Enclose, limits: Sequence[Limit] = ()
+    ) -> None:
         self.machine, self.least, self.count = machine, tuple(least), count
-        self._quantities = list(dict.fromkeys((measure.name, measure.size) for measure in least))
-        self._angles = list(dict.fromkeys(measure.angle for measure in least if measure.angle is not None))
+        self.limits = tuple(_resolve(limit) for limit in limits if is_fixed(machine, limit.measure))
+        self.heeds_all = len(self.limits) == len(limits)
+        measures = (*self.least, *(limit.measure for limit in self.limits))
+        self._quantities = list(dict.fromkeys((measure.name, measure.size) for measure in measures))
+        self._angles = list(dict.fromkeys(measure.angle for measure in measures if measure.angle is not None))
         self._enclosed = enclose(self._quantities)
         cycle = [Fraction(i, count) for i in range(count)]
         self._turns = [*cycle, *(Fraction(angle % 360) / 360 for angle in self._angles)]
@@ -39,53 +52,156 @@ class ProvableObjective:
         """Return the bounds over a box. Raises Unbounded where there are none."""
         space = Space(lower, upper)
         with np.errstate(all="ignore"):
-            jets = enclose_at(self._enclosed, space, self._turns)
-            smooth, extremes = space.whole(0), list[Extreme]()
-            for measure in self.least:
-                factor = 1 / self.machine.find_quantity(measure.name).factor
-                jet = jets[self._quantities.index((measure.name, measure.size))] * factor
-                cycle = jet.taken(slice(0, self.count))
-                if measure.kind in ("max", "range"):
-                    extremes.append(Extreme(cycle * measure.weight))
-                if measure.kind in ("min", "range"):  # a sum counts a least value negatively, as `Goal` does
-                    extremes.append(Extreme(cycle * -measure.weight))
-                if measure.kind not in ("max", "min", "range"):
-                    smooth = smooth + self._average(measure, jet, cycle) * measure.weight
-            result = bounds(smooth, extremes)
+            places, jets = enclose_parts(self._enclosed, space, self._turns)
+            samples = Samples(self.machine, self.count, self._angles, places, self._convert(jets), space)
+            if any(_is_violated(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
+                nothing = np.zeros(len(lower))
+                return Bounds(np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True)
+            terms = [samples.bound_term(measure) for measure in self.least]
+            smooth = [term.smooth for term in terms if term.smooth is not None]
+            extremes = [extreme for term in terms for extreme in term.extremes]
+            result = bounds(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
         if not (np.isfinite(result.least) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
-        return result
+        is_whole = all(term.is_whole for term in terms)
+        is_free = all(_is_satisfied(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits)
+        is_met = all(_is_satisfied(limit, samples.find_span(limit.measure, CENTRE)) for limit in self.limits)
+        return replace(
+            result,
+            reached=result.reached if is_whole and is_met and self.heeds_all else np.inf,
+            may_jump=result.may_jump or not is_whole or not is_free,  # no side of the box may stand for it
+        )
 
     @property
     def floor(self) -> float:
         """What no objective is below."""
-        nonnegative = (m.kind in NONNEGATIVE or (m.size and m.kind in ("max", "at")) for m in self.least)
-        return 0.0 if all(nonnegative) else -np.inf
+        return 0.0 if all(map(_is_nonnegative, self.least)) else -np.inf
 
-    def _average(self, measure: Measure, jet: Jet, cycle: Jet) -> Jet:
-        """Return a measure without corners."""
+    def _convert(self, jets: Sequence[Jet]) -> dict[tuple[str, bool], Jet]:
+        """Return quantities in display units."""
+        factors = [self.machine.find_quantity(name).factor for name, _ in self._quantities]
+        converted = [jet if factor == 1 else jet / factor for jet, factor in zip(jets, factors, strict=True)]
+        return dict(zip(self._quantities, converted, strict=True))
+
+
+@dataclass(frozen=True)
+class BoundedTerm:
+    """What a measure is not below: a smooth part (one lane), if any, and extremes; it is that if it `is_whole`."""
+
+    smooth: Jet | None
+    extremes: tuple[Extreme, ...]
+    is_whole: bool
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Quantities, or their sizes, over a box at those angles that could be enclosed, in display units.
+
+    `places` are the places of the lanes among all angles: `count` samples of the cycle, then `angles` [deg].
+    """
+
+    machine: Machine
+    count: int
+    angles: Sequence[float]
+    places: Integers
+    jets: Mapping[tuple[str, bool], Jet]
+    space: Space
+
+    def bound_term(self, measure: Measure) -> BoundedTerm:
+        """Return a weighted measure, or what it is not below. Raises Unbounded for one that needs all angles."""
+        lanes, is_whole = self._find_lanes(measure)
+        if not is_whole and not _is_nonnegative(measure) and measure.kind not in SIDES:
+            raise Unbounded(f"{measure} cannot be enclosed at every angle")
+        if not len(lanes):
+            return BoundedTerm(None, (), False)
+        jet = self.jets[measure.name, measure.size].taken(lanes)
+        if measure.kind in SIDES:  # a sum counts a least value negatively, as `Goal` does
+            ends = tuple(Extreme(jet * (side * measure.weight)) for side in SIDES[measure.kind])
+            return BoundedTerm(None, ends, is_whole)
+        try:
+            return BoundedTerm(self._average(measure, jet) * measure.weight, (), is_whole)
+        except Unbounded:
+            if not _is_nonnegative(measure):
+                raise
+            return BoundedTerm(None, (), False)
+
+    def find_span(self, measure: Measure, part: int) -> tuple[float, float]:
+        """Return between which values a measure is, anywhere in the box or at its centre."""
+        lanes, is_whole = self._find_lanes(measure)
+        if not len(lanes):
+            return -np.inf, np.inf
+        jet = self.jets[measure.name, measure.size].taken(lanes)
+        if measure.kind in SIDES:
+            low, high = jet.value[part].low, jet.value[part].high
+            least = float(low.min()) if is_whole else -np.inf, float(high.min())
+            most = float(low.max()), float(high.max()) if is_whole else np.inf
+            if measure.kind == "range":
+                return most[0] - least[1], most[1] - least[0]
+            return most if measure.kind == "max" else least
+        try:
+            value = self._average(measure, jet).value[part]
+        except Unbounded:
+            return -np.inf, np.inf
+        if is_whole:
+            return float(value.low[0]), float(value.high[0])
+        return (float(value.low[0]) if measure.kind in NONNEGATIVE else -np.inf), np.inf
+
+    def _find_lanes(self, measure: Measure) -> tuple[Integers, bool]:
+        """Return the lanes of the angles that a measure takes, and whether they are all."""
+        if measure.angle is None:
+            lanes = np.flatnonzero(self.places < self.count)
+            return lanes, len(lanes) == self.count
+        lanes = np.flatnonzero(self.places == self.count + self.angles.index(measure.angle))
+        return lanes, len(lanes) == 1
+
+    def _average(self, measure: Measure, jet: Jet) -> Jet:
+        """Return a measure without corners; of squares, those that are missing count as zero."""
         if measure.kind == "at":
-            assert measure.angle is not None
-            return jet.taken([self.count + self._angles.index(measure.angle)])
+            return jet
         if measure.kind == "mean":
-            return cycle.mean()
-        if measure.kind == "rms":
-            return (cycle**2).mean().sqrt()
+            return jet.mean()
         if measure.kind == "work":
-            return cycle.mean() * self._length(measure, cycle.space)
-        square = variance(cycle)
+            return jet.mean() * self._length(measure)
+        square = (jet**2).mean() if measure.kind == "rms" else variance(jet)
+        if jet.lanes < self.count:
+            square = square * (self.space.whole(jet.lanes) / self.space.whole(self.count))
         return square if measure.kind == "variance" else square.sqrt()
 
-    def _length(self, measure: Measure, space: Space) -> Jet:
+    def _length(self, measure: Measure) -> Jet:
         """Return how long a cycle is for the work of a quantity, in time or in angle."""
+        space, index = self.space, self.machine.speed
         turn = space.constant(PI * Ball.exact([2.0]))
         if self.machine.find_quantity(measure.name).unit == "N m":
             return turn
-        index = self.machine.speed
         if index in self.machine.moved:
             speed = space.parameters()[self.machine.moved.index(index)]
             return turn / speed if space.centre[self.machine.moved.index(index)] > 0 else turn / -speed
         return turn / abs(float(self.machine.data[index]))
+
+
+def is_fixed(machine: Machine, measure: Measure) -> bool:
+    """Return whether a measure is of a result at angles that do not move with the design."""
+    return measure.where is None and not measure.during and machine.find_quantity(measure.name).role == "result"
+
+
+def _is_nonnegative(measure: Measure) -> bool:
+    """Return whether a term of a sum is nowhere below zero."""
+    return measure.kind in NONNEGATIVE or (measure.size and measure.kind in ("max", "at"))
+
+
+def _resolve(limit: Limit) -> Limit:
+    """Return a limit on a quantity everywhere as that on its greatest or least value."""
+    kind: Kind = "max" if limit.sign > 0 else "min"
+    return replace(limit, measure=replace(limit.measure, kind=kind)) if limit.measure.kind == "all" else limit
+
+
+def _is_violated(limit: Limit, span: tuple[float, float]) -> bool:
+    """Return whether no design of a box satisfies a limit, from the span of what it is on."""
+    return span[0] > limit.number if limit.sign > 0 else span[1] < limit.number
+
+
+def _is_satisfied(limit: Limit, span: tuple[float, float]) -> bool:
+    return span[1] <= limit.number if limit.sign > 0 else span[0] >= limit.number
 
 
 def check_provable(machine: Machine, least: Sequence[Measure], label: str) -> None:

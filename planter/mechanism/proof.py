@@ -15,6 +15,7 @@ from planter.kernels import Array
 from planter.mechanism.enclosed import EnclosedMechanism
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.optimisation import Found, StatedGoal
+from planter.optimise.constraints import KEPT
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
 from planter.progress import Listener
 
@@ -33,14 +34,26 @@ def with_proof(
     machine = goal.machine
     count = file.turn.samples if spec.sampling == "refined" else spec.sampling
     x, objective = _find_incumbent(found, goal, replace(spec, sampling=count), spec, listener)
+    sampled = Goal(machine, goal.least, goal.limits, count, with_events=False)
+    limits = [  # as the search takes them, to its tolerance
+        replace(limit, number=limit.number + limit.sign * KEPT * sampled.step(limit)) for limit in goal.limits
+    ]
     objective_bounds = ProvableObjective(
-        machine, goal.least, count, lambda quantities: EnclosedMechanism(machine, file.model, quantities)
+        machine, goal.least, count, lambda quantities: EnclosedMechanism(machine, file.model, quantities), limits
     )
     design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
-    incumbent = Incumbent(x, design, objective, count, bool(goal.limits))
+    incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, objective_bounds))
     box = (machine.lower, machine.upper)
     proof = prove_bound(objective_bounds, box, objective_bounds.floor, incumbent, seconds, listener)
     return replace(found, result=replace(found.result, proof=proof))
+
+
+def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
+    """Return in words for which designs the bound is."""
+    conditions = ["closes its loops"] if goal.machine.loops else []
+    if bounding.limits:
+        conditions.append(f"satisfies the limits{'' if bounding.heeds_all else ' at fixed angles'}")
+    return f"no design of the box that {' and '.join(conditions)}" if conditions else "no design of the box"
 
 
 def _find_incumbent(

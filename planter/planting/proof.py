@@ -28,10 +28,9 @@ def with_proof(found: Optimisation, seconds: float = SECONDS, progress: Listener
     """The same with the proof of the best design over samples, in so many seconds."""
     device, optimum = found.devices[found.result.model], _incumbent(found, progress)
     bounding = Objective(device, int(optimum.sampling))
-    incumbent = Incumbent(
-        optimum.design, device.named(optimum.design), optimum.objective, int(optimum.sampling),
-        bool(optimum.requirements),
-    )  # fmt: skip
+    scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
+    named = device.named(optimum.design)
+    incumbent = Incumbent(optimum.design, named, optimum.objective, int(optimum.sampling), scope)
     box = bounding.searched(optimum.design)
     proof = prove_bound(bounding, box, bounding.floor, incumbent, seconds, progress)
     return replace(found, result=replace(found.result, proof=proof))

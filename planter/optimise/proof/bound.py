@@ -21,13 +21,16 @@ GOAL = 1e-6
 
 @dataclass(frozen=True)
 class Incumbent:
-    """The best design that is known over samples: its point (p,), itself by names, whether limits restrict it."""
+    """The best design that is known over samples: its point (p,), itself by names, its objective.
+
+    `scope` says for which designs the bound is, in words.
+    """
 
     x: Array
     design: dict[str, float]
     objective: float
     samples: int
-    is_limited: bool
+    scope: str = "no design of the box"
 
 
 class _Clock:
@@ -64,6 +67,7 @@ def prove_bound(
     except Unbounded as error:
         reached, result = incumbent.objective, Bounded(floor, np.inf, 1, 0.0, error.message)
     else:
+        reached = reached if np.isfinite(reached) else incumbent.objective
         clock = _Clock(reached, seconds, listener)
         result = Search(bounding, *box, floor).run(reached - GOAL * abs(incumbent.objective), seconds, clock)
         clock.end(result)
@@ -78,11 +82,10 @@ def prove_bound(
 
 def _describe(result: Bounded, incumbent: Incumbent, gap: float, is_proved: bool) -> str:
     objective, over = incumbent.objective, f"over {incumbent.samples} samples"
-    which = "no design of the box, requirements kept or not," if incumbent.is_limited else "no design of the box"
     claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} s"
     if result.obstacle:
         claim += f", because parts of the box have no bound ({result.obstacle})"
-    statement = f"{which} is better than {objective:.9g} {over} by more than {gap:.2g}"
+    statement = f"{incumbent.scope} is better than {objective:.9g} {over} by more than {gap:.2g}"
     if not np.isfinite(gap):
         statement = f"nothing bounds the objective {objective:.9g} {over} from below"
     if result.met < objective - GOAL * abs(objective) and not is_proved:

@@ -13,10 +13,12 @@ from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import PI, Enclosing
 from planter.optimise.proof.balls import Ball, U, Unbounded, chosen
 from planter.optimise.proof.branches import Branches
-from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.jets import Jet, Space, concatenate
 
 MOST_LANES = 8
 """Pieces of a lane, on average, above which a box is too wide to follow them."""
+PARTS, MOST_FAILURES = 8, 3
+"""Parts of samples that are tried where all at once fail, and how many of them may fail to be tried in parts again."""
 
 
 class Enclosed(Protocol):
@@ -55,6 +57,29 @@ def enclose_at(response: Enclosed, space: Space, turns: Sequence[Fraction]) -> l
         sum((share.taken(slice(k * count, (k + 1) * count)) for k in sides), share.taken(slice(0, count)))
         for share in _pieces(response, space, phi)
     ]
+
+
+def enclose_parts(response: Enclosed, space: Space, turns: Sequence[Fraction]) -> tuple[Integers, list[Jet]]:
+    """Return which of some angles [turns] can be enclosed over a box, in their order, and each quantity there.
+
+    What cannot be enclosed at once is tried in parts, unless most of them fail. Raises Unbounded if none is left.
+    """
+    waiting, parts, reason = [np.arange(len(turns))], list[tuple[Integers, list[Jet]]](), ""
+    while waiting:
+        failed = []
+        for places in waiting:
+            try:
+                parts.append((places, enclose_at(response, space, [turns[int(k)] for k in places])))
+            except Unbounded as error:
+                failed.append(places)
+                reason = reason or error.message
+        wide = [places for places in failed if len(places) > 1] if len(failed) <= MOST_FAILURES else []
+        waiting = [part for places in wide for part in np.array_split(places, min(PARTS, len(places)))]
+    if not parts:
+        raise Unbounded(reason)
+    parts.sort(key=lambda part: int(part[0][0]))
+    rows = zip(*(jets for _, jets in parts), strict=True)
+    return np.concatenate([places for places, _ in parts]), [concatenate(row) for row in rows]
 
 
 def _angles(turns: Sequence[Fraction]) -> Ball:

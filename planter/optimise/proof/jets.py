@@ -327,6 +327,17 @@ def _embedding(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, I
     return rows, high * (high + 1) // 2 + low
 
 
+def concatenate(jets: Sequence[Jet]) -> Jet:
+    """Return the lanes of some jets one after another, as a function of the parameters of all."""
+    if len(jets) == 1:
+        return jets[0]
+    felt = tuple(sorted({k for jet in jets for k in jet.felt}))
+    parts = [jet.over(felt).taken(np.arange(jet.lanes)) for jet in jets]
+    rows = [[jet.value for jet in parts], [jet.gradient for jet in parts], [jet.hessian for jet in parts]]
+    joined = [Ball(np.concatenate([b.mid for b in row], -1), np.concatenate([b.rad for b in row], -1)) for row in rows]
+    return Jet(parts[0].space, felt, *joined)
+
+
 def _together(one: Jet, two: Jet) -> tuple[Jet, Jet]:
     """Both as functions of the same parameters."""
     if one.felt == two.felt:

@@ -30,7 +30,8 @@ class Bounds:
     """Of an objective over a box: `least` below all its values, `reached` above that at the centre.
 
     slopes (p,) enclose its derivatives, those of one side at kinks; `looseness` (p,) is what each parameter's width
-    costs in these bounds. Slopes say nothing of an objective that `may_jump`.
+    costs in these bounds. Slopes say nothing of an objective that `may_jump`,
+    and none may be used where but a part of it is bounded.
     """
 
     least: float

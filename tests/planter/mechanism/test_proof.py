@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 
 from planter.engine.goal import Goal
-from planter.engine.measures import parse_sum
+from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.proof import ProvableObjective
 from planter.engine.response import Response
 from planter.kernels import Array
 from planter.mechanism.enclosed import EnclosedMechanism
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
-from planter.optimise.proof.balls import Ball
+from planter.optimise.proof.balls import Ball, Unbounded
 from planter.optimise.proof.bound import Incumbent, prove_bound
 from planter.optimise.proof.curve import samples
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.objective import Bounds
 from planter.optimise.proof.results import GlobalBound
 from tests.support import own
 from tests.support.cli import answer, refusal
@@ -125,7 +126,7 @@ def prove(bounding: ProvableObjective, goal: Goal) -> tuple[GlobalBound, Array]:
     lower, upper = find_box(own.file("transplanting_arm"))
     slopes = bounding(lower, upper).slopes.mid
     corner = np.where(slopes < 0, upper, lower)
-    incumbent = Incumbent(corner, {}, goal.evaluate(corner), COUNT, is_limited=False)
+    incumbent = Incumbent(corner, {}, goal.evaluate(corner), COUNT)
     return prove_bound(bounding, (lower, upper), bounding.floor, incumbent, seconds=30.0), corner
 
 
@@ -147,6 +148,46 @@ def test_friction_that_may_turn_proves_nothing_by_slopes() -> None:
     assert not goal_of("transplanting_arm", "range F_Ox + rms M_in")[1](
         *find_box(own.file("transplanting_arm"))
     ).may_jump
+
+
+def bound_arm(least: str, *limits: str) -> Bounds:
+    """Return bounds of a sum over a small box of the four-bar, under limits."""
+    file = own.file("transplanting_arm")
+    machine, terms, holds = build_machine(file), parse_sum(least), [parse_limit(limit) for limit in limits]
+    bounding = ProvableObjective(machine, terms, COUNT, lambda q: EnclosedMechanism(machine, file.model, q), holds)
+    return bounding(*find_box(file))
+
+
+def test_boxes_that_violate_a_limit_hold_no_design() -> None:
+    least, machine = "range F_Ox + rms M_in", build_machine(own.file("transplanting_arm"))
+    greatest = Goal(machine, parse_sum("max M_in"), (), COUNT).evaluate(machine.design)
+    free = bound_arm(least)
+    assert bound_arm(least, f"max M_in <= {0.9 * greatest}").least == np.inf
+    assert bound_arm(least, f"M_in >= {1.1 * greatest}").least == np.inf
+    kept = bound_arm(least, f"M_in <= {1.1 * greatest}")
+    assert (kept.least, kept.reached, kept.may_jump) == (free.least, free.reached, False)
+    crossed = bound_arm(least, f"max M_in <= {greatest}")
+    assert crossed.least == free.least
+    assert crossed.may_jump, "no side stands for a box that a limit crosses"
+
+
+def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    sums = "range F_Ox + rms M_in", "max F_Ox + std M_in + min F_Oy + variance F_Ay"
+    whole, follow = [bound_arm(least) for least in sums], EnclosedMechanism.follow
+
+    def fail(self: EnclosedMechanism, space: Space, phi: Ball) -> object:
+        if (np.abs(phi.mid - 2 * np.pi * 5 / COUNT) < 1e-9).any():
+            raise Unbounded("nothing is known here")
+        return follow(self, space, phi)
+
+    monkeypatch.setattr(EnclosedMechanism, "follow", fail)
+    for least, other in zip(sums, whole, strict=True):
+        part = bound_arm(least)
+        assert part.least <= other.least + 1e-9 * abs(other.least)
+        assert part.least > 0.5 * other.least
+        assert (part.reached, part.may_jump) == (np.inf, True)
+    with pytest.raises(Unbounded, match="every angle"):
+        bound_arm("mean F_Ox")
 
 
 ARM = """
