@@ -136,7 +136,8 @@ class Samples:
             least = float(low.min()) if is_whole else -np.inf, float(high.min())
             most = float(low.max()), float(high.max()) if is_whole else np.inf
             if measure.kind == "range":
-                return most[0] - least[1], most[1] - least[0]
+                extent = Ball.exact(most) - Ball.exact(least[::-1])
+                return float(extent.low[0]), float(extent.high[1])
             return most if measure.kind == "max" else least
         try:
             value = self._average(measure, jet).value[part]

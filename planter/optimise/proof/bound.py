@@ -71,11 +71,12 @@ def prove_bound(
         clock = _Clock(reached, seconds, listener)
         result = Search(bounding, *box, floor).run(reached - GOAL * abs(incumbent.objective), seconds, clock)
         clock.end(result)
-    gap, is_bounded = reached - result.least, bool(np.isfinite(result.least))
+    least = min(result.least, reached)  # every other design may be known to be worse, or to violate a limit
+    gap, is_bounded = reached - least, bool(np.isfinite(least))
     is_proved = gap <= GOAL * abs(incumbent.objective)
     return GlobalBound(
         kind="sampled", samples=incumbent.samples, design=incumbent.design, objective=incumbent.objective,
-        lower_bound=result.least if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
+        lower_bound=least if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
         seconds=result.seconds, proved=is_proved, statement=_describe(result, incumbent, gap, is_proved),
     )  # fmt: skip
 
