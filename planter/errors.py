@@ -10,6 +10,10 @@ class PlanterError(Exception):
 
     exit_code: ClassVar[int] = 1
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle any error with its attributes, whatever its constructor takes: workers send their errors."""
+        return _restore_error, (type(self), self.args, vars(self))
+
     @property
     def name(self) -> str:
         """The kind of error, as results and JSON output call it."""
@@ -23,6 +27,12 @@ class PlanterError(Exception):
     def table(self) -> dict[str, Any]:
         """What `--json` prints of it: the error, and what was reached before it."""
         return {"error": {"name": self.name, "message": self.message}, "partial": getattr(self, "partial", None)}
+
+
+def _restore_error(kind: type[PlanterError], args: tuple[Any, ...], attributes: dict[str, Any]) -> PlanterError:
+    error = kind.__new__(kind, *args)
+    vars(error).update(attributes)
+    return error
 
 
 class InputError(PlanterError):

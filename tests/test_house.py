@@ -12,7 +12,7 @@ from tests.support.starts import find_starts
 
 MACHINES = sorted(rooms.folders("examples"))
 GENERAL = (
-    (FOUNDATION,), ("records",), ("files",), ("kernels", "terminal"), ("numerics", "report"),
+    (FOUNDATION,), ("parallel", "records"), ("files",), ("kernels", "terminal"), ("numerics", "report"),
     ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
     ("exports", "gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip

@@ -298,6 +298,11 @@ class Goal:
     def _node(self, measure: Measure) -> int:
         return 0 if measure.angle is None else self.at.index(measure.angle % 360)
 
+    def restart(self) -> None:
+        """Forget all designs so far: what is evaluated next does not depend on them, to the last digit."""
+        for nodes in self.nodes.values():
+            nodes.restart()
+
     def _build_nodes(self, count: int, with_events: bool) -> Iterator[tuple[Key, Nodes]]:
         names: dict[Key, dict[str, None]] = {}
         for measure in self.measures:

@@ -59,6 +59,11 @@ class Nodes(ABC):
         self.units = np.array([quantity.factor for quantity in self.response.quantities])
         self._latest = Latest(self.evaluate)
 
+    def restart(self) -> None:
+        """Forget all designs so far, as `Response.restart`."""
+        self.response.restart()
+        self._latest = Latest(self.evaluate)
+
     def __call__(self, x: Array) -> NodeValues:
         """Return the quantities at a design. Raises ComputationError where loops do not close."""
         return self._latest(x)
@@ -152,6 +157,10 @@ class MovingNodes(Nodes):
         self.anchors = anchors
         count = max(machine.samples, SCANNED)
         self.grid = machine.turn * np.arange(count) / count
+
+    def restart(self) -> None:
+        super().restart()
+        self.anchors.restart()
 
     @abstractmethod
     def place(self, point: DesignPoint) -> Placement:

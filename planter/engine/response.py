@@ -66,6 +66,10 @@ class Response:
             self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
         self.is_compiled = False
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget where loops were closed before, near which they are closed else: what follows has the same digits."""
         self._places: tuple[Array, Array] | None = None
         self._course: Course | None = None
 

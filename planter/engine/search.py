@@ -6,7 +6,7 @@ both. Where extremes are the true ones, those between nodes become nodes, until 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -28,6 +28,9 @@ from planter.optimise.problem import Counts, Problem
 from planter.optimise.result import Certificate, certified
 from planter.optimise.sections import DEFAULT_GENETIC
 from planter.optimise.smooth import Smooth
+from planter.optimise.starts import Descent
+from planter.parallel.jobs import run_in_order
+from planter.parallel.task import HERE, Means, Task
 from planter.progress import Listener, Phase
 
 Sampling = int | Literal["refined"]
@@ -90,6 +93,11 @@ class Programme:
         """Return the point u of a design x (p,), the measures' variables as tight as they can be."""
         return self.box.inside((self.goal.start(x) - self.box.origin) / self.box.unit)
 
+    def begin(self, x: Array) -> Array:
+        """Return the point u of a design x (p,) to descend from, whose end does not depend on descents before."""
+        self.goal.restart()
+        return self.point(x)
+
     def snapped(self, u: Array) -> Array:
         """Return the design (p,) at a point, on the bounds that it lies close to if nothing is lost by that."""
         for margin in (SNAP, 0.0):
@@ -134,21 +142,24 @@ class DesignProblem(Problem):
 
 def minimise(
     machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], spec: SearchSpec,
-    listener: Listener | None = None,
+    listener: Listener | None = None, task: Task | None = None, means: Means = HERE,
 ) -> GoalOptimum:  # fmt: skip
     """Return the design within the bounds that minimises a sum of measures under limits.
 
-    Measures and limits are as `goal.resolve_measure` gives them. Raises InputError for a machine without bounds;
-    ComputationError if no start leads to a design that satisfies the limits.
+    Measures and limits are as `goal.resolve_measure` gives them. `means` says what runs the descents, whose results do
+    not depend on it; workers take those of a task, which prepares `prepare_descents` with the same arguments. Raises
+    InputError for a machine without bounds; ComputationError if no start leads to a design that satisfies the limits.
     """
     if not machine.moved:
         raise InputError(f"{machine.source}: it has no [bounds], so there is nothing to search in")
-    is_refined = spec.sampling == "refined"
-    count = None if spec.sampling == "refined" else spec.sampling
-    programme = Programme(Goal(machine, least, limits, count, with_events=is_refined))
+    is_refined, programme = spec.sampling == "refined", _build_programme(machine, least, limits, spec.sampling)
+
+    def find_minima(designs: Sequence[Array], work: str) -> list[Minimum]:
+        return _descend(programme, designs, work, listener, task, means)
+
     population, minima, points = DesignProblem(programme), [], []
     if spec.method in ("ipopt", "hybrid"):
-        minima = _descend(programme, _starting_designs(machine, spec), "ipopt", listener)
+        minima = find_minima(_starting_designs(machine, spec), "ipopt")
         points = [minimum.u for minimum in minima]
     if spec.method in ("ga", "hybrid"):
         individuals = genetic.search(population, spec.genetic, spec.seed, listener)
@@ -156,7 +167,7 @@ def minimise(
             points = [individuals[0].u]
         else:
             designs = [programme.x(one.u) for one in genetic.distinct(individuals, POLISHED, APART)]
-            points += [minimum.u for minimum in _descend(programme, designs, "polish", listener)]
+            points += [minimum.u for minimum in find_minima(designs, "polish")]
     feasible = [u for u in points if programme.problem.kept(u)]
     if not feasible:
         raise ComputationError(_describe_infeasibility(programme, points))
@@ -199,19 +210,42 @@ def _starting_designs(machine: Machine, spec: SearchSpec) -> list[Array]:
     return [np.clip(machine.design, lower, upper), *(lower + cube * (upper - lower))]
 
 
-def _descend(programme: Programme, designs: Sequence[Array], work: str, listener: Listener | None) -> list[Minimum]:
+def _build_programme(
+    machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], sampling: Sampling
+) -> Programme:  # fmt: skip
+    count = None if sampling == "refined" else sampling
+    return Programme(Goal(machine, least, limits, count, with_events=count is None))
+
+
+def prepare_descents(
+    machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], sampling: Sampling
+) -> Callable[[Array], Descent]:  # fmt: skip
+    """Return the function that descends from a design (p,); arguments as those of `minimise`."""
+    programme = _build_programme(machine, least, limits, sampling)
+    return lambda x: starts.run_descent(programme.problem, lambda: programme.begin(x), MOST_ITERATIONS)
+
+
+def _descend(
+    programme: Programme, designs: Sequence[Array], work: str, listener: Listener | None, task: Task | None,
+    means: Means,
+) -> list[Minimum]:  # fmt: skip
     """Return the minima beside designs whose loops close. Raises ComputationError if none does."""
     step = "start" if work == "ipopt" else "individual"
-    phase, minima, reason = Phase(work, step, len(designs), listener), [], ""
-    for count, x in enumerate(designs, 1):
+    phase, minima, problem = Phase(work, step, len(designs), listener), [], programme.problem
+    error = ComputationError("there are no starts")
+
+    def run_here(x: Array) -> Descent:
+        return starts.run_descent(problem, lambda: programme.begin(x), MOST_ITERATIONS)
+
+    descents = run_in_order(task, designs, means, run_here, lambda descent: descent)
+    for count, descent in enumerate(descents, 1):
         try:
-            start = starts.nearer(programme.problem, programme.point(x))
-            minima.append(descend(programme.problem, start, MOST_ITERATIONS))
-        except ComputationError as error:
-            reason = error.message
-        phase.reached(count, best=programme.problem.least)
+            minima.append(descent.join(problem))
+        except ComputationError as reason:
+            error = reason
+        phase.reached(count, best=problem.least)
     if not minima:
-        raise ComputationError(f"no start leads anywhere: {reason}")
+        raise ComputationError(f"no start leads anywhere: {error.message}")
     return minima
 
 

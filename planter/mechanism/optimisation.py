@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
+from planter.engine import search
 from planter.engine.goal import CYCLE, Goal, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Limit, Measure, parse_limit, parse_sum
-from planter.engine.search import GoalOptimum, SearchSpec, minimise
+from planter.engine.search import GoalOptimum, Sampling, SearchSpec, minimise
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
@@ -18,6 +19,8 @@ from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
 from planter.mechanism.results import ActiveLimit, Evaluations, Held, Optimum, Proof
 from planter.optimise.constraints import KEPT
+from planter.optimise.starts import Descent
+from planter.parallel.task import HERE, Means, Task
 from planter.progress import Listener
 
 
@@ -66,12 +69,14 @@ def optimise(
     holds: Sequence[str] = (),
     spec: SearchSpec | None = None,
     listener: Listener | None = None,
+    means: Means = HERE,
 ) -> Found:
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 
-    `least` replaces the file's sum, `holds` are limits beside the file's. Raises InputError for measures that cannot
-    be parsed, or a file without bounds or sum; ComputationError if no start leads to a design that satisfies the
-    limits, and for the mean of what does not repeat after a turn.
+    `least` replaces the file's sum, `holds` are limits beside the file's, `means` says what runs the descents, whose
+    results do not depend on it. Raises InputError for measures that cannot be parsed, or a file without bounds or sum;
+    ComputationError if no start leads to a design that satisfies the limits, and for the mean of what does not repeat
+    after a turn.
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(file, least, holds)
@@ -80,8 +85,18 @@ def optimise(
     if averaged := goal.averaged:
         require_repeating(Model(file), averaged, file.turn.samples)
     spec = spec or SearchSpec(file.objective.samples if file.objective else "refined")
-    optimum = minimise(goal.machine, goal.least, goal.limits, spec, listener)
+    task = Task(f"{__name__}:{prepare_descents.__name__}",
+                {"file": file, "least": least, "holds": list(holds), "sampling": spec.sampling})  # fmt: skip
+    optimum = minimise(goal.machine, goal.least, goal.limits, spec, listener, task, means)
     return _record(file, least or (file.objective.least if file.objective else ""), spec, optimum, begun)
+
+
+def prepare_descents(
+    file: MechanismFile, least: str | None, holds: Sequence[str], sampling: Sampling
+) -> Callable[[Array], Descent]:  # fmt: skip
+    """Return the function that descends from a design (p,) to what a file, a sum and limits ask for, in a worker."""
+    goal = StatedGoal.read(file, least, holds)
+    return search.prepare_descents(goal.machine, goal.least, goal.limits, sampling)
 
 
 def evaluate_limits(file: MechanismFile, changing: Collection[str] = ()) -> list[Held]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.parallel.task import HERE, Means
+
 if TYPE_CHECKING:
     from planter.engine.search import Sampling
     from planter.mechanism.file import MechanismFile
@@ -45,6 +47,7 @@ class SearchOptions:
     seed: int = 0
     starts: int | None = None
     prove_seconds: float | None = None
+    means: Means = HERE
 
 
 def search(
@@ -68,7 +71,7 @@ def search(
     goal = optimisation.StatedGoal.read(mechanism, least, holds)
     if options.prove_seconds is not None:
         proof.require_provable(goal, least)
-    found = optimisation.optimise(mechanism, least, holds, spec, console.progress)
+    found = optimisation.optimise(mechanism, least, holds, spec, console.progress, options.means)
     if options.prove_seconds is not None:
         found = proof.with_proof(mechanism, found, goal, spec, options.prove_seconds, console.progress)
     if out is not None:

@@ -11,13 +11,13 @@ from typing import Literal
 
 from planter.kernels import Array
 from planter.optimise import genetic
-from planter.optimise.constraints import KEPT
 from planter.optimise.descent import Minimum, descend
 from planter.optimise.genetic import Individual, Settings
 from planter.optimise.problem import Best, Problem
 from planter.optimise.result import Candidates, Result, result
-from planter.optimise.second_process import Report, SecondProcess
 from planter.optimise.starts import DEFAULT_STARTS, descents
+from planter.parallel.jobs import Jobs
+from planter.parallel.task import HERE, Means, Task
 from planter.progress import Listener, Phase
 
 Method = Literal["hybrid", "ipopt", "ga"]
@@ -37,16 +37,19 @@ class Search:
         seed: int = 0,
         starts: int = DEFAULT_STARTS,
         progress: Listener | None = None,
+        task: Task | None = None,
+        means: Means = HERE,
     ) -> None:
+        self.task, self.means = task, means
         self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
         self.ga, self.ipopt, self.polish = (problem.anew() for _ in range(3))
         self.minima: list[Minimum] = []
         self.begun = time.perf_counter()
 
-    def run(self, method: Method, beside: SecondProcess | None = None, known: Sequence[Array] = ()) -> Result:
+    def run(self, method: Method, under_way: Jobs | None = None, known: Sequence[Array] = ()) -> Result:
         """The best of what the method finds and of points u (p,) that are known to keep the constraints.
 
-        With `beside`, the starts come from there.
+        The starts are those `under_way`, else workers run those of the task as `descents` says.
         """
         reached = list(known)
         individuals: list[Individual] = []
@@ -54,28 +57,25 @@ class Search:
             individuals = genetic.search(self.ga, self.settings, self.seed, self.progress)
             reached.append(individuals[0].u)
         if method in ("ipopt", "hybrid"):
-            self._descend(beside)
+            self._descend(under_way)
             reached += [minimum.u for minimum in self.minima]
         if method == "hybrid":
             reached += self._polished(genetic.distinct(individuals, POLISHED, APART))
         return self._result(method, reached)
 
-    def so_far(self, method: Method, beside: SecondProcess | None = None) -> Result | None:
+    def so_far(self, method: Method, under_way: Jobs | None = None) -> Result | None:
         """The best point met by any part of an interrupted run; None if there is none."""
-        if beside is not None and not self.minima:
-            self._take(beside.so_far())
+        for descent in [] if under_way is None else under_way.results(len(self.minima)):
+            self.minima.append(descent.join(self.ipopt))
         reached = [problem.best.u for problem in self._problems if problem.best is not None]
         reached += [minimum.u for minimum in self.minima]
         reached = [u for u in reached if self.polish.kept(u)]
         return self._result(method, reached) if reached else None
 
-    def _descend(self, beside: SecondProcess | None) -> None:
-        report = beside.result(Phase("ipopt", "start", self.starts, self.progress)) if beside is not None else None
-        if report is not None:
-            self._take(report)
-        else:
-            for minimum in descents(self.ipopt, self.starts, self.seed, self.progress):
-                self.minima.append(minimum)
+    def _descend(self, under_way: Jobs | None) -> None:
+        found = descents(self.ipopt, self.starts, self.seed, self.progress, self.task, self.means, under_way)
+        for minimum in found:
+            self.minima.append(minimum)
 
     def _polished(self, individuals: Sequence[Individual]) -> list[Array]:
         """The local minima beside individuals, points u (p,)."""
@@ -86,15 +86,12 @@ class Search:
             phase.reached(len(found), best=self.polish.least)
         return found
 
-    def best(self, beside: SecondProcess | None = None) -> Best | None:
+    def best(self, under_way: Jobs | None = None) -> Best | None:
         """The best point that any part has met so far."""
-        minima = self.minima or ([] if beside is None else beside.so_far().minima)
-        met = [Best(one.u, one.objective) for one in minima if one.violation <= KEPT]
+        rest = [] if under_way is None else under_way.results(len(self.minima))
+        met = [descent.best for descent in rest if descent.best is not None]
         met += [problem.best for problem in self._problems if problem.best is not None]
         return min(met, key=lambda best: best.objective, default=None)
-
-    def _take(self, report: Report) -> None:
-        self.minima, self.ipopt.counts, self.ipopt.history = report.minima, report.counts, report.history
 
     @property
     def _problems(self) -> tuple[Problem, Problem, Problem]:

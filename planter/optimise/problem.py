@@ -69,6 +69,14 @@ class Problem:
         """The same, nothing met yet."""
         return Problem(self.objective, self.box, self.constraints)
 
+    def absorb(self, counts: Counts, best: Best | None, history: Sequence[tuple[int, float]]) -> None:
+        """Count as met here, after all else, what the same problem has met anew."""
+        before, least = self.counts.total, self.least
+        self.history += [(before + n, value) for n, value in history if least is None or value < least]
+        self.counts = self.counts + counts
+        if best is not None and (least is None or best.objective < least):
+            self.best = best
+
     @property
     def start(self) -> Array:
         """The point (p,) of the design to start from."""

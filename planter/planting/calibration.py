@@ -6,13 +6,15 @@ bounded by common sense. Both models are tried, first with a cam that only pushe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array
+from planter.parallel.jobs import run_in_order
+from planter.parallel.task import HERE, Means, Task
 from planter.planting import cycle, flanks, plausible
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
@@ -45,20 +47,29 @@ AT_BOUND = 1e-6
 
 
 def calibrate(
-    machine: Machine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None
-) -> CalibrationFound:
+    machine: Machine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None,
+    means: Means = HERE,
+) -> CalibrationFound:  # fmt: skip
     """Fit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
 
-    `laws` are those of the cam's flanks that are tried, all of them where there are none. Raises InputError for a
-    target or a law that there is not.
+    `laws` are those of the cam's flanks that are tried, all of them where there are none; `means` says what fits them,
+    with the same results. Raises InputError for a target or a law that there is not.
     """
     wanted = _target(target)
     chosen = tuple(_law(law) for law in laws) or flanks.names()
-    phase = Phase("calibration", "law", len(chosen) * len(MODELS), progress)
+    jobs = [(one, law) for one in MODELS for law in chosen]
+    phase, laws_fits = Phase("calibration", "law", len(jobs), progress), LawFits(machine, wanted)
+    points: list[Array] = []
+    task = Task(f"{__name__}:{LawFits.__name__}", {"machine": machine, "wanted": dict(wanted)})
+    for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.under_way(None)):
+        phase.next(", ".join(jobs[len(points)]))
+        points.append(z)
     best: dict[Model, Fit] = {}
     found: dict[str, ModelFitted] = {}
     for one in MODELS:
-        fits = list(_by_law(machine, one, wanted, chosen, phase))
+        fits = [
+            Fit(laws_fits.build_force(job), z, wanted) for job, z in zip(jobs, points, strict=True) if job[0] == one
+        ]
         best[one] = min(fits, key=lambda fit: fit.rank)
         found[one] = _told(best[one], one, target, () if best[one].met else _misses(fits))
     first, other = best[model], next(m for m in MODELS if m != model)
@@ -100,12 +111,24 @@ def _law(name: str) -> str:
     return name
 
 
-def _by_law(machine: Machine, model: Model, wanted: Figures, laws: Iterable[str], phase: Phase) -> Iterator[Fit]:
-    """The best fit of each law."""
-    for law in laws:
-        device = Device(with_flank(machine, law), model)
-        yield _best(Force(device, Inputs.with_events(device)), wanted)
-        phase.next(f"{model}, {law}")
+class LawFits:
+    """Best fits by model and law of the cam's flanks: the jobs of a worker."""
+
+    def __init__(self, machine: Machine, wanted: Figures) -> None:
+        self._machine, self._wanted = machine, wanted
+        self._forces: dict[tuple[Model, str], Force] = {}
+
+    def build_force(self, job: tuple[Model, str]) -> Force:
+        """Return the force of a model with a law."""
+        if job not in self._forces:
+            model, law = job
+            device = Device(with_flank(self._machine, law), model)
+            self._forces[job] = Force(device, Inputs.with_events(device))
+        return self._forces[job]
+
+    def __call__(self, job: tuple[Model, str]) -> Array:
+        """Return the point (n,) of the best fit."""
+        return _best(self.build_force(job), self._wanted).z
 
 
 def _best(force: Force, wanted: Figures) -> Fit:

@@ -13,6 +13,7 @@ from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
+from planter.parallel.task import HERE, Means
 from planter.planting import search
 from planter.planting.designer import summary as designer
 from planter.planting.functions import MODELS
@@ -72,6 +73,7 @@ def optimise(
     starts: int | None = None,
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
+    means: Means = HERE,
 ) -> Optimisation:
     """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
 
@@ -81,7 +83,7 @@ def optimise(
     sampling = sampling_of(samples)
     device = Device(device.machine, device.model)
     device.compile(sampling == "refined")
-    found = search.run(device, method, sampling, seed, starts, progress, keep)
+    found = search.run(device, method, sampling, seed, starts, progress, keep, means=means)
     try:
         return scored(device, found)
     except KeyboardInterrupt:

@@ -1,9 +1,8 @@
-"""What a search for a design is given: the problem under its constraints, a point that keeps them, its recipe."""
+"""What a search for a design is given: the problem under its constraints, a point that keeps them, its task."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import Any
+from collections.abc import Callable
 
 from planter.errors import ComputationError
 from planter.kernels import Array
@@ -12,8 +11,8 @@ from planter.optimise.descent import Minimum, descend
 from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
-from planter.optimise.second_process import Recipe
-from planter.optimise.starts import nearer, points
+from planter.optimise.starts import Descent, nearer, points, run_descent
+from planter.parallel.task import Task
 from planter.planting import objective
 from planter.planting.file import Machine
 from planter.planting.functions import Model
@@ -52,20 +51,20 @@ def beside_design(task: Problem, x: Array) -> Minimum:
     return descend(task, nearer(task, box.inside((x - box.origin) / box.unit)))
 
 
-def recipe(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Recipe:
-    """How another process makes a device's problem: by `made`."""
-    wanted = None if lengths is None else asdict(lengths.wanted)
-    arguments = {"machine": device.machine.table(), "model": device.model, "sampling": sampling,
-                 "compiled": device.compiled, "wanted": wanted}  # fmt: skip
-    return Recipe(f"{__name__}:{made.__name__}", arguments)
+def build_task(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Task:
+    """Return the descents on a device's problem, from points (p,), as workers run them."""
+    arguments = {"machine": device.machine, "model": device.model, "sampling": sampling, "compiled": device.compiled,
+                 "wanted": None if lengths is None else lengths.wanted}  # fmt: skip
+    return Task(f"{__name__}:{prepare_descents.__name__}", arguments)
 
 
-def made(
-    machine: dict[str, Any], model: Model, sampling: Sampling, compiled: bool, wanted: dict[str, Any] | None = None
-) -> Problem:
-    """The problem of a machine given as a table, its kernels compiled if asked for, with whole teeth if any."""
-    device = Device(Machine.model_validate(machine), model)
+def prepare_descents(
+    machine: Machine, model: Model, sampling: Sampling, compiled: bool, wanted: Wanted | None
+) -> Callable[[Array], Descent]:
+    """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
+    device = Device(machine, model)
     if compiled:
         device.compile(sampling == "refined")
-    lengths = None if wanted is None else Lengths(device, Wanted(**wanted))
-    return problem(device, sampling, Required.of(device), lengths)
+    lengths = None if wanted is None else Lengths(device, wanted)
+    task = problem(device, sampling, Required.of(device), lengths)
+    return lambda start: run_descent(task, lambda: start)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,10 +18,11 @@ from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Best, Problem
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
-from planter.optimise.second_process import SecondProcess
-from planter.optimise.starts import DEFAULT_STARTS
+from planter.optimise.starts import DEFAULT_STARTS, points
+from planter.parallel.jobs import Jobs
+from planter.parallel.task import HERE, Means, count_cores
 from planter.planting.model import Device
-from planter.planting.problem import beside_design, kept, problem, recipe
+from planter.planting.problem import beside_design, build_task, kept, problem
 from planter.planting.requirements.constraints import Required
 from planter.planting.results.optimised import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof
 from planter.planting.results.stated import Requirement
@@ -100,12 +100,14 @@ def run(
     keep: Callable[[Table], None] | None = None,
     lengths: Lengths | None = None,
     near: Sequence[Array] = (),
+    means: Means = HERE,
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
 
     `samples` is "refined" for true extremes and integrals, or a number of angles of a cycle. `starts` is the number of
     descents, `progress` hears how far the search is, `keep` gets the best so far as it is found. With `lengths` the
     pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
+    `means` says what runs the descents, whose results do not depend on it.
 
     Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
@@ -115,16 +117,19 @@ def run(
     count = DEFAULT_STARTS if starts is None else starts
     required = Required.of(device)
     task = problem(device, samples, required, lengths)
-    search = Search(task, device.machine.genetic_algorithm, seed, count)
-    with _beside(device, method, samples, seed, count, lengths) as beside:
-        best_so_far = _Keeper(device, task, method, samples, lambda: search.best(beside), keep)
+    descents = build_task(device, samples, lengths)
+    search = Search(task, device.machine.genetic_algorithm, seed, count, task=descents, means=means)
+    early = _choose_early_means(device, method, means)
+    begins = points(task, count, seed) if early else []
+    with Jobs(descents, begins, early) if early else nullcontext() as under_way:
+        best_so_far = _Keeper(device, task, method, samples, lambda: search.best(under_way), keep)
         search.progress = _both(progress, best_so_far)
         try:
             known = [] if task.constraints is None else [kept(task, required, seed, lengths)]
             known += [beside_design(task, x).u for x in near]
-            return _optimum(device, required, lengths, samples, search.run(method, beside, known))
+            return _optimum(device, required, lengths, samples, search.run(method, under_way, known))
         except KeyboardInterrupt:
-            best = search.so_far(method, beside)
+            best = search.so_far(method, under_way)
             optimum = None if best is None else _optimum(device, required, lengths, samples, best)
             raise Interrupted(optimum, device.scale) from None
 
@@ -182,13 +187,14 @@ def _optimum(
     )  # fmt: skip
 
 
-def _beside(
-    device: Device, method: Method, sampling: Sampling, seed: int, starts: int, lengths: Lengths | None
-) -> AbstractContextManager[SecondProcess | None]:
-    """The starts in a second process, where there is something to run beside them and a core for it."""
-    if method != "hybrid" or (os.cpu_count() or 1) < 2 or device.force.response.slopes_kernel.way == "lanes":
-        return nullcontext()
-    return SecondProcess(recipe(device, sampling, lengths), seed, starts)
+def _choose_early_means(device: Device, method: Method, means: Means) -> Means | None:
+    """Return what runs the starts while the genetic algorithm runs here; None if they come after it."""
+    if method != "hybrid":
+        return None
+    if means == HERE:
+        spare = count_cores() - 1
+        return None if spare < 1 or device.force.response.slopes_kernel.way == "lanes" else Means(spare)
+    return means
 
 
 def front(

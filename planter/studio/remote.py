@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import json
-from asyncio.subprocess import Process
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from planter import workers
 from planter.errors import ComputationError
 from planter.studio.session import Message
 from planter.studio.worker import DONE
 from planter.studio.worker import __name__ as WORKER
+from planter.workers import Worker, WorkerEndedError
 
 LONGEST_S = 120.0
 """Time that an answer may take; what is compiled for the first time takes some ten seconds."""
 GRACE_S = 1.0
 """Time that an answer may still take which nobody waits for any more."""
-LONGEST_LINE = 2**27
+LONGEST_ANSWER = 2**27
 """Bytes of an answer."""
 Request = Literal["seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works"]
 
@@ -49,7 +49,8 @@ class RemoteSession:
 
     def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
         self._places = {"folder": str(folder), "scratch": str(scratch), "explicit": explicit and str(explicit)}
-        self._process: Process | None = None
+        self._process: Worker | None = None
+        self._thread = ThreadPoolExecutor(1)
         self._opened: Message | None = None
         self._lock = asyncio.Lock()
         self._asked = 0
@@ -58,7 +59,7 @@ class RemoteSession:
     async def begin(self) -> None:
         """Start the process, so that the first request finds it ready."""
         async with self._lock:
-            await self._started()
+            self._start()
 
     async def open(self, message: Message) -> Answer:
         """Open a machine. Raises ComputationError where the process ends."""
@@ -82,10 +83,10 @@ class RemoteSession:
     async def close(self) -> None:
         """Kill the process, and wait for its end; no other is started."""
         self._closed = self._given_up = True
-        process = self._process
-        self._kill()
-        if process is not None:
-            await process.wait()
+        if self._process is not None:
+            await asyncio.to_thread(self._process.end)
+        self._process = None
+        self._thread.shutdown(wait=False)
 
     async def _ask(self, what: Request, opening: Message, message: Message) -> Answer:
         async with self._lock:
@@ -102,52 +103,39 @@ class RemoteSession:
         return answer
 
     async def _exchange(self, what: str, message: Message) -> Answer:
-        process = await self._started()
-        assert process.stdin is not None
-        assert process.stdout is not None
+        process = self._start()
         self._asked += 1
         self._busy, self._given_up = True, self._closed
-        line = b""
+        request, loop = _to_bytes({"do": what, "message": message}), asyncio.get_running_loop()
         try:
-            async with asyncio.timeout(LONGEST_S):
-                process.stdin.write(_line({"do": what, "message": message}))
-                await process.stdin.drain()
-                line = await process.stdout.readline()
+            text = (await loop.run_in_executor(self._thread, process.ask, request, LONGEST_S)).decode("ascii")
+            return Answer(text[1:], text.startswith(DONE))
         except TimeoutError:
-            self._kill()
+            self._process = None
             raise ComputationError(f"this was given up after {LONGEST_S:g} s") from None
-        except (OSError, ValueError):
-            line = b""
+        except WorkerEndedError:
+            self._process = None
+            if self._given_up:
+                raise GivenUpError("this was given up") from None
+            raise ComputationError(
+                "the process that computes this machine has ended; the next change starts another"
+            ) from None
         finally:
             self._busy = False
-        if line.endswith(b"\n"):
-            text = line.decode("ascii")
-            return Answer(text[1:-1], text.startswith(DONE))
-        self._kill()
-        if self._given_up:
-            raise GivenUpError("this was given up")
-        raise ComputationError("the process that computes this machine has ended; the next change starts another")
 
-    async def _started(self) -> Process:
+    def _start(self) -> Worker:
         if self._closed:
             raise GivenUpError("the page has been left")
         if self._process is None:
             self._opened = None
-            self._process = await workers.start_async_worker(WORKER, LONGEST_LINE, workers.ONE_THREAD)
-            assert self._process.stdin is not None
-            self._process.stdin.write(_line(self._places))
+            self._process = Worker(WORKER, _to_bytes(self._places), LONGEST_ANSWER)
         return self._process
 
     def _kill_if_still_at(self, asked: int) -> None:
-        if self._busy and self._asked == asked:
+        if self._busy and self._asked == asked and self._process is not None:
             self._given_up = True
-            self._kill()
-
-    def _kill(self) -> None:
-        if self._process is not None and self._process.returncode is None:
             self._process.kill()
-        self._process = None
 
 
-def _line(content: Mapping[str, Any]) -> bytes:
-    return json.dumps(content).encode("ascii") + b"\n"
+def _to_bytes(content: Mapping[str, Any]) -> bytes:
+    return json.dumps(content).encode("ascii")

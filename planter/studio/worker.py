@@ -1,4 +1,4 @@
-"""The process in which a page's machine is opened and computed: a request a line in, an answer a line out.
+"""The process in which a page's machine is opened and computed: a request in, an answer out.
 
 Its memory is limited, and the server may kill it, so that a poisonous file costs a message and no more.
 """
@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from planter.studio.session import Message, Session
 MEMORY_BYTES = 2 * 2**30
 """Address space of a process, with what its libraries take; none of the machines needs half of it."""
 REQUESTS = ("open", "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works")
-"""Methods of a session that a line may name."""
+"""Methods of a session that a request may name."""
 ECHOED = ("id", "opening")
 """Keys of a message by which the page knows what an answer belongs to."""
 DONE, FAILED = "+", "-"
@@ -28,22 +27,25 @@ DONE, FAILED = "+", "-"
 
 
 def main() -> None:
-    """Answer each line; the first says which folders the session has."""
-    _limit_memory()
-    answers = _private_output()
-    lines = workers.read_lines()
+    """Answer requests; the first message says which folders the session has."""
     list(rooms.brought("show"))
     import_module("planter.kernels.formulas")  # what takes longest is loaded before anybody waits for it
-    places = json.loads(next(lines))
+    workers.serve(_open_session, MEMORY_BYTES)
+
+
+def _open_session(first: bytes) -> Callable[[bytes], bytes]:
+    places = json.loads(first)
     session = Session(*(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit"))))
-    for line in lines:
-        request = json.loads(line)
-        answers.write(answer_request(session, request["do"], request["message"]) + "\n")
-        answers.flush()
+
+    def answer(message: bytes) -> bytes:
+        request = json.loads(message)
+        return answer_request(session, request["do"], request["message"]).encode("ascii")
+
+    return answer
 
 
 def answer_request(session: Session, what: str, message: Message) -> str:
-    """Return what a session answers, as a line; every exception is an answer, too."""
+    """Return what a session answers, as a text; every exception is an answer, too."""
     echoed = {key: message[key] for key in ECHOED if key in message}
     try:
         if what not in REQUESTS:
@@ -73,22 +75,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _limit_memory() -> None:
-    """Where the system can: beyond the limit an allocation fails, which costs this process at most."""
-    try:
-        import resource
-    except ImportError:
-        return
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    limit = MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(MEMORY_BYTES, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-
-
-def _private_output() -> Any:
-    """The standard output for answers alone; what else is printed goes nowhere."""
-    answers = os.fdopen(os.dup(1), "w", encoding="ascii")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - open as long as the process
-    return answers

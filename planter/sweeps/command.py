@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+from planter.parallel.task import HERE, Means
 from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.plan import Plan
 from planter.sweeps.results import SweepFound, Varied
 from planter.sweeps.room import Held
 from planter.sweeps.rows import Rows
-from planter.sweeps.run import HERE, Means, run
+from planter.sweeps.run import run
 from planter.sweeps.store import open_store
 from planter.sweeps.sweep import Sweep
 

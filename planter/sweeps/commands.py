@@ -10,7 +10,7 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption
+from planter.terminal.options import ClusterOption, JsonOption, OutOption, WorkersOption
 
 app = typer.Typer()
 
@@ -47,22 +47,16 @@ def sweep(
         str | None,
         typer.Option("--list", metavar="MACHINE", help="tell what of a machine can be varied", show_default=False),
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, max=1024, help="processes [default: one a core]", show_default=False)
-    ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="a Dask scheduler whose workers do it (planter[cluster])",
-                     show_default=False),
-    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:  # fmt: skip
     console = Console(as_json)
     with console.outcome():
+        from planter.parallel.task import Means
         from planter.sweeps import command, tables
         from planter.sweeps.plan import load
-        from planter.sweeps.run import Means
 
         if (plan is None) == (listed is None):
             raise InputError("one of PLAN and --list MACHINE must be given")

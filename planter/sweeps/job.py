@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import importlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, Protocol
 
 from planter.kernels import Array
+from planter.parallel.task import Task
 from planter.version import __version__
 
 CHUNK = 10_000
@@ -36,6 +38,11 @@ class Recipe:
     function: str
     arguments: Mapping[str, Any]
 
+    @property
+    def task(self) -> Task:
+        """The chunks of the job, by their numbers, for workers."""
+        return Task(f"{__name__}:{prepare_chunks.__name__}", {"recipe": self}, is_thread_safe=True)
+
     def job(self) -> Job:
         module, name = self.function.split(":")
         made: Job = getattr(importlib.import_module(module), name)(**self.arguments)
@@ -50,11 +57,6 @@ class Recipe:
     def question(self) -> str:
         """A hash of what is asked, of the chunks that it is asked in and of the version that answers."""
         return hashlib.sha256(f"{__version__} {CHUNK} {self.text}".encode()).hexdigest()
-
-
-def read(text: str) -> Recipe:
-    """The recipe that `Recipe.text` wrote."""
-    return Recipe(**json.loads(text))
 
 
 def count(rows: int) -> int:
@@ -74,3 +76,8 @@ def ends(number: int, rows: int) -> tuple[int, int]:
 def found(job: Job, number: int, threads: int = 1) -> bytes:
     """A chunk as it is kept: its rows one after another, numbers of eight bytes, least significant first."""
     return job.chunk(*ends(number, job.rows), threads).astype("<f8").tobytes()
+
+
+def prepare_chunks(recipe: Recipe) -> Callable[[int], bytes]:
+    """Return the function that evaluates a chunk of a job by its number, as `found`."""
+    return partial(found, recipe.job())

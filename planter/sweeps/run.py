@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 
-from planter.errors import ComputationError, Interrupted
+from planter.errors import Interrupted
+from planter.parallel.jobs import Jobs
+from planter.parallel.task import HERE, Means, count_cores
 from planter.progress import Listener, Phase
-from planter.sweeps import cluster, job, pool
+from planter.sweeps import job
 from planter.sweeps.job import Recipe
-from planter.sweeps.pool import Answer
 from planter.sweeps.store import Store
 
 FEWEST = 20_000
 """Rows from which on processes are started for them."""
-
-
-@dataclass(frozen=True)
-class Means:
-    """What finds the chunks: processes of this machine (None: one a core), or the Dask cluster at an address."""
-
-    processes: int | None = None
-    cluster: str | None = None
-
-
-HERE = Means()
+Chunk = tuple[int, bytes]
+"""Number and content."""
 
 
 @dataclass(frozen=True)
@@ -47,42 +39,30 @@ def run(recipe: Recipe, store: Store, means: Means = HERE, progress: Listener | 
     phase = Phase("sweep", "row", rows, progress, kept)
     if kept:
         phase.reached(kept, "done before")
-    count = _workers(means, rows) if todo else 0
+    here = not todo or (means.cluster is None and rows < FEWEST)
     try:
-        for number, content in _answers(recipe, todo, means, count):
-            if isinstance(content, str):
-                raise ComputationError(content)
-            store.save(number, content)
-            start, stop = job.ends(number, rows)
-            phase.reached(phase.done + stop - start)
+        with nullcontext() if here else Jobs(recipe.task, todo, means) as jobs:
+            for number, content in _evaluate(recipe, todo) if jobs is None else _read(jobs, todo):
+                store.save(number, content)
+                start, stop = job.ends(number, rows)
+                phase.reached(phase.done + stop - start)
     except KeyboardInterrupt:
         raise Interrupted({"rows": rows, "rows_done": phase.done}) from None
-    return Run(len(done), count)
+    return Run(len(done), 0 if jobs is None else jobs.workers)
 
 
 def _rows(chunks: set[int], rows: int) -> int:
     return sum(stop - start for start, stop in (job.ends(number, rows) for number in chunks))
 
 
-def _workers(means: Means, rows: int) -> int:
-    if means.cluster is not None:
-        return cluster.workers(means.cluster)
-    return (means.processes or cores()) if rows >= FEWEST else 0
+def _read(jobs: Jobs, todo: Sequence[int]) -> Iterator[Chunk]:
+    for answer in jobs:
+        yield todo[answer.job], answer.result
 
 
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _answers(recipe: Recipe, todo: Sequence[int], means: Means, count: int) -> Iterator[Answer]:
-    if means.cluster is not None:
-        return cluster.answers(recipe, todo, means.cluster)
-    return pool.answers(recipe, todo, count) if count else _here(recipe, todo)
-
-
-def _here(recipe: Recipe, todo: Sequence[int]) -> Iterator[Answer]:
+def _evaluate(recipe: Recipe, todo: Sequence[int]) -> Iterator[Chunk]:
+    """Yield chunks that all cores of this process evaluate."""
     task = recipe.job() if todo else None
     for number in todo:
         assert task is not None
-        yield number, job.found(task, number, cores())
+        yield number, job.found(task, number, count_cores())

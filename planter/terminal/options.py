@@ -25,6 +25,16 @@ SetOption = Annotated[
     ),
 ]
 SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        min=1, max=1024, help="number of worker processes [default: one a core if that is faster]", show_default=False
+    ),
+]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="a Dask scheduler whose workers do it (planter[cluster])", show_default=False),
+]
 SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
 
 

@@ -13,10 +13,11 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.parallel.task import HERE, Means
 from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.room import Held
-from planter.sweeps.run import HERE, Means, run
+from planter.sweeps.run import run
 from planter.sweeps.store import open_store
 from planter.tolerance import job
 from planter.tolerance.file import Tolerances

@@ -11,7 +11,15 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
+from planter.terminal.options import (
+    ClusterOption,
+    JsonOption,
+    OutOption,
+    SeedOption,
+    SetOption,
+    WorkersOption,
+    changes,
+)
 
 app = typer.Typer()
 
@@ -58,12 +66,8 @@ def tolerance(
     ] = 2048,
     robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also the robust design")] = True,
     sigmas: Annotated[float, typer.Option(min=0, max=10, help="standard deviations beside the mean")] = 3,
-    workers: Annotated[
-        int | None, typer.Option(min=1, max=1024, help="processes [default: one a core]", show_default=False)
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="a Dask scheduler whose workers do it", show_default=False)
-    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     seed: SeedOption = 0,
     set_: SetOption = None,
     as_json: JsonOption = False,
@@ -71,9 +75,9 @@ def tolerance(
 ) -> None:
     console = Console(as_json)
     with console.outcome():
+        from planter.parallel.task import Means
         from planter.report.folder import renewing
         from planter.sweeps.room import Held
-        from planter.sweeps.run import Means
         from planter.tolerance import command, tables
         from planter.tolerance.file import Tolerances
         from planter.tolerance.room import Settings

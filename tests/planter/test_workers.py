@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -10,37 +11,33 @@ from pathlib import Path
 
 import pytest
 
-from planter import workers
+from planter.parallel.task import Task
+from planter.workers import Worker, WorkerEndedError
+from tests.planter.parallel.toys import prepare_squares
 
 pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[2]
-MODULES = ("planter.optimise.second_process", "planter.planting.compare.worker")
+JOBS = "planter.parallel.worker"
 PARENT = """
-import subprocess, sys, time
+import pickle, sys, threading
 sys.path.insert(0, {root!r})
 from planter import workers
-started = workers.start_worker({module!r}, subprocess.DEVNULL)
-started.stdin.write({task!r} + "\\n")
-started.stdin.flush()
-print(started.pid, flush=True)
-time.sleep(600)
+from planter.parallel.task import Task
+worker = workers.Worker({module!r}, pickle.dumps(Task({function!r}, {arguments!r})))
+print(worker.pid, flush=True)
+worker.ask(pickle.dumps(1))
 """
 
 
-def _task(module: str) -> str:
-    """Work for minutes."""
-    if module.endswith("worker"):
-        from planter.planting import file
+def _squares(**arguments: object) -> Task:
+    return Task(f"{prepare_squares.__module__}:{prepare_squares.__name__}", arguments)
 
-        own = file.load("wang2017-wide")
-        return json.dumps(
-            {"machine": own.table(), "source": "x", "pair": ["ellipse", "ellipse"], "starts": 9, "seed": 0}
-        )
-    from planter.planting import problem
-    from tests.planter.optimise import toys
 
-    recipe = problem.recipe(toys.device(), 720)
-    return json.dumps({"function": recipe.function, "arguments": recipe.arguments, "seed": 0, "starts": 5000})
+def _wait_for(condition: object, limit_s: float = 30.0) -> None:
+    limit = time.monotonic() + limit_s
+    while not condition() and time.monotonic() < limit:  # type: ignore[operator]
+        time.sleep(0.02)
+    assert condition()  # type: ignore[operator]
 
 
 def _runs(pid: int) -> bool:
@@ -51,41 +48,44 @@ def _runs(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")
-@pytest.mark.parametrize("module", MODULES)
-def test_a_worker_ends_with_its_parent(module: str) -> None:
-    code = PARENT.format(root=str(ROOT), module=module, task=_task(module))
+def test_busy_worker_ends_with_its_parent(tmp_path: Path) -> None:
+    task = _squares(mark=str(tmp_path / "at work"), wait_s=600.0)
+    code = PARENT.format(root=str(ROOT), module=JOBS, function=task.function, arguments=task.arguments)
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None
     pid = int(parent.stdout.readline())
-    time.sleep(3)
+    _wait_for((tmp_path / "at work").exists)
     assert _runs(pid)
     os.kill(parent.pid, signal.SIGKILL)
     parent.wait()
-    limit = time.monotonic() + 30
-    while _runs(pid) and time.monotonic() < limit:
-        time.sleep(0.1)
-    assert not _runs(pid)
+    _wait_for(lambda: not _runs(pid))
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_a_module_of_the_user_s_is_not_taken_for_the_library_s(
-    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in ("json", "queue", "numpy", "planter"):
+@pytest.mark.parametrize("module", [JOBS, "planter.studio.worker"])
+def test_worker_takes_no_module_of_the_user(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("json", "pickle", "queue", "numpy", "planter"):
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'w').close()\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", ["", *sys.path])
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    asked = {"machine": {}, "source": "a file", "pair": None}
-    line = json.dumps(asked if module.endswith("worker") else {"function": "none:none", "arguments": {}})
-    worker = workers.start_worker(module, subprocess.PIPE)
+    is_jobs = module == JOBS
+    first = pickle.dumps(_squares()) if is_jobs else json.dumps({"folder": str(tmp_path), "scratch": str(tmp_path)})
+    request = pickle.dumps(3) if is_jobs else json.dumps({"do": "file", "message": {}})
+    worker = Worker(module, *(text if isinstance(text, bytes) else text.encode() for text in [first]))
     try:
-        assert worker.stdin is not None
-        assert worker.stdout is not None
-        worker.stdin.write(line + "\n")
-        worker.stdin.flush()
-        said = worker.stdout.readline()
+        answer = worker.ask(request if isinstance(request, bytes) else request.encode())
     finally:
-        workers.end_worker(worker)
+        worker.end()
     assert not (tmp_path / "executed").exists()
-    assert not module.endswith("worker") or "a file" in json.loads(said)["error"]["message"]
+    assert pickle.loads(answer) == 3.0 if is_jobs else b"no machine is open" in answer
+
+
+def test_worker_that_is_late_or_says_too_much_is_ended() -> None:
+    late = Worker(JOBS, pickle.dumps(_squares(wait_s=600.0)))
+    with pytest.raises(TimeoutError):
+        late.ask(pickle.dumps(1), limit_s=0.5)
+    with pytest.raises(WorkerEndedError):
+        late.ask(pickle.dumps(1))
+    wordy = Worker(JOBS, pickle.dumps(_squares()), longest_answer=3)
+    with pytest.raises(WorkerEndedError):
+        wordy.ask(pickle.dumps(1))

@@ -10,7 +10,15 @@ import typer
 from planter.planting.commands.options import MachineArgument, kept, machine_of
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, listing
+from planter.terminal.options import (
+    ClusterOption,
+    JsonOption,
+    OutOption,
+    SetOption,
+    SpeedOption,
+    WorkersOption,
+    listing,
+)
 
 app = typer.Typer()
 
@@ -32,6 +40,8 @@ def compare(
         list[str] | None,
         typer.Option(metavar="FAMILY+FAMILY", help="only this pair (repeatable), of families", show_default=False),
     ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -46,7 +56,7 @@ def compare(
 
         own = machine_of(machine, set_, speed_rpm)
         with renewing(out):
-            result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress)
+            result = run.compare(own, starts, seed, out, resume, chosen(pair), console.progress, workers, cluster)
             if out is not None:
                 from planter.planting.report import compare as report
 

@@ -25,7 +25,16 @@ from planter.planting.commands.options import (
 )
 from planter.report.writing import figure_files, writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
+from planter.terminal.options import (
+    ClusterOption,
+    JsonOption,
+    OutOption,
+    SeedOption,
+    SetOption,
+    SpeedOption,
+    WorkersOption,
+    changes,
+)
 
 FIGURES = ("joint_forces", "pitch_curves", "rotation", "support_force", "tip_path")
 """Figures of a device, by their names."""
@@ -192,6 +201,8 @@ def optimise(
     module1: Module1Option = None,
     module2: Module2Option = None,
     teeth: WholeTeethOption = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -202,6 +213,7 @@ def optimise(
     console = Console(as_json)
     with console.outcome(), renewing(out):
         from planter.mechanism.machines import takes
+        from planter.parallel.task import Means
         from planter.planting import optimisation
 
         if least is not None or takes(machine):
@@ -210,7 +222,8 @@ def optimise(
                        "--module2": module2 is not None}  # fmt: skip
             sampling = None if samples is None else optimisation.sampling_of(samples)
             seconds = prove_seconds if prove else None
-            options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds)
+            options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds,
+                                    Means(workers, cluster))  # fmt: skip
             mechanism = load_mechanism(machine, changes(set_), speed_rpm)
             refuse_options(mechanism, besides)
             search(console, mechanism, least, hold or (), options, out)
@@ -230,7 +243,8 @@ def optimise(
                 report.write_partial(out, device, so_far, interrupted)
 
         try:
-            found = run.optimise(device, whole, method.value, samples, seed, starts, console.progress, keep)
+            found = run.optimise(device, whole, method.value, samples, seed, starts, console.progress, keep,
+                                 Means(workers, cluster))  # fmt: skip
         except Interrupted as stop:
             if stop.partial is not None:
                 keep(stop.partial, interrupted=True)

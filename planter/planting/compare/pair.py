@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -34,6 +36,22 @@ CHECKS = 2
 """Starts about the best minimum that have to find nothing better, even where two agree."""
 AT_LIMIT = 1e-4
 """A requirement binds whose row is this close to its bound, in steps."""
+
+
+def prepare_pairs(
+    own: Machine, required: Machine, starts: int, seed: int
+) -> Callable[[box.Pair | None], dict[str, Any]]:
+    """Return the function that makes the entry of a pair in the comparison, as read from JSON; None is the narrow box.
+
+    `own` is the machine, `required` the same with requirements.
+    """
+
+    def run(pair: box.Pair | None) -> dict[str, Any]:
+        entry: dict[str, Any] = narrow(own) if pair is None else optimised(required, pair, starts, seed)
+        content: dict[str, Any] = json.loads(json.dumps(entry, allow_nan=False))
+        return content
+
+    return run
 
 
 def optimised(own: Machine, pair: box.Pair, starts: int, seed: int) -> dict[str, Any]:

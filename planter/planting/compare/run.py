@@ -5,20 +5,17 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import os
-import queue
-import subprocess
-import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from planter import workers
 from planter.errors import ComputationError, InputError
 from planter.files.text import read_json
-from planter.planting.compare import box
+from planter.parallel.jobs import Jobs
+from planter.parallel.task import Means, Task
+from planter.planting.compare import box, pair
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
 from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
@@ -27,10 +24,9 @@ from planter.report import files
 from planter.report.folder import keep
 from planter.version import __version__
 
-WORKER = "planter.planting.compare.worker"
 LAYOUT = 3
 """Of the files of finished devices: those of another are not gone on from."""
-Task = tuple[str, str] | None
+Work = tuple[str, str] | None
 """A pair of families; None for the machine's own box."""
 
 
@@ -43,21 +39,23 @@ def compare(
     pairs: Sequence[box.Pair] | None = None,
     progress: Listener | None = None,
     cores: int | None = None,
+    cluster: str | None = None,
 ) -> ComparisonFound:
     """Devices of all pairs, feasible ones first, best first; and the machine's own narrow box beside them.
 
     Those that are settled come before those that are not, and only they have a `rank`.
 
     With `out` each finished device is a file in `out/devices`; with `resume` those that a run of the same machine,
-    starts, seed and version left there are not done again. Raises InputError for `resume` without `out`,
-    ComputationError where a pair cannot be optimised.
+    starts, seed and version left there are not done again. The pairs are optimised by `cores` processes, one a core if
+    that is None, or by the Dask cluster at an address. Raises InputError for `resume` without `out` and for a cluster
+    that does not answer, ComputationError where a pair cannot be optimised.
     """
     if resume and out is None:
         raise InputError("--resume is not allowed without --out: it must be told which folder to go on in")
     begun, machine = time.perf_counter(), box.required(own)
     chosen = list(box.pairs() if pairs is None else pairs)
     store = Store(None if out is None else files.output_folder(out / "devices"), own, starts, seed)
-    tasks: list[Task] = [None, *chosen]
+    tasks: list[Work] = [None, *chosen]
     done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
     todo = [task for task in tasks if done[task] is None]
     kept = len(tasks) - len(todo)
@@ -65,16 +63,16 @@ def compare(
     if kept:
         phase.reached(kept, "done before")
 
-    def finished(task: Task, found: dict[str, Any]) -> None:
-        if "error" in found:
-            raise ComputationError(f"{_name(task)}: {found['error']['message']}")
-        store.save(task, found)
-        done[task] = found
-        phase.next(f"{_name(task)} {_said(found)}")
-
-    source = {"machine": machine.table(), "source": machine.source, "starts": starts, "seed": seed}
-    narrow = {**source, "machine": own.table(), "source": own.source}
-    _run([(task, {**(source if task else narrow), "pair": task}) for task in todo], finished, cores)
+    optimised = Task(f"{pair.__name__}:{pair.prepare_pairs.__name__}",
+                     {"own": own, "required": machine, "starts": starts, "seed": seed})  # fmt: skip
+    with Jobs(optimised, todo, Means(cores, cluster)) as jobs:
+        for answer in jobs:
+            task = todo[answer.job]
+            if answer.is_error:
+                raise ComputationError(f"{_name(task)}: {answer.content.message}")
+            store.save(task, answer.content)
+            done[task] = answer.content
+            phase.next(f"{_name(task)} {_said(answer.content)}")
     ranked = _ranked([entry for task in chosen if (entry := done[task]) is not None])
     return ComparisonFound(
         machine=own.name,
@@ -97,20 +95,20 @@ class Store:
         question = [LAYOUT, own.table(), box.required(own).table(), starts, seed, __version__]
         self._question = json.dumps(question, sort_keys=True)
 
-    def _hash(self, task: Task) -> str:
+    def _hash(self, task: Work) -> str:
         return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
-    def _is_earlier(self, task: Task, kept: dict[str, Any]) -> bool:
+    def _is_earlier(self, task: Work, kept: dict[str, Any]) -> bool:
         """Return whether a file of the layout whose hash left the pair out answers the question for this pair."""
         stages = (kept["found"].get("stage1"), kept["found"].get("stage2"))
         asked = hashlib.sha256(self._question.encode()).hexdigest()
         return kept.get("asked") == asked and stages == (task or (None, None))
 
-    def save(self, task: Task, found: dict[str, Any]) -> None:
+    def save(self, task: Work, found: dict[str, Any]) -> None:
         if self.folder is not None:
             files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": found})
 
-    def load(self, task: Task) -> dict[str, Any] | None:
+    def load(self, task: Work) -> dict[str, Any] | None:
         """What was found of a task by the same question; None where there is none, or not whole."""
         if self.folder is None:
             return None
@@ -125,7 +123,7 @@ class Store:
         return found
 
 
-def _name(task: Task) -> str:
+def _name(task: Work) -> str:
     return "narrow" if task is None else "+".join(task)
 
 
@@ -145,45 +143,3 @@ def _order(entry: ComparedPair) -> tuple[bool, bool, int, float]:
     """Feasible ones by objective, then the others by how many requirements they break, and by how much of the first."""
     size = entry.violations[0].amount if entry.violations else entry.objective
     return not entry.feasible, not entry.settled, len(entry.violations), size
-
-
-def _run(tasks: list[tuple[Task, dict[str, Any]]], finished: Callable[..., None], cores: int | None) -> None:
-    """Every task in one of as many processes as there are cores; results are handed over here, one after another."""
-    waiting: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
-    for task in tasks:
-        waiting.put(task)
-    results: queue.SimpleQueue[tuple[Task, dict[str, Any]]] = queue.SimpleQueue()
-    at_work = [
-        workers.start_worker(WORKER, subprocess.PIPE, workers.ONE_THREAD)
-        for _ in range(min(cores or os.cpu_count() or 1, len(tasks)))
-    ]
-    try:
-        for worker in at_work:
-            threading.Thread(target=_feed, args=(worker, waiting, results), daemon=True).start()
-        for _ in tasks:
-            finished(*results.get())
-    finally:
-        for worker in at_work:
-            workers.end_worker(worker)
-
-
-def _feed(worker: subprocess.Popen[str], waiting: Any, results: Any) -> None:
-    """Hand a worker one task after another until there are none, and its results on."""
-    assert worker.stdin is not None
-    assert worker.stdout is not None
-    while True:
-        try:
-            task, asked = waiting.get_nowait()
-        except queue.Empty:
-            return
-        line = ""
-        try:
-            worker.stdin.write(json.dumps(asked) + "\n")
-            worker.stdin.flush()
-            line = worker.stdout.readline()
-        except (OSError, ValueError):
-            pass
-        lost = {"error": {"name": "ComputationError", "message": "the process that optimised it has ended"}}
-        results.put((task, json.loads(line) if line.endswith("\n") else lost))
-        if not line:
-            return

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from planter.kernels import Array
 from planter.optimise.hybrid import Method
+from planter.parallel.task import HERE, Means
 from planter.planting import optimisation, problem, search
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation
@@ -31,6 +32,7 @@ def optimise(
     starts: int | None = None,
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
+    means: Means = HERE,
 ) -> Optimisation:
     """The best design of a device with whole teeth, if any are wanted; all else as `optimisation.optimise`.
 
@@ -38,10 +40,10 @@ def optimise(
     design with them keeps the requirements.
     """
     if wanted is None:
-        return optimisation.optimise(device, method, samples, seed, starts, progress, keep)
+        return optimisation.optimise(device, method, samples, seed, starts, progress, keep, means=means)
     begun = time.perf_counter()
     _check(device, wanted, seed)
-    free = optimisation.optimise(device, method, samples, seed, starts, progress)
+    free = optimisation.optimise(device, method, samples, seed, starts, progress, means=means)
     device, sampling = free.devices[device.model], free.found.sampling
     reached, lengths, tried = free.found, Lengths(device, wanted), None
     try:
@@ -50,7 +52,7 @@ def optimise(
             lengths = lengths.of(choice.run())
             tried = list(choice.tried.values())
         near = [free.found.design]
-        reached = search.run(device, method, sampling, seed, starts, progress, keep, lengths, near)
+        reached = search.run(device, method, sampling, seed, starts, progress, keep, lengths, near, means)
         return _with_teeth(optimisation.scored(device, reached), free.found, lengths, tried, begun)
     except KeyboardInterrupt:
         raise Interrupted(reached, device.scale) from None

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main as derive
-from planter.engine.search import SearchSpec
+from planter.engine.goal import Goal, resolve_measure
+from planter.engine.measures import parse_sum
+from planter.engine.search import Programme, SearchSpec
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
+from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise
 from planter.optimise.hybrid import METHODS
+from planter.parallel.task import Means
 from planter.records import schema
 from tests.support.cli import answer, refusal
 
@@ -53,9 +57,25 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "generated" / "press.toml"
 
 
+def test_restart_forgets_earlier_designs(file: Path) -> None:
+    """Loops are closed near where they were before, which must not reach from one descent of a worker into the next."""
+    machine = build_machine(load(file))
+    goal = Goal(machine, [resolve_measure(machine, term) for term in parse_sum("mean s")], [], 36, with_events=False)
+    programme, first, second = Programme(goal), np.array([0.031, 0.13, -0.01]), np.array([0.055, 0.19, 0.012])
+    (nodes,) = goal.nodes.values()
+
+    def close(x: np.ndarray) -> bytes:
+        return nodes.response.coordinates(machine.data_at(x), nodes.angles).tobytes()
+
+    programme.begin(second)
+    alone, _, after = close(second), close(first), close(second)
+    programme.begin(second)
+    assert after != alone == close(second)
+
+
 def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
-    found = optimise(load(file), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2)).result
+    found = optimise(load(file), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2), means=Means(1)).result
     assert found.design["r_mm"] == pytest.approx(30, abs=1e-9)
     assert found.design["e_mm"] == pytest.approx(0, abs=0.3), "flat there, and the ends fall between samples"
     assert found.objective == pytest.approx(60, rel=1e-5)

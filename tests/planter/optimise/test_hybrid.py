@@ -1,10 +1,8 @@
 """The three methods on the machine: never worse than either alone, reproducible, stoppable, and what they tell."""
 
 import json
-import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +10,9 @@ import pytest
 
 from planter.errors import InputError
 from planter.optimise import hybrid
-from planter.optimise.second_process import SecondProcess
-from planter.optimise.starts import descents
-from planter.planting import problem, search
+from planter.parallel.task import HERE, Means
+from planter.planting import search
 from planter.planting.search import Interrupted
-from planter.progress import Phase
 from tests.planter.optimise import toys
 
 N, STARTS = 36, 2
@@ -24,7 +20,10 @@ N, STARTS = 36, 2
 
 @pytest.fixture(scope="module")
 def results():
-    return {m: search.run(toys.device(), m, samples=N, seed=1, starts=STARTS) for m in hybrid.METHODS}
+    """By method; two workers run the starts of hybrid, beside the genetic algorithm."""
+    means = {"hybrid": Means(2)}
+    return {m: search.run(toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, HERE))
+            for m in hybrid.METHODS}  # fmt: skip
 
 
 def test_hybrid_is_never_worse_than_either_alone(results):
@@ -40,18 +39,15 @@ def test_hybrid_runs_the_same_search_and_the_same_starts(results):
     assert results["ga"].evaluations.gradient == results["ga"].evaluations.hessian == 0
 
 
-def test_one_process_or_two_is_the_same(results, monkeypatch):
-    monkeypatch.setattr(os, "cpu_count", lambda: 1)
-    alone = search.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
-    assert alone.design.tobytes() == results["hybrid"].design.tobytes()
-    assert alone.history == results["hybrid"].history
-    assert alone.evaluations == results["hybrid"].evaluations
-
-
-def test_a_second_process_that_fails_is_done_without(results, monkeypatch):
-    monkeypatch.setattr(SecondProcess, "result", lambda self, phase: None)
-    found = search.run(toys.device(), "hybrid", samples=N, seed=1, starts=STARTS)
-    assert found.design.tobytes() == results["hybrid"].design.tobytes()
+def test_number_of_workers_changes_no_bit(results):
+    told = []
+    alone = search.run(toys.device(), "ipopt", N, seed=1, starts=STARTS, progress=told.append, means=Means(1))
+    assert alone.design.tobytes() == results["ipopt"].design.tobytes()
+    for found in (alone, results["hybrid"]):
+        assert found.history["ipopt"] == results["ipopt"].history["ipopt"]
+    assert (alone.evaluations, alone.certificate) == (results["ipopt"].evaluations, results["ipopt"].certificate)
+    assert [step.done for step in told] == sorted({step.done for step in told})
+    assert told[-1].best == alone.history["ipopt"][-1][1]
 
 
 def test_the_certificate_tells_optima_from_others(results):
@@ -156,38 +152,6 @@ def test_the_import_is_light():
     root = str(Path(__file__).parents[3])
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
     assert done.stdout.strip() == "[]"
-
-
-def test_the_second_process_dies_with_its_run():
-    with SecondProcess(problem.recipe(toys.device(), N), 1, 50) as aside:
-        process = aside._process
-        assert process.poll() is None
-    assert process.poll() is not None
-
-
-def test_the_second_process_finds_the_minima_of_the_first():
-    recipe = problem.recipe(toys.device(), N)
-    with SecondProcess(recipe, 1, 2) as aside:
-        report = aside.result(Phase("ipopt", "start", 2, None))
-    assert report is not None
-    here = list(descents(recipe.problem(), 2, 1))
-    assert [m.u.tobytes() for m in report.minima] == [m.u.tobytes() for m in here]
-    assert [m.evaluation for m in report.minima] == [m.evaluation for m in here]
-
-
-def test_it_tells_of_each_minimum_as_it_is_found():
-    told = []
-    with SecondProcess(problem.recipe(toys.device(), N), 1, 3) as aside:
-        report = aside.result(Phase("ipopt", "start", 3, told.append))
-    assert told[-1].done == 3
-    assert [step.done for step in told] == sorted({step.done for step in told})
-    assert told[-1].best == report.history[-1][1]
-
-
-def test_a_recipe_that_makes_nothing_is_noticed():
-    recipe = replace(problem.recipe(toys.device(), N), function="planter.planting.problem:unmade")
-    with SecondProcess(recipe, 1, 2) as aside:
-        assert aside.result(Phase("ipopt", "start", 2, None)) is None
 
 
 def test_designs_are_inside_their_bounds_to_the_last_bit(results):

@@ -214,12 +214,12 @@ def test_teeth_that_are_left_open_are_chosen_from_neighbours() -> None:
 
 @pytest.mark.parametrize("part", ["Choice.run", "search.run", "made.stages"])
 def test_an_interrupt_hands_over_what_there_is(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
-    def interrupt(*_: object) -> None:
+    def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     there = found()
-    monkeypatch.setattr(run.optimisation, "optimise", lambda *_: there)
-    monkeypatch.setattr(run.search, "run", lambda *_: there.found)
+    monkeypatch.setattr(run.optimisation, "optimise", lambda *_, **__: there)
+    monkeypatch.setattr(run.search, "run", lambda *_, **__: there.found)
     monkeypatch.setattr(f"planter.planting.whole.run.{part}", interrupt)
     with pytest.raises(Interrupted) as stopped:
         run.optimise(device(), Wanted((2e-3, 1.97e-3), (None, None)) if part == "Choice.run" else WANTED)

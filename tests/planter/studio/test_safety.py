@@ -187,6 +187,7 @@ def test_every_exception_is_an_answer(error: Exception, tmp_path: Path, monkeypa
 
 def test_memory_of_a_page_is_limited() -> None:
     """What a worker does first, in a process of its own: allocating more than the limit fails."""
-    code = "from planter.studio import worker; worker._limit_memory(); bytearray(worker.MEMORY_BYTES)"
+    code = "from planter import workers as w; from planter.studio import worker as s; "
+    code += "w._limit_memory(s.MEMORY_BYTES); bytearray(s.MEMORY_BYTES)"
     done = workers.run_command(workers.python_command(code))
     assert "MemoryError" in done.stderr

@@ -21,12 +21,13 @@ pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[3]
 ROWS = 12 * CHUNK
 FOUND = """\
-import sys
+import json, sys
 from pathlib import Path
+from planter.parallel.task import Means
 from planter.sweeps import job, run, store
-recipe = job.read(sys.stdin.read())
+recipe = job.Recipe(**json.load(sys.stdin))
 with store.Store(Path(sys.argv[1]), recipe.question, int(sys.argv[2]), int(sys.argv[3])) as kept:
-    done = run.run(recipe, kept, run.Means(2))
+    done = run.run(recipe, kept, Means(2))
     print(kept.digest(), done.resumed)
 """
 """A job in a process of its own, kept in the file that it is told."""

@@ -1,17 +1,17 @@
-"""Chunks of a job: found here, by processes that may be killed, or by a cluster; kept whole, found once."""
+"""Chunks of a job: found here or by processes; kept whole, found once."""
 
+import json
 import sqlite3
 from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import LocalCluster
 
 from planter.errors import ComputationError, InputError, Interrupted
+from planter.parallel.task import HERE, Means
 from planter.progress import Progress
-from planter.sweeps import cluster, job, pool, run
+from planter.sweeps import job, run
 from planter.sweeps.job import CHUNK, Recipe
-from planter.sweeps.run import Means
 from planter.sweeps.store import Store
 
 ROWS = 3 * CHUNK + 7
@@ -21,7 +21,7 @@ def squares(**more: object) -> Recipe:
     return Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
 
 
-def answered(recipe: Recipe, path: Path | None = None, means: Means = run.HERE) -> tuple[str, run.Run]:
+def answered(recipe: Recipe, path: Path | None = None, means: Means = HERE) -> tuple[str, run.Run]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
     with Store(path, recipe.question, ROWS, 2) as store:
         done = run.run(recipe, store, means)
@@ -37,31 +37,18 @@ def test_chunks_cover_all_rows_once() -> None:
 
 
 def test_any_number_of_workers_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
-    alone, by_two = (answered(squares(), means=Means(count)) for count in (1, 2))
+    alone, by_two, by_three = (answered(squares(), means=Means(count)) for count in (1, 2, 3))
     monkeypatch.setattr(run, "FEWEST", ROWS + 1)
     here = answered(squares())
-    assert (alone[1].workers, by_two[1].workers, here[1].workers) == (1, 2, 0)
-    assert alone[0] == by_two[0] == here[0]
+    assert [one[1].workers for one in (alone, by_two, by_three, here)] == [1, 2, 3, 0]
+    assert alone[0] == by_two[0] == by_three[0] == here[0]
 
 
 def test_a_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pool, "answers", pytest.fail)
+    monkeypatch.setattr(run, "Jobs", pytest.fail)
     recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": run.FEWEST - 1})
     with Store(None, recipe.question, run.FEWEST - 1, 2) as store:
         assert run.run(recipe, store, Means(8)).workers == 0
-
-
-def test_a_worker_that_is_killed_is_replaced(tmp_path: Path) -> None:
-    killed = squares(fatal=CHUNK, mark=str(tmp_path / "killed"))
-    found, _ = answered(killed, means=Means(2))
-    assert (tmp_path / "killed").exists()
-    assert found == answered(squares(), means=Means(1))[0]
-
-
-def test_a_chunk_that_kills_every_worker_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pool, "LOST", 2)
-    with pytest.raises(ComputationError, match="chunk 1: 2 processes have ended"):
-        answered(squares(fatal=CHUNK), means=Means(1))
 
 
 def test_an_error_of_the_job_is_told() -> None:
@@ -69,14 +56,9 @@ def test_an_error_of_the_job_is_told() -> None:
         answered(squares(wrong=CHUNK), means=Means(1))
 
 
-def test_an_error_of_the_program_is_told_too() -> None:
-    with pytest.raises(ComputationError, match=r"TypeError.*'colour'"):
-        answered(squares(colour="red"), means=Means(1))
-
-
 def test_what_is_there_is_not_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, _ = answered(squares(), tmp_path / "kept.sqlite", Means(1))
-    monkeypatch.setattr(pool, "answers", pytest.fail)
+    monkeypatch.setattr(run, "Jobs", pytest.fail)
     again, done = answered(squares(), tmp_path / "kept.sqlite")
     assert (again, done.resumed, done.workers) == (first, 4, 0)
 
@@ -172,20 +154,5 @@ def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
 def test_the_order_of_a_question_is_kept() -> None:
     """Inputs are columns: what a worker reads must have them in the order in which they were asked."""
     told = Recipe("a:b", {"speed": 1, "mass": 2})
-    assert list(job.read(told.text).arguments) == ["speed", "mass"]
+    assert list(json.loads(told.text)["arguments"]) == ["speed", "mass"]
     assert told.question != Recipe("a:b", {"mass": 2, "speed": 1}).question
-
-
-def test_no_scheduler_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "CONNECTED_S", 0.2)
-    with pytest.raises(InputError, match="must be the address of a Dask scheduler"):
-        answered(squares(), means=Means(cluster="tcp://127.0.0.1:1"))
-
-
-def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(tmp_path: Path) -> None:
-    mark = tmp_path / "killed"
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as dask:
-        killed = squares(fatal=CHUNK, mark=str(mark))
-        found, done = answered(killed, means=Means(cluster=dask.scheduler_address))
-    assert (done.workers, mark.exists()) == (2, True)
-    assert found == answered(squares(), means=Means(1))[0]

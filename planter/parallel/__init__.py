@@ -1,0 +1,1 @@
+"""Jobs of one task in parallel: by processes of this computer, or by the workers of a Dask cluster."""

@@ -1,0 +1,96 @@
+"""Jobs in worker processes: results in order, whatever becomes of the workers; errors as if raised here."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from planter.errors import ComputationError, InputError, PlanterError
+from planter.parallel import cluster, jobs, local
+from planter.parallel.jobs import Jobs, run_in_order
+from planter.parallel.task import HERE, Means, Task, run_job
+from tests.planter.parallel.toys import ERRORS, prepare_squares
+
+pytestmark = pytest.mark.fault
+SQUARES = Task(f"{prepare_squares.__module__}:{prepare_squares.__name__}", {})
+EXPECTED = [number**2 / 3 for number in range(7)]
+
+
+@pytest.fixture(scope="module")
+def two_workers() -> Iterator[list[PlanterError]]:
+    """Errors that workers sent: of the toys, and of a result and of jobs that no pickle can be made of."""
+    with Jobs(SQUARES, [*ERRORS, "function", lambda: 3], Means(2)) as under_way:
+        yield [answer.content for answer in sorted(under_way)]
+
+
+def test_killed_worker_is_replaced_and_its_job_repeated(tmp_path: Path) -> None:
+    killing = replace(SQUARES, arguments={"fatal": 3, "mark": str(tmp_path / "killed")})
+    with Jobs(killing, range(7), Means(2)) as under_way:
+        assert list(under_way.in_order()) == EXPECTED
+        assert under_way.results(first=5) == EXPECTED[5:]
+        assert under_way.workers == 2
+    assert (tmp_path / "killed").exists()
+
+
+def test_job_that_kills_every_worker_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(local, "LOST", 2)
+    killing = replace(SQUARES, arguments={"fatal": 1})
+    with Jobs(killing, [1], Means(1)) as under_way, pytest.raises(ComputationError, match="2 processes have ended"):
+        next(under_way.in_order())
+
+
+def test_errors_arrive_as_they_were_raised(two_workers: list[PlanterError]) -> None:
+    for error, sent in zip(ERRORS.values(), two_workers, strict=False):
+        if isinstance(error, PlanterError):
+            assert (type(sent), sent.table(), vars(sent)) == (type(error), error.table(), vars(error))
+        else:
+            assert isinstance(sent, ComputationError)
+            assert sent.message == "ValueError: a bug"
+    assert [type(sent) for sent in two_workers[-2:]] == [ComputationError] * 2
+    assert "cannot run this job" in two_workers[-1].message
+
+
+def test_first_error_in_order_is_raised() -> None:
+    results = []
+    task_jobs = [1, "geometry", "computation"]
+    with Jobs(SQUARES, task_jobs, Means(1)) as under_way, pytest.raises(InputError, match="a cusp"):
+        results.extend(under_way.in_order())
+    assert not results[1:]
+
+
+def test_another_version_is_refused() -> None:
+    import pickle
+
+    error = run_job(pickle.dumps(replace(SQUARES, version="0.0")), 1)
+    assert isinstance(error, InputError)
+    assert "install 0.0" in error.message
+
+
+def test_workers_start_only_if_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
+    started = []
+
+    class Started(Jobs):
+        def __init__(self, task: Task, rest: range, means: Means) -> None:
+            started.append(list(rest))
+            super().__init__(task, rest, Means(1))
+
+    monkeypatch.setattr(jobs, "Jobs", Started)
+    monkeypatch.setattr(jobs, "count_cores", lambda: 2)
+    here = prepare_squares()
+    assert list(run_in_order(SQUARES, range(7), HERE, here, float)) == EXPECTED
+    assert not started
+    monkeypatch.setattr(jobs, "WORTH_S", 1e-9)
+    assert list(run_in_order(None, range(7), HERE, here, float)) == EXPECTED
+    assert not started
+    assert list(run_in_order(SQUARES, range(7), HERE, here, float)) == EXPECTED
+    assert started == [[1, 2, 3, 4, 5, 6]]
+
+
+def test_cluster_without_dask_or_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "CONNECTED_S", 0.2)
+    with pytest.raises(InputError, match="must be the address of a Dask scheduler"):
+        Jobs(SQUARES, [1], Means(cluster="tcp://127.0.0.1:1"))
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'planter\[cluster\]'"):
+        Jobs(SQUARES, [1], Means(cluster="tcp://127.0.0.1:1"))
