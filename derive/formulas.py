@@ -24,35 +24,45 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
+from . import meshes
 from .chain import Chain, solve_linear
 from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
 from .evaluate import DIGITS, GUARD
-from .model import ClosedForm, Let, System
+from .meshes import Mesh
+from .model import ClosedForm, Lane, Let, System, sorted_steps
 from .quantity import Quantity, Vector
 from .table import NOTHING, Quantities
 
 Wanted = Let | Claimed | tuple[Claimed, Quantity]
 """A step, a definition by what it claims to be, or any equation by its claim with what it is solved for."""
 Values = dict[Quantity, mpf]
+PLACES = "places"
+"""The function that says where points are, as a mechanism's."""
 
 
 class Formulas:
     """Equations by what they claim to be, and the functions that solve them.
 
     ``told`` names a function's packed output by the function. ``bind`` says how a source means its symbols, ``lacking``
-    lists claims that it does not make: what hangs on them, its functions do not give. Raises ClaimError if it makes one
-    of those, or makes a claim twice.
+    lists claims that it does not make: what hangs on them, its functions do not give. With ``angle`` [rad] and
+    ``speed`` [rad/s], of the table, an angle drives them as it drives a mechanism: whatever works on a machine works
+    on what they define along it. Raises ClaimError if it makes a claim that it lacks, or makes one twice, ValueError
+    for an angle without a speed or in other units.
     """
 
     def __init__(
         self, name: str, equations: Iterable[Equation] = (), *, given: Quantities = NOTHING, title: str = "",
         source: str = "own", assumptions: Iterable[str] = (), told: str = "{}_outputs",
         bind: Mapping[sp.Symbol, Expr] | None = None, lacking: frozenset[Claim] = frozenset(),
+        angle: Quantity | None = None, speed: Quantity | None = None,
     ) -> None:  # fmt: skip
+        if (angle and angle.unit, speed and speed.unit) not in ((None, None), ("rad", "rad/s")):
+            raise ValueError(f"{name}: formulas are driven by an angle in rad at a speed in rad/s, or not at all")
+        self.angle, self.speed = angle, speed
         self.name, self.title, self.source = name, title or name.replace("_", " ").capitalize(), source
         self.assumptions, self.given = tuple(assumptions), given
         self.equations, self.bind, self.lacking = by_claim(equations), dict(bind or {}), lacking
-        self.told, self.functions = told, list[ClosedForm]()
+        self.told, self.functions, self.meshes = told, list[ClosedForm](), list[Mesh]()
         if made := sorted(map(str, lacking & self.equations.keys())):
             raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
 
@@ -123,9 +133,38 @@ class Formulas:
                         found[symbol] = value(expr, found)
         return found
 
+    def mesh(self, tag: str, inner: tuple[str, Expr, Expr], outer: tuple[str, Expr, Expr]) -> None:
+        """State two gears that mesh along x: name, polar angle of the pitch point [rad] and pitch radius [m] of each.
+
+        The angles are those in the gears' own frames, so that they run against each other. Raises ClaimError where no
+        angle drives the formulas.
+        """
+        if self.angle is None:
+            raise ClaimError(f"{self.name}: gears mesh along an angle, but none drives these formulas")
+        (first, *_), (second, *_) = inner, outer
+        distance = inner[2] + outer[2]
+        self.meshes.append(Mesh(tag, (first, second), sp.S.Zero, (distance, sp.S.Zero), *_paired(inner, outer)))
+
     def system(self) -> System:
-        """The model: all functions that were stated."""
-        return System(self.name, self.title, self.source, self.assumptions, closed_forms=tuple(self.functions))
+        """The model: all functions that were stated, and what is defined along the angle, if one drives them."""
+        if self.angle is None:
+            return System(self.name, self.title, self.source, self.assumptions, closed_forms=tuple(self.functions))
+        lets = [self._let(claim, self._defined(claim)[0]) for claim in self._definitions]
+        steps = sorted_steps(lets)
+        given = {name: datum for name, datum in self.given.data.items() if self.given[name] != self.angle}
+        data = Vector("data", tuple(self.given[name] for name in given))
+        drawn = [step for mesh in self.meshes for step in mesh.places()]
+        cut = [step for mesh in self.meshes for step in mesh.lets()]
+        return System(
+            self.name, self.title, self.source, self.assumptions,
+            Lane(self.angle, (data,), steps, Vector("outputs", tuple(step.symbol for step in lets)), speed=self.speed),
+            (
+                *self.functions,
+                *meshes.build_function(PLACES, drawn, (self.angle, data), steps),
+                *meshes.build_function(meshes.NAME, cut, (self.angle, data), steps),
+            ),
+            given, meshes={mesh.tag: mesh.gears for mesh in self.meshes},
+        )  # fmt: skip
 
     @property
     def _definitions(self) -> dict[Claimed, Equation]:
@@ -140,6 +179,11 @@ class Formulas:
 
     def _defined(self, claim: Claimed) -> tuple[Quantity, Expr]:
         return _solved(among(self._definitions, claim))
+
+
+def _paired(inner: tuple[str, Expr, Expr], outer: tuple[str, Expr, Expr]) -> tuple[tuple[Expr, Expr], ...]:
+    """Polar angles, then radii, of both gears."""
+    return (inner[1], outer[1]), (inner[2], outer[2])
 
 
 def value(expr: Expr, known: Mapping[Quantity, mpf]) -> mpf:

@@ -223,7 +223,8 @@ class System:
     """A model of a machine: a lane along its angle, functions in closed form, or both.
 
     ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
-    that cannot pull; ``axes`` name the frames by which components of joints' actions are told, if not the world's.
+    that cannot pull; ``axes`` name the frames by which components of joints' actions are told, if not the world's;
+    ``meshes`` are names of gears that mesh, by the tag of their mesh.
     """
 
     name: str
@@ -236,6 +237,7 @@ class System:
     effects: Effects | None = None
     pushing: tuple[str, ...] = ()
     axes: Mapping[str, str] = field(default_factory=dict)
+    meshes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

@@ -34,6 +34,7 @@ def of_system(system: System, functions: Sequence[Emitted]) -> str:
         **({"effects": {"without": system.effects.without, "felt": system.effects.felt}} if system.effects else {}),
         **({"pushing": system.pushing} if system.pushing else {}),
         **({"axes": system.axes} if system.axes else {}),
+        **({"meshes": system.meshes} if system.meshes else {}),
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip

@@ -197,6 +197,7 @@ class Contacts(Kinematics):
         ``velocity x across``.
         """
         mechanism, across = self.assembly, across or unit(self.world, Z)
+        self.rollers[name] = cam, displacement(cam_axis, at, self.world)
         velocity = self.motion.relative_derivative(displacement(cam_axis, at, across.frame), cam.frame)
         in_plane = velocity - velocity.dot(across) * across
         if not any(in_plane.components):

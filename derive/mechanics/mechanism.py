@@ -148,7 +148,7 @@ class Mechanism(Joints):
             return System(
                 self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data,
                 pushing=tuple(force.name for force in self.pushing if force in lane.outputs),
-                axes=self.component_axes,
+                axes=self.component_axes, meshes={mesh.tag: mesh.gears for mesh in turning.in_mesh(self)},
             )  # fmt: skip
         functions = moving.freely(self, TIME, reported)
         return System(

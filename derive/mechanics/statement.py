@@ -43,6 +43,7 @@ class Statement:
         self.shared: list[Body] = []
         self.rolling: dict[str, tuple[Body, Body, Point]] = {}
         self.pushing: list[Quantity] = []
+        self.rollers: dict[str, tuple[Body, Vec]] = {}
         self.turned: dict[str, tuple[str, str, Vec]] = {}
 
     @property

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import sympy as sp
+from sympy import Expr
+
+from .. import meshes
 from ..blocks import STATES
 from ..chain import Chain, ordered
 from ..equations import Equation
+from ..meshes import Mesh, Packed
 from ..model import ClosedForm, Lane, Let, LinearSolve, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
+from .frames import Frame, Z, displacement
 from .lawful import LAW, lawful
 from .places import places
-from .statement import MechanismError, Statement
+from .statement import MechanismError, Statement, quantity
+
+FOLLOWERS = "followers"
 
 
 @dataclass(frozen=True)
@@ -44,8 +52,41 @@ def along(
         angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed,
         acceleration=acceleration,
     )  # fmt: skip
-    drawn = places(stated, (angle, data, *stated.loops.inputs), _found(stated))
-    return lane, (*stated.loops.functions(angle, data, stated.named), drawn)
+    inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
+    drawn = places(stated, inputs, _found(stated))
+    cut = meshes.build_function(meshes.NAME, (s for mesh in in_mesh(stated) for s in mesh.lets()), inputs, steps)
+    followed = meshes.build_function(FOLLOWERS, rollers(stated, angle), inputs, steps)
+    return lane, (*stated.loops.functions(angle, data, stated.named), drawn, *cut, *followed)
+
+
+def rollers(stated: Statement, angle: Quantity) -> Iterator[Let]:
+    """Where the centres of rollers on plane cams are from the cams' axes, as if the cams turned by the angle itself."""
+    for name, (cam, centre) in stated.rollers.items():
+        if not stated.spatial:
+            place = centre.resolved(Frame(f"{cam.name}, turned back", cam.frame, Z, -angle))
+            for axis, component in zip("xy", place.components, strict=False):
+                yield let(quantity(f"{name}_centre_{axis}", "m", f"centre of the roller at {name}, {axis}"), component)
+
+
+def in_mesh(stated: Statement) -> Iterator[Mesh]:
+    """The gears that mesh in a plane, with the pitch curves that their motion has."""
+    for tag, (inner, outer, at) in stated.rolling.items():
+        if stated.spatial:
+            return
+        assert at.base is not None
+        assert at.offset is not None
+        line, place = at.offset.frame, displacement(stated.O, at.base, stated.world)
+        way, radius = _direction(line), -at.offset[0]
+        polar = way - _direction(inner.frame), way + sp.pi - _direction(outer.frame)
+        rates = [stated.motion.rate(angle) for angle in polar]
+        yield Mesh(
+            tag, (inner.name, outer.name), way, (place[0], place[1]), polar, (-radius * rates[1] / rates[0], radius)
+        )
+
+
+def _direction(frame: Frame) -> Expr:
+    """Angle of a frame that turns about z alone, from the world's."""
+    return sp.Add(*(angle for _, angle in frame.turns()))
 
 
 def _found(stated: Statement) -> tuple[Step, ...]:

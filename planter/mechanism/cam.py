@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from planter.errors import InputError
+from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import number
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
+from planter.numerics.angles import TURN
 from planter.workshop import solids
 from planter.workshop.bores import Bore
 from planter.workshop.cams.files import Made, Told
@@ -20,6 +21,9 @@ from planter.workshop.cams.part import part
 from planter.workshop.cams.profile import Columns, Profile, check_roller
 
 FORMULAS = "disc_cam"
+FOLLOWERS = "followers"
+OPEN = 1e-9
+"""Largest distance [m] between the ends of a contour that is closed."""
 PIECES = 12
 """Pieces of a turn. Where a law is not smooth within one, arcs and splines follow it all the same."""
 _STEP = 2e-3
@@ -42,12 +46,15 @@ def profile(model: Model, roller: float, x: str, y: str) -> Profile:
     check_roller(roller)
     places, disc = [_sum(model, "--x", x), _sum(model, "--y", y)], formulas.load(FORMULAS)
     terms = {term.strip() for text in (x, y) for term in text.split("+")}
-    lengths = [entry["name"] for entry in model.outputs if entry["name"] in terms]
+    lengths = [entry["name"] for entry in model.outputs if entry["name"] in terms and entry["unit"] == "m"]
     require_repeating(model, lengths, model.file.turn.samples)
+    for name, (start, end) in model.evaluate(FOLLOWERS, np.array([0.0, TURN])).items():
+        if name in terms and abs(end - start) > OPEN:
+            raise ComputationError(f"{model.file.name}: {name} differs after a turn: it closes no contour")
 
     def course(angles: Array) -> Columns:
         near = (angles[:, None] + _STEP * _AROUND).ravel() % (2 * np.pi)
-        found = model(near)
+        found = model(near) | model.evaluate(FOLLOWERS, near)
         values = [place(found, len(near)).reshape(-1, len(_AROUND)) for place in places]
         centre = [*(v[:, 2] for v in values), *(v @ _SLOPE for v in values), *(v @ _BEND for v in values)]
         return disc("disc", phi=angles, centre=np.array(centre), reach=-roller)
@@ -73,6 +80,29 @@ def made(
     return Made(disc, told, lambda: solids.step(f"cam of {model.file.name}", found.pieces, holes, width))
 
 
+def centre_of_follower(model: Model, force: str | None) -> tuple[tuple[str, str], str]:
+    """Return the sums for the centre of the roller, x and y, that a follower of the statement has, and its force.
+
+    Raises InputError where the statement has none, or several and `force` names none of them.
+    """
+    names = [entry["name"].removesuffix("_centre_x") for entry in model.formulas.sidecar["vectors"].get(FOLLOWERS, ())]
+    names = names[::2]
+    if not names:
+        raise InputError(f"{model.file.source}: its statement has no follower of a cam; --y says where a roller's is")
+    if force is None and len(names) > 1:
+        raise InputError(f"{model.file.source}: --force is needed: its followers are {', '.join(names)}")
+    name = names[0] if force is None else force
+    if name not in names:
+        raise _unknown("--force", name, names)
+    return (f"{name}_centre_x", f"{name}_centre_y"), name
+
+
+def _lengths(model: Model) -> list[dict[str, str]]:
+    """Entries of the lengths along the turn."""
+    vectors = model.formulas.sidecar["vectors"]
+    return [entry for entry in (*model.outputs, *vectors.get(FOLLOWERS, ())) if entry["unit"] == "m"]
+
+
 def push(model: Model, force: str) -> Push:
     """The contact force of a name by angle and speed. Raises InputError for what is no force of the turn."""
     forces = [entry["name"] for entry in model.outputs if entry["unit"] == "N"]
@@ -94,7 +124,7 @@ def _sum(model: Model, option: str, text: str) -> Place:
 
 
 def _term(model: Model, option: str, term: str) -> Place:
-    lengths = [entry["name"] for entry in model.outputs if entry["unit"] == "m"]
+    lengths = [entry["name"] for entry in _lengths(model)]
     values = {entry["name"]: value for entry, value in zip(model.file.entries, model.data.tolist(), strict=True)
               if entry["unit"] == "m"}  # fmt: skip
     told = number(term)

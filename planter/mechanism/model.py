@@ -93,7 +93,13 @@ class Model:
 
     def places(self, angles: Array) -> dict[str, Array]:
         """Where the points of all bodies are (n,) [m] at angles (n,) [rad], by name, for a drawing."""
-        return self.formulas("places", **self._inputs(angles))
+        return self.evaluate("places", angles)
+
+    def evaluate(self, name: str, angles: Array) -> dict[str, Array]:
+        """Return the outputs (n,) of a generated function at angles (n,) [rad], in SI; none where it is not there."""
+        if name not in self.formulas.sidecar["functions"]:
+            return {}
+        return self.formulas(name, **self._inputs(angles))
 
     def _inputs(self, angles: Array) -> dict[str, object]:
         """What the functions along the angle take."""

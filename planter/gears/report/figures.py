@@ -35,9 +35,8 @@ def assembly(gears: Sequence[Placed]) -> Figure:
     axes = figure.subplots()
     for index, placed in enumerate(gears):
         _gear(axes, placed.gear, placed.angle, placed.centre, style.PALETTE[index % len(style.PALETTE)])
-    centres = _MM * np.array([placed.centre for placed in gears]).T
-    axes.plot(*centres, "-", color=style.INK, linewidth=0.6)
-    axes.plot(*centres, "+", color=style.INK, markersize=7)
+    for pair in zip(gears[::2], gears[1::2], strict=True):
+        axes.plot(*(_MM * np.array([placed.centre for placed in pair]).T), "-+", color=style.INK, lw=0.6, markersize=7)
     axes.legend(loc="upper left", frameon=False)
     style.drawing_board(axes)
     return figure

@@ -17,15 +17,15 @@ app = typer.Typer()
 
 MachineArgument = Annotated[
     str,
-    typer.Argument(help="a machine file, a built-in machine, or with --y a mechanism of your own", show_default=False),
+    typer.Argument(help="a machine file, a built-in machine, or a mechanism of your own", show_default=False),
 ]
 RollerOption = Annotated[float, typer.Option(metavar="R", help="radius of the roller", show_default=False)]
 YOption = Annotated[
     str | None,
     typer.Option(
         metavar="SUM",
-        help="for a mechanism of your own: where the roller's centre is from the cam's axis, along y: a sum of "
-        "quantities of `planter turn`, values of the file, and numbers in mm, such as y_0+s",
+        help="for a mechanism whose statement has no follower: where the roller's centre is from the cam's axis, "
+        "along y: a sum of quantities of `planter simulate`, values of the file, and numbers in mm, such as y_0+s",
         show_default=False,
     ),
 ]
@@ -34,16 +34,18 @@ XOption = Annotated[
 ]
 ForceOption = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="with --y: the force on the roller, which lift-off ends", show_default=False),
+    typer.Option(metavar="NAME", help="for a mechanism: the follower's force, which lift-off ends", show_default=False),
 ]
-BoreOption = Annotated[float | None, typer.Option(min=0.1, help="with --y: bore of the disc", show_default=False)]
+BoreOption = Annotated[
+    float | None, typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False)
+]
 WidthOption = Annotated[
     float, typer.Option(min=0.1, max=1000, help="width of the rim or disc, and least height of a rim")
 ]
 ToleranceOption = Annotated[float, typer.Option(min=0.01, max=100, help="how far arcs stray from the contour at most")]
 EPILOG = (
     "For example: planter cam wang2017 --roller-mm 6 --step --out cam; "
-    "planter cam cam_follower --roller-mm 8 --y y_0+s --force N_cam --bore-mm 12 --out cam"
+    "planter cam cam_follower --roller-mm 8 --bore-mm 12 --out cam"
 )
 
 
@@ -71,24 +73,29 @@ def cam(
     """
     console = Console(as_json)
     with console.outcome():
+        from planter.mechanism import machines
         from planter.workshop.cams import files, tables
 
-        own = {"--x": x is not None, "--force": force is not None, "--bore-mm": bore_mm is not None}
-        _check("goes with --y alone, for a mechanism of your own", own if y is None else {})
-        _check("does not go with --y; --set changes the speed there", {"--speed-rpm": y and speed_rpm is not None})
+        if is_own := machines.takes(machine):
+            _check("needs --y", {"--x": x is not None and y is None})
+            _check("does not apply to a mechanism of your own; --set changes its speed", {"--speed-rpm": speed_rpm})
+        else:
+            own = {"--y": y, "--x": x, "--force": force, "--bore-mm": bore_mm}
+            _check("is for a mechanism of your own", {name: given is not None for name, given in own.items()})
         _check("needs --out DIR to write the solid to", {"--step": step and out is None})
         roller, width, tolerance = roller_mm * 1e-3, width_mm * 1e-3, tolerance_um * 1e-6
-        if y is None:
-            from planter.planting import cam as end_face
-
-            found = end_face.made(device_of(machine, "exact", set_, speed_rpm), roller, tolerance, width)
-        else:
+        if is_own:
             from planter.mechanism import cam as disc
             from planter.mechanism import file
             from planter.mechanism.model import Model
 
             model, bore = Model(file.load(machine, changes(set_))), (bore_mm or 0.0) * 1e-3
-            found = disc.made(model, roller, (x or "0", y), force, tolerance, width, bore)
+            centre, push = ((x or "0", y), force) if y else disc.centre_of_follower(model, force)
+            found = disc.made(model, roller, centre, push, tolerance, width, bore)
+        else:
+            from planter.planting import cam as end_face
+
+            found = end_face.made(device_of(machine, "exact", set_, speed_rpm), roller, tolerance, width)
         result = found.part.result if out is None else files.write(out, found, step)
         console.result(result, lambda: tables.cam(console, result))
 

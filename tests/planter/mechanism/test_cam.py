@@ -47,6 +47,16 @@ def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None
     assert found.angle == pytest.approx(np.pi, abs=1e-4)
 
 
+def test_centre_of_the_roller_is_that_of_the_stated_follower() -> None:
+    place = str(own.generated(NAME) / f"{NAME}.toml")
+    stated, said = (
+        answer("cam", place, "--roller-mm", "8", *more) for more in ((), ("--y", "y_0+s", "--force", "N_cam"))
+    )
+    assert stated == said
+    crank = own.generated("slider_crank") / "slider_crank.toml"
+    assert "no follower of a cam" in refusal("cam", str(crank), "--roller-mm", "8")
+
+
 def test_the_command_writes_a_disc(tmp_path: Path) -> None:
     place = str(own.generated(NAME) / f"{NAME}.toml")
     options = ("--roller-mm", "8", "--y", "y_0+s", "--force", "N_cam", "--bore-mm", "12", "--out", str(tmp_path))
@@ -59,9 +69,11 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--y", "y_0+lift"), "--y = lift is not allowed: there are s, y_0, h"),
+        (("--y", "y_0+lift"), "--y = lift is not allowed: there are s, N_cam_centre_x"),
         (("--y", "y_0+s", "--force", "N_cm"), "--force = N_cm is not allowed: did you mean N_cam?"),
-        (("--y", "y_0+s", "--speed-rpm", "3"), "--speed-rpm does not go with --y"),
+        (("--y", "y_0+s", "--speed-rpm", "3"), "--speed-rpm does not apply"),
+        (("--x", "1"), "--x needs --y"),
+        (("--force", "guide"), "--force = guide is not allowed: there are N_cam"),
         (("--y", "y_0+s", "--bore-mm", "70"), "cam_follower: a bore of 70 mm is not allowed"),
         (("--y", "y_0+s", "--bore-mm", "58"), "it leaves a wall of"),
         (("--y", "s"), "cuts off its own contour"),

@@ -132,7 +132,7 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
         (("--roller-mm", "nan"), "--roller-mm = nan is not allowed"),
         (("--roller-mm", "5", "--width-mm", "60"), "less than the base cylinder's diameter of 60 mm"),
         (("--roller-mm", "5", "--step"), "--step needs --out DIR to write the solid to"),
-        (("--roller-mm", "5", "--force", "F_E"), "--force goes with --y alone, for a mechanism of your own"),
+        (("--roller-mm", "5", "--force", "F_E"), "--force is for a mechanism of your own"),
     ],
 )
 def test_bad_input_is_one_sentence(options: tuple[str, ...], said: str) -> None:

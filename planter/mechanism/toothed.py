@@ -1,0 +1,155 @@
+"""The toothed gears of a mechanism of one's own: every pair that its statement lets mesh, for `planter gears`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from planter.errors import InputError
+from planter.gearing.teeth.making import Toothed, toothed
+from planter.gearing.teeth.pair import Pair
+from planter.gearing.teeth.sampled import of_samples
+from planter.gears.parts import Placed
+from planter.gears.results import GearsFound
+from planter.gears.room import Wanted
+from planter.kernels import Array
+from planter.mechanism.model import Model
+from planter.mechanism.options import load_mechanism
+from planter.mechanism.swept import ROOM
+from planter.numerics.angles import TURN, wrapped
+from planter.progress import Listener
+from planter.report import files
+
+SAMPLES = 360
+"""Points of a pitch curve."""
+MOST_TURNS = 24
+"""Turns of the drive within which a gear must turn once against its line of centres."""
+MISSED = 1e-5
+"""Share of the distance of the axes by which pitch radii that roll on each other may miss it."""
+
+takes = ROOM.takes
+
+
+class Mesh:
+    """Two gears of a mechanism that mesh, over a turn of the slower one against their line of centres.
+
+    Raises InputError for gears that no pitch curves with outer teeth can be: they stop, swing to and fro, turn by no
+    whole number of turns for one of the other, or keep no distance of their axes.
+    """
+
+    def __init__(self, model: Model, tag: str, names: tuple[str, str]) -> None:
+        self.model, self.tag, self.place = model, tag, f"{model.file.source}: mesh {tag} of {' and '.join(names)}"
+        turned = np.abs(self._polar(np.array([0.0, TURN])) @ [-1.0, 1.0])
+        if not turned.all():
+            raise InputError(f"{self.place}: a gear does not turn against the line of centres; no teeth are cut")
+        self.slow = int(np.argmin(turned))
+        ratio = turned[1 - self.slow] / turned[self.slow]
+        self.turns = round(ratio)
+        if abs(ratio - self.turns) > MISSED:
+            raise InputError(
+                f"{self.place}: one gear turns {ratio:.6g} times in a turn of the other; pitch curves close for a "
+                "whole number of turns"
+            )
+        self.gear = 1 - self.slow
+        self.names = names[self.gear], names[self.slow]
+
+    def pair(self) -> Pair:
+        """Return the pair of the faster gear, whose pitch curve is sampled, and its mate."""
+        phi = self._turn()
+        values = self._values(phi[:-1])
+        polar, radius = values[f"polar_{self.gear + 1}"], values[f"r_{self.gear + 1}"]
+        sense = 1 if polar[1] > polar[0] else -1
+        if not (np.diff(sense * polar) > 0).all():
+            raise InputError(f"{self.place}: {self.names[0]} swings to and fro against the line of centres")
+        sums = values["r_1"] + values["r_2"]
+        if not np.ptp(sums) <= MISSED * abs(sums[0]) or min(values["r_1"].min(), values["r_2"].min()) <= 0:
+            raise InputError(
+                f"{self.place}: radii that roll on each other add up to {sums.min() * 1e3:.6g} to "
+                f"{sums.max() * 1e3:.6g} mm, which is no distance of axes; correct the motion or the pitch radius"
+            )
+        pair = of_samples(sense * polar, radius, self.place, self.turns, sense)
+        if not abs(pair.distance - sums.mean()) <= MISSED * pair.distance:
+            raise InputError(
+                f"{self.place}: the mate closes at {pair.distance * 1e3:.6g} mm between the axes, but they are "
+                f"{sums.mean() * 1e3:.6g} mm apart"
+            )
+        return pair
+
+    def placed(self, cut: Toothed) -> Iterator[Placed]:
+        """Yield both gears where they are at the start of the turn, their keyways along x of their frames.
+
+        Where teeth ask for another size, the mechanism is as much larger about its origin.
+        """
+        start = {name: float(value[0]) for name, value in self._values(np.zeros(1)).items()}
+        centre = np.array([start["x"], start["y"]]) * cut.sized.scale
+        if self.gear == 0:
+            centre -= cut.sized.pair.distance * _along(start["line"])
+        way = start["line"] + np.pi * self.gear
+        for number, gear, (angle, shift, _) in zip(
+            (self.gear, self.slow), cut.gears, cut.mesh.places(np.zeros(1)), strict=True
+        ):
+            turned = way + float(angle[0])
+            x, y = centre + float(shift[0]) * _along(way)
+            key = start["line"] + np.pi * number - start[f"polar_{number + 1}"] - turned
+            yield Placed(gear, turned, (float(x), float(y)), float(wrapped(np.asarray(key))))
+
+    def _turn(self) -> Array:
+        """Return angles (n + 1,) [rad] of the drive over a turn of the faster gear against the line of centres."""
+        from scipy.optimize import brentq
+
+        start = self._polar(np.zeros(1))[self.gear, 0]
+
+        def left(phi: float) -> float:
+            return abs(float(self._polar(np.array([phi]))[self.gear, 0]) - start) - TURN
+
+        end = next((TURN * k for k in range(1, MOST_TURNS + 1) if left(TURN * k) >= 0), None)
+        if end is None:
+            raise InputError(f"{self.place}: {self.names[0]} does not turn once in {MOST_TURNS} turns of the drive")
+        return np.linspace(0, float(brentq(left, 0, end, xtol=1e-14)), SAMPLES + 1)
+
+    def _polar(self, phi: Array) -> Array:
+        values = self._values(phi)
+        return np.array([values["polar_1"], values["polar_2"]])
+
+    def _values(self, phi: Array) -> dict[str, Array]:
+        start = f"mesh_{self.tag}_"
+        return {
+            name.removeprefix(start): row
+            for name, row in self.model.evaluate("meshes", phi).items()
+            if name.startswith(start)
+        }
+
+
+def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+    """Return the gears of every mesh. Raises InputError where there is none, and as `Mesh` and `toothed` do."""
+    from planter.gears import command
+
+    mechanism = load_mechanism(source, wanted.changes, wanted.speed_rpm)
+    meshes = {tag: tuple(names) for tag, names in mechanism.model.sidecar.get("meshes", {}).items()}
+    if not meshes:
+        raise InputError(f"{mechanism.source}: it has no pair of gears: its statement lets none mesh")
+    if wanted.counts and len(wanted.counts) != len(meshes):
+        numbers = ",".join(map(str, wanted.counts))
+        allowed = f"it must be the teeth of one gear of each mesh: {', '.join(meshes)}"
+        raise InputError(f"--teeth {numbers} is not allowed: {allowed}")
+    pairs, placed = [], list[Placed]()
+    for number, (tag, names) in enumerate(meshes.items()):
+        mesh = Mesh(Model(mechanism), tag, _tell_apart(names, tag, meshes))
+        count, module = wanted.counts[number] if wanted.counts else None, wanted.modules_mm[min(number, 1)]
+        pairs.append(toothed(mesh.pair(), wanted.teeth.order(count, module, wanted.keep), mesh.place, mesh.names))
+        placed += mesh.placed(pairs[-1])
+    gears = command.Gears(mechanism.name, pairs, placed, None, files.provenance(mechanism))
+    return command.make(gears, wanted.teeth, wanted.made, out, progress)
+
+
+def _tell_apart(names: tuple[str, ...], tag: str, meshes: Mapping[str, tuple[str, ...]]) -> tuple[str, str]:
+    """Return the names of a mesh's gears, with the tag where a body has gears in several meshes."""
+    all_names = [name for pair in meshes.values() for name in pair]
+    inner, outer = (f"{name} {tag}" if all_names.count(name) > 1 else name for name in names)
+    return inner, outer
+
+
+def _along(angle: float) -> Array:
+    return np.array([np.cos(angle), np.sin(angle)])
