@@ -25,8 +25,9 @@ from planter.measured.findings import (
     Prediction,
     Spread,
 )
-from planter.measured.fit import Fit, searched
+from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
 from planter.measured.reading import Columns, Measurement
+from planter.parallel.task import HERE, Means, Task
 from planter.progress import Listener, Phase
 
 FORCE = "N"
@@ -55,7 +56,7 @@ class Calibrated:
 
 
 def calibrate(
-    machines: Mapping[str, Machine],
+    builders: Mapping[str, Callable[[], Machine]],
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
@@ -64,23 +65,28 @@ def calibrate(
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
+    means: Means = HERE,
 ) -> Calibrated:
     """Fit chosen inputs within `bounds` (display units, by path) to a curve in a CSV file, in one model or several.
 
-    `machines` are those of the models by name, the first of which is reported first; `rebuild` returns the file with
-    other numbers, by path, if there is one. Raises InputError for a file, columns or inputs that cannot be used.
+    `builders` return the machines of the models by name, the first of which is reported first; pickles can be made of
+    them. `rebuild` returns the file with other numbers, by path, if there is one. `means` says what runs the searches,
+    whose results do not depend on it. Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
         raise InputError("--fit must name at least one input with its bounds, as --fit mass.planet_kg=0.8:1.6")
+    machines = {name: build() for name, build in builders.items()}
     model, machine = next(iter(machines.items()))
     unit = units.unit(find_measured(machine, quantity).key)
     chosen = {name: Chosen.of(one, bounds) for name, one in machines.items()}
     measured = reading.read(data, columns, float(machine.data[machine.speed]), unit)
-    phase = Phase("calibration", "model", len(machines), progress)
+    phase = Phase("calibration", "start", STARTS * len(machines), progress)
     fits: dict[str, Fit] = {}
     for name, one in machines.items():
-        fits[name] = searched(MeasuredCurve(one, chosen[name], measured, quantity), seed)
-        phase.next(name)
+        arguments = {"chosen": chosen[name], "measured": measured, "quantity": quantity}
+        task = Task(prepare_starts, {"build": builders[name], **arguments})
+        curve = MeasuredCurve(one, chosen[name], measured, quantity)
+        fits[name] = fit_curve(curve, seed, STARTS, phase, task, means)
     results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
     fitted, why = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
     first, others = results[model], [fit for name, fit in fits.items() if name != model]
@@ -112,6 +118,13 @@ def calibrate(
             noise_N=measured.noise if unit == FORCE else None,
         ),
     )
+
+
+def prepare_starts(
+    build: Callable[[], Machine], chosen: Chosen, measured: Measurement, quantity: str
+) -> Callable[[Array], SearchEnd]:
+    """Return the function that searches from values (n,), in a worker."""
+    return prepare_searches(MeasuredCurve(build(), chosen, measured, quantity))
 
 
 def _spread(rms: float, points: int, unit: str) -> Spread:

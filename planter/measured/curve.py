@@ -94,6 +94,12 @@ class MeasuredCurve:
         thin.phi, thin.values, thin._last = self.phi[chosen], self.values[chosen], None
         return thin
 
+    def restart(self) -> None:
+        """Forget earlier values, near which loops are closed: what follows has the same digits in every process."""
+        self.bounds(self.own())  # closes loops at the first call, for the period
+        self._response.restart()
+        self._last = None
+
     @property
     def phase_index(self) -> int | None:
         """Index of the phase among the chosen inputs, if it is one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +14,9 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.measured.curve import MeasuredCurve
 from planter.measured.phase import find_phases
+from planter.parallel.jobs import run_in_order
+from planter.parallel.task import HERE, Means, Task
+from planter.progress import Phase
 
 STARTS = 8
 CANDIDATES, RESCANS, BETTER = 3, 3, 0.999
@@ -148,41 +152,76 @@ class Fit:
         return float(left @ left)
 
 
-def searched(curve: MeasuredCurve, seed: int = 0, starts: int = STARTS) -> Fit:
-    """The best of searches from the machine's own values and from places all over the bounds, the phase by scans.
+@dataclass(frozen=True)
+class SearchEnd:
+    """Values (n,) that a search ended at with the sum of squares that they leave, or why it ended without any."""
 
-    Of those that agree, the one nearest to the machine's own values; what the data do not feel stays as it was. Starts
-    are compared on `MOST_POINTS` of the points, the best is searched on with all.
+    values: Array
+    total: float
+    reason: str = ""
+
+
+def fit_curve(
+    curve: MeasuredCurve, seed: int = 0, starts: int = STARTS, phase: Phase | None = None, task: Task | None = None,
+    means: Means = HERE,
+) -> Fit:  # fmt: skip
+    """Return the best of searches from the machine's values and from others all over the bounds, the phase by scans.
+
+    `means` says what runs the searches, whose ends do not depend on it; workers take those of a task, which prepares
+    `prepare_searches`. Raises ComputationError if none of them comes to values that have a cycle.
     """
-    thin, rng, own = curve.thinned(MOST_POINTS), np.random.default_rng(seed), curve.own()
+    phase = phase or Phase("calibration", "start", starts, None)
+    ends = []
+    for end in run_in_order(
+        task, find_starts(curve, seed, starts), means, prepare_searches(curve), lambda end: end,
+        lambda: phase.under_way(None),
+    ):  # fmt: skip
+        ends.append(end)
+        phase.next()
+    return choose_fit(curve, ends)
+
+
+def find_starts(curve: MeasuredCurve, seed: int, starts: int) -> list[Array]:
+    """Return the machine's own values, then others drawn from the bounds, (n,) each."""
+    rng, own = np.random.default_rng(seed), curve.own()
     lower, upper = curve.bounds(own)
-    begins = [own, *(rng.uniform(lower, upper) for _ in range(starts - 1))]
-    ends = _search_all(thin, begins)
-    least = min(end[1] for end in ends)
-    agreeing = [end for end in ends if agrees(end[1], least, len(thin.values))]
-    best = min(agreeing, key=lambda end: float(np.linalg.norm((end[0] - own) / (upper - lower))))
-    values, total = search(curve, best[0], list(range(len(own))))
-    failed = (float("inf"),) * (starts - len(ends))
-    found = Fit(curve, values, (*(end[1] for end in ends), *failed))
-    closer = Fit(curve, found.towards(own), found.sums)
+    return [own, *(rng.uniform(lower, upper) for _ in range(starts - 1))]
+
+
+def prepare_searches(curve: MeasuredCurve) -> Callable[[Array], SearchEnd]:
+    """Return the function that searches from values (n,), on `MOST_POINTS` of the points."""
+    thin = curve.thinned(MOST_POINTS)
+
+    def run(begin: Array) -> SearchEnd:
+        thin.restart()
+        try:
+            return SearchEnd(*_search_from(thin, begin))
+        except ComputationError as error:
+            return SearchEnd(begin, float("inf"), error.message)
+
+    return run
+
+
+def choose_fit(curve: MeasuredCurve, ends: Sequence[SearchEnd]) -> Fit:
+    """Return the fit on all points from the best end; of those that agree, from the nearest to the machine's values.
+
+    Combinations of values that the data do not determine stay as they were. Raises ComputationError if there is no end.
+    """
+    least = min(ends, key=lambda end: end.total)
+    if least.reason:
+        raise ComputationError(f"no start of the fit leads anywhere; narrow the bounds: {ends[-1].reason}")
+    curve.restart()
+    own, points = curve.own(), min(len(curve.values), MOST_POINTS)
+    lower, upper = curve.bounds(own)
+    agreeing = [end for end in ends if agrees(end.total, least.total, points)]
+    best = min(agreeing, key=lambda end: float(np.linalg.norm((end.values - own) / (upper - lower))))
+    values, total = search(curve, best.values, list(range(len(own))))
+    fit = Fit(curve, values, tuple(end.total for end in ends))
+    closer = Fit(curve, fit.towards(own), fit.sums)
     lower, upper = curve.bounds(values)
     inside = ((closer.values >= lower) & (closer.values <= upper)).all()
     sum_closer = float(closer.residuals @ closer.residuals)
-    return closer if inside and sum_closer - total <= CLOSE * (1 + total) else found
-
-
-def _search_all(curve: MeasuredCurve, begins: list[Array]) -> list[tuple[Array, float]]:
-    """Return the ends of searches, less those that come where the machine has no cycle. Raises what all raise."""
-    ends: list[tuple[Array, float]] = []
-    reason: ComputationError | None = None
-    for begin in begins:
-        try:
-            ends.append(_search_from(curve, begin))
-        except ComputationError as error:
-            reason = error
-    if not ends and reason is not None:
-        raise ComputationError(f"no start of the fit leads anywhere; narrow the bounds: {reason.message}")
-    return ends
+    return closer if inside and sum_closer - total <= CLOSE * (1 + total) else fit
 
 
 def _search_from(curve: MeasuredCurve, begin: Array) -> tuple[Array, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from planter.errors import InputError
@@ -14,6 +15,7 @@ from planter.mechanism.file import MechanismFile, made
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
+from planter.parallel.task import HERE, Means
 from planter.progress import Listener
 from planter.terminal.console import Console
 
@@ -30,9 +32,11 @@ def calibrate(
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
+    means: Means = HERE,
 ) -> Calibrated:
     """Fit values within `bounds` (display units, by key) to a measured curve of a quantity.
 
+    `means` says what runs the searches, whose results do not depend on it.
     Raises InputError for a file, columns, values or a quantity that cannot be used, ComputationError for a quantity
     that does not repeat after a cycle.
     """
@@ -46,8 +50,8 @@ def calibrate(
         moved = file.moved_to({path.rpartition(".")[2]: value for path, value in inputs.items()})
         return made({**moved.table(), "folder": str(file.place)}, file.source, file.place)
 
-    machines = {MODEL: machine}
-    return calibration.calibrate(machines, data, columns, bounds, quantity, rebuild, check, seed, progress)
+    builders = {MODEL: partial(build_machine, file)}
+    return calibration.calibrate(builders, data, columns, bounds, quantity, rebuild, check, seed, progress, means)
 
 
 def run_calibrate(console: Console, file: MechanismFile, found: Calibrated, out: Path | None) -> None:

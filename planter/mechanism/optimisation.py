@@ -85,7 +85,7 @@ def optimise(
     if averaged := goal.averaged:
         require_repeating(Model(file), averaged, file.turn.samples)
     spec = spec or SearchSpec(file.objective.samples if file.objective else "refined")
-    task = Task(f"{__name__}:{prepare_descents.__name__}",
+    task = Task(prepare_descents,
                 {"file": file, "least": least, "holds": list(holds), "sampling": spec.sampling})  # fmt: skip
     optimum = minimise(goal.machine, goal.least, goal.limits, spec, listener, task, means)
     return _record(file, least or (file.objective.least if file.objective else ""), spec, optimum, begun)

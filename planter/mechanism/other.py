@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from planter.mechanism.results import AngleValues, Turn
 from planter.mechanism.simulation import check_angles, check_samples
 from planter.mechanism.turn import describe_quantity
 from planter.numerics.angles import TURN
+from planter.parallel.task import Means
 from planter.terminal.console import Console
 
 MODEL = "exact"
@@ -120,16 +121,18 @@ def run_sensitivity(
 
 
 def run_calibrate(
-    console: Console, machine: Machine, data: Path, columns: Columns, bounds: Mapping[str, tuple[float, float]],
-    quantity: str | None, check: Check | None, seed: int, out: Path | None,
+    console: Console, build: Callable[[], Machine], data: Path, columns: Columns,
+    bounds: Mapping[str, tuple[float, float]], quantity: str | None, check: Check | None, seed: int,
+    means: Means, out: Path | None,
 ) -> None:  # fmt: skip
-    """Fit values to a measured curve and print them."""
+    """Fit values to a measured curve and print them; pickles can be made of `build`."""
+    machine = build()
     _refuse_out(machine, out)
     if quantity is None:
         known = ", ".join(one.key for one in machine.results)
         raise InputError(f"--quantity must name what was measured: it must be one of {known}")
     found = calibration.calibrate(
-        {MODEL: machine}, data, columns, bounds, quantity, None, check, seed, console.progress
+        {MODEL: build}, data, columns, bounds, quantity, None, check, seed, console.progress, means
     )  # fmt: skip
     for warning in found.result.warnings:
         console.say(f"planter: warning: {warning}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import queue
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -28,7 +27,7 @@ class Jobs:
     def __init__(self, task: Task, jobs: Sequence[Any], means: Means = HERE) -> None:
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._kept: dict[int, Answer] = {}
-        self.count, text = len(jobs), pickle.dumps(task)
+        self.count, text = len(jobs), task.to_bytes()
         self._workers: LocalWorkers | ClusterWorkers
         if means.cluster is not None:
             self._workers = ClusterWorkers(text, jobs, means.cluster, self._answers)

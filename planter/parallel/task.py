@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import pickle
 import threading
@@ -31,23 +30,18 @@ HERE = Means()
 
 @dataclass(frozen=True)
 class Task:
-    """A function, as "package.module:name", and its arguments, of which pickles can be made.
+    """A function of a module and its arguments, of which pickles can be made.
 
     It returns the function that runs a job: job -> result. With `is_thread_safe` several threads may call that at once.
     """
 
-    function: str
+    prepare: Callable[..., Callable[[Any], Any]]
     arguments: Mapping[str, Any]
     is_thread_safe: bool = False
-    version: str = __version__
 
-    def prepare(self) -> Callable[[Any], Any]:
-        """Return the function that runs a job. Raises InputError if another version of planter asks for it."""
-        if self.version != __version__:
-            raise InputError(f"the worker has planter {__version__}: install {self.version} there, as it is here")
-        module, name = self.function.split(":")
-        run: Callable[[Any], Any] = getattr(importlib.import_module(module), name)(**self.arguments)
-        return run
+    def to_bytes(self) -> bytes:
+        """Return the task as a worker reads it: only one of the same version of planter reads more than that."""
+        return pickle.dumps((__version__, pickle.dumps(self)))
 
 
 class Answer(NamedTuple):
@@ -69,7 +63,7 @@ class Answer(NamedTuple):
 
 
 def run_job(task: bytes, job: Any) -> Any:
-    """Return the result of a job of a pickled task; the error instead if there is one."""
+    """Return the result of a job of a task; the error instead if there is one."""
     try:
         safe, run = _prepare(task)
         if safe:
@@ -84,8 +78,11 @@ def run_job(task: bytes, job: Any) -> Any:
 
 @lru_cache(maxsize=2)
 def _prepare(text: bytes) -> tuple[bool, Callable[[Any], Any]]:
-    task: Task = pickle.loads(text)
-    return task.is_thread_safe, task.prepare()
+    version, content = pickle.loads(text)
+    if version != __version__:
+        raise InputError(f"the worker has planter {__version__}: install {version} there, as it is here")
+    task: Task = pickle.loads(content)
+    return task.is_thread_safe, task.prepare(**task.arguments)
 
 
 def count_cores() -> int:

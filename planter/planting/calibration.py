@@ -60,7 +60,7 @@ def calibrate(
     jobs = [(one, law) for one in MODELS for law in chosen]
     phase, laws_fits = Phase("calibration", "law", len(jobs), progress), LawFits(machine, wanted)
     points: list[Array] = []
-    task = Task(f"{__name__}:{LawFits.__name__}", {"machine": machine, "wanted": dict(wanted)})
+    task = Task(LawFits, {"machine": machine, "wanted": dict(wanted)})
     for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.under_way(None)):
         phase.next(", ".join(jobs[len(points)]))
         points.append(z)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from planter.engine.machine import Machine as EngineMachine
 from planter.measured import calibration
 from planter.measured.calibration import Calibrated, Check
 from planter.measured.reading import Columns
+from planter.parallel.task import HERE, Means
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
@@ -28,11 +30,19 @@ def calibrate(
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
+    means: Means = HERE,
 ) -> Calibrated:
     """Fit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
 
-    `model` is reported first. Raises InputError for a file, columns or inputs that cannot be used.
+    `model` is reported first, `means` says what runs the searches. Raises InputError for a file, columns or
+    inputs that cannot be used.
     """
     ordered = (model, *(other for other in MODELS if other != model))
-    machines: dict[str, EngineMachine] = {one: build_machine(Device(machine, one)) for one in ordered}
-    return calibration.calibrate(machines, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress)
+    builders: dict[str, Callable[[], EngineMachine]] = {one: partial(_build, machine, one) for one in ordered}
+    return calibration.calibrate(
+        builders, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress, means
+    )
+
+
+def _build(machine: Machine, model: Model) -> EngineMachine:
+    return build_machine(Device(machine, model))

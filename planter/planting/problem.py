@@ -55,7 +55,7 @@ def build_task(device: Device, sampling: Sampling, lengths: Lengths | None = Non
     """Return the descents on a device's problem, from points (p,), as workers run them."""
     arguments = {"machine": device.machine, "model": device.model, "sampling": sampling, "compiled": device.compiled,
                  "wanted": None if lengths is None else lengths.wanted}  # fmt: skip
-    return Task(f"{__name__}:{prepare_descents.__name__}", arguments)
+    return Task(prepare_descents, arguments)
 
 
 def prepare_descents(

@@ -41,7 +41,7 @@ class Recipe:
     @property
     def task(self) -> Task:
         """The chunks of the job, by their numbers, for workers."""
-        return Task(f"{__name__}:{prepare_chunks.__name__}", {"recipe": self}, is_thread_safe=True)
+        return Task(prepare_chunks, {"recipe": self}, is_thread_safe=True)
 
     def job(self) -> Job:
         module, name = self.function.split(":")

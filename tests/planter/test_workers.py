@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -23,21 +24,22 @@ import pickle, sys, threading
 sys.path.insert(0, {root!r})
 from planter import workers
 from planter.parallel.task import Task
-worker = workers.Worker({module!r}, pickle.dumps(Task({function!r}, {arguments!r})))
+from tests.planter.parallel.toys import prepare_squares
+worker = workers.Worker({module!r}, Task(prepare_squares, {arguments!r}).to_bytes())
 print(worker.pid, flush=True)
 worker.ask(pickle.dumps(1))
 """
 
 
 def _squares(**arguments: object) -> Task:
-    return Task(f"{prepare_squares.__module__}:{prepare_squares.__name__}", arguments)
+    return Task(prepare_squares, arguments)
 
 
-def _wait_for(condition: object, limit_s: float = 30.0) -> None:
+def _wait_for(condition: Callable[[], bool], limit_s: float = 30.0) -> None:
     limit = time.monotonic() + limit_s
-    while not condition() and time.monotonic() < limit:  # type: ignore[operator]
+    while not condition() and time.monotonic() < limit:
         time.sleep(0.02)
-    assert condition()  # type: ignore[operator]
+    assert condition()
 
 
 def _runs(pid: int) -> bool:
@@ -50,7 +52,7 @@ def _runs(pid: int) -> bool:
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")
 def test_busy_worker_ends_with_its_parent(tmp_path: Path) -> None:
     task = _squares(mark=str(tmp_path / "at work"), wait_s=600.0)
-    code = PARENT.format(root=str(ROOT), module=JOBS, function=task.function, arguments=task.arguments)
+    code = PARENT.format(root=str(ROOT), module=JOBS, arguments=task.arguments)
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None
     pid = int(parent.stdout.readline())
@@ -69,11 +71,12 @@ def test_worker_takes_no_module_of_the_user(module: str, tmp_path: Path, monkeyp
     monkeypatch.setattr(sys, "path", ["", *sys.path])
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     is_jobs = module == JOBS
-    first = pickle.dumps(_squares()) if is_jobs else json.dumps({"folder": str(tmp_path), "scratch": str(tmp_path)})
-    request = pickle.dumps(3) if is_jobs else json.dumps({"do": "file", "message": {}})
-    worker = Worker(module, *(text if isinstance(text, bytes) else text.encode() for text in [first]))
+    folders = {"folder": str(tmp_path), "scratch": str(tmp_path)}
+    first = _squares().to_bytes() if is_jobs else json.dumps(folders).encode()
+    request = pickle.dumps(3) if is_jobs else json.dumps({"do": "file", "message": {}}).encode()
+    worker = Worker(module, first)
     try:
-        answer = worker.ask(request if isinstance(request, bytes) else request.encode())
+        answer = worker.ask(request)
     finally:
         worker.end()
     assert not (tmp_path / "executed").exists()
@@ -81,11 +84,11 @@ def test_worker_takes_no_module_of_the_user(module: str, tmp_path: Path, monkeyp
 
 
 def test_worker_that_is_late_or_says_too_much_is_ended() -> None:
-    late = Worker(JOBS, pickle.dumps(_squares(wait_s=600.0)))
+    late = Worker(JOBS, _squares(wait_s=600.0).to_bytes())
     with pytest.raises(TimeoutError):
         late.ask(pickle.dumps(1), limit_s=0.5)
     with pytest.raises(WorkerEndedError):
         late.ask(pickle.dumps(1))
-    wordy = Worker(JOBS, pickle.dumps(_squares()), longest_answer=3)
+    wordy = Worker(JOBS, _squares().to_bytes(), longest_answer=3)
     with pytest.raises(WorkerEndedError):
         wordy.ask(pickle.dumps(1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,11 +13,21 @@ from planter.mechanism.options import load_mechanism, refuse_options
 from planter.planting.commands.options import AnyMachineArgument, Model, device_of, kept, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, SpeedOption, changes
+from planter.terminal.options import (
+    ClusterOption,
+    JsonOption,
+    OutOption,
+    SeedOption,
+    SetOption,
+    SpeedOption,
+    WorkersOption,
+    changes,
+)
 
 if TYPE_CHECKING:
     from planter.measured.calibration import Check
     from planter.measured.reading import Columns
+    from planter.parallel.task import Means
     from planter.planting.model import Device
 
 app = typer.Typer()
@@ -51,6 +62,8 @@ def calibrate(
     check: Annotated[Path | None, _option("a second measurement to predict", "CSV")] = None,
     check_rpm: Annotated[float | None, _option("its speed", "RPM")] = None,
     seed: SeedOption = 0,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -70,7 +83,9 @@ def calibrate(
     console = Console(as_json)
     with console.outcome():
         from planter.mechanism.machines import takes
+        from planter.parallel.task import Means
 
+        means = Means(workers, cluster)
         mechanism = load_mechanism(machine, changes(set_), speed_rpm) if takes(machine) else None
         known = None if data is None or mechanism is not None else load_other(machine, set_, speed_rpm)
         if mechanism is not None:
@@ -80,7 +95,7 @@ def calibrate(
                 raise InputError(
                     f"--data must name a CSV file with a measured curve, to which {mechanism.name} is fitted"
                 )
-            _to_figures(console, device_of(machine, model, set_, speed_rpm), target, flank or (), out)
+            _to_figures(console, device_of(machine, model, set_, speed_rpm), target, flank or (), means, out)
             return
         from planter.measured.calibration import Check
         from planter.measured.reading import Columns
@@ -95,24 +110,27 @@ def calibrate(
         if known is not None:
             from planter.mechanism import other
 
-            other.run_calibrate(console, known, data, columns, bounds, quantity, second, seed, out)
+            build = partial(other.load, machine, changes(set_), speed_rpm)
+            other.run_calibrate(console, build, data, columns, bounds, quantity, second, seed, means, out)
             return
         if mechanism is None:
             device = device_of(machine, model, set_, speed_rpm)
-            _to_data(console, device, data, columns, bounds, quantity, second, seed, out)
+            _to_data(console, device, data, columns, bounds, quantity, second, seed, means, out)
             return
         from planter.mechanism import calibration
 
-        found = calibration.calibrate(mechanism, data, columns, bounds, quantity, second, seed, console.progress)
+        found = calibration.calibrate(mechanism, data, columns, bounds, quantity, second, seed, console.progress, means)
         with kept(found.result.table()):
             calibration.run_calibrate(console, mechanism, found, out)
 
 
-def _to_figures(console: Console, device: Device, target: str, laws: list[str] | tuple[()], out: Path | None) -> None:
+def _to_figures(
+    console: Console, device: Device, target: str, laws: list[str] | tuple[()], means: Means, out: Path | None
+) -> None:
     from planter.planting import calibration, tables
     from planter.planting.report import results as report
 
-    result = calibration.calibrate(device.machine, device.model, target, laws, console.progress)
+    result = calibration.calibrate(device.machine, device.model, target, laws, console.progress, means)
     if out is not None:
         with kept(result.table()):
             report.write_result(out, device, result)
@@ -128,6 +146,7 @@ def _to_data(
     quantity: str | None,
     check: Check | None,
     seed: int,
+    means: Means,
     out: Path | None,
 ) -> None:
     from planter.measured import page, tables
@@ -135,7 +154,7 @@ def _to_data(
     from planter.planting.report.page import meanings
 
     found = calibrate(
-        device.machine, device.model, data, columns, bounds, quantity or SUPPORT, check, seed, console.progress
+        device.machine, device.model, data, columns, bounds, quantity or SUPPORT, check, seed, console.progress, means
     )
     if out is not None:
         with kept(found.result.table()):

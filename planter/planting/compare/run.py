@@ -63,8 +63,7 @@ def compare(
     if kept:
         phase.reached(kept, "done before")
 
-    optimised = Task(f"{pair.__name__}:{pair.prepare_pairs.__name__}",
-                     {"own": own, "required": machine, "starts": starts, "seed": seed})  # fmt: skip
+    optimised = Task(pair.prepare_pairs, {"own": own, "required": machine, "starts": starts, "seed": seed})
     with Jobs(optimised, todo, Means(cores, cluster)) as jobs:
         for answer in jobs:
             task = todo[answer.job]

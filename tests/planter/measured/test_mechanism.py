@@ -9,10 +9,13 @@ import pytest
 
 from planter.errors import ComputationError, InputError
 from planter.measured import reading
+from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.reading import Columns
 from planter.mechanism import calibration
 from planter.mechanism.file import load
+from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
+from planter.parallel.task import HERE, Means
 from tests.support import own
 from tests.support.cli import answer, refusal
 
@@ -63,11 +66,29 @@ def test_places_are_fitted_in_their_own_unit_and_written(data: Path, tmp_path: P
 def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
     """A crank longer than the rod has a dead point: starts there end nowhere, the others find the truth."""
     columns, file = Columns("place", time="t"), own.file("slider_crank")
-    result = calibration.calibrate(file, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm").result
+    result, by_workers = (
+        calibration.calibrate(file, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
+        for means in (HERE, Means(2))
+    )
+    assert by_workers.table() == result.table(), "every digit"
     assert result.fitted[0].low95 < 60.0 < result.fitted[0].high95
     assert result.starts == 8 > result.agreeing_starts
     with pytest.raises(ComputationError, match="narrow the bounds"):
         calibration.calibrate(file, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
+
+
+def test_restart_forgets_earlier_values(data: Path) -> None:
+    """Loops are closed near where they were before, which must not reach from one search into the next."""
+    machine = build_machine(own.file("slider_crank"))
+    measured = reading.read(data, Columns("place", time="t"), float(machine.data[machine.speed]), "mm")
+    chosen = Chosen.of(machine, {"r_mm": (40.0, 80.0)})
+    curve = MeasuredCurve(machine, chosen, measured, "s_mm")
+    first, second = (np.array([r]) for r in (0.043, 0.071))
+    alone = curve(second)[0].tobytes()
+    curve(first)
+    assert curve(second)[0].tobytes() != alone
+    curve.restart()
+    assert curve(second)[0].tobytes() == alone
 
 
 def test_what_cannot_be_fitted_is_refused(data: Path) -> None:

@@ -1,5 +1,6 @@
 """Jobs in worker processes: results in order, whatever becomes of the workers; errors as if raised here."""
 
+import pickle
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from planter.parallel.task import HERE, Means, Task, run_job
 from tests.planter.parallel.toys import ERRORS, prepare_squares
 
 pytestmark = pytest.mark.fault
-SQUARES = Task(f"{prepare_squares.__module__}:{prepare_squares.__name__}", {})
+SQUARES = Task(prepare_squares, {})
 EXPECTED = [number**2 / 3 for number in range(7)]
 
 
@@ -60,9 +61,7 @@ def test_first_error_in_order_is_raised() -> None:
 
 
 def test_another_version_is_refused() -> None:
-    import pickle
-
-    error = run_job(pickle.dumps(replace(SQUARES, version="0.0")), 1)
+    error = run_job(pickle.dumps(("0.0", b"")), 1)
     assert isinstance(error, InputError)
     assert "install 0.0" in error.message
 

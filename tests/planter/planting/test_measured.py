@@ -13,7 +13,7 @@ from planter.measured import calibration, page, reading, tables
 from planter.measured.calibration import Calibrated, Check
 from planter.measured.correlation import Correlation, assess_correlation
 from planter.measured.curve import Chosen, MeasuredCurve
-from planter.measured.fit import Fit, searched
+from planter.measured.fit import Fit, fit_curve
 from planter.measured.reading import Columns, read
 from planter.planting import cycle
 from planter.planting.file import Machine, load
@@ -125,11 +125,13 @@ def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
 
 def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_path: Path) -> None:
     measured = read(written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0), COLUMNS, 1.0)
-    without = searched(
+    without = fit_curve(
         MeasuredCurve(wang(), Chosen.of(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT), starts=2
     )
     assert without.rms > 20 * measured.noise
-    gauge = searched(MeasuredCurve(wang(), Chosen.of(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT), starts=2)
+    gauge = fit_curve(
+        MeasuredCurve(wang(), Chosen.of(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT), starts=2
+    )
     assert gauge.rms == pytest.approx(NOISE, rel=0.2)
     assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
 
@@ -138,7 +140,7 @@ def test_what_the_data_do_not_determine_is_told(tmp_path: Path) -> None:
     """The spring's preload is within the device: the support does not feel it in the exact model."""
     chosen = Chosen.of(wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
     data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
-    fit = searched(MeasuredCurve(wang(), chosen, read(data, COLUMNS, 1.0), SUPPORT), starts=3)
+    fit = fit_curve(MeasuredCurve(wang(), chosen, read(data, COLUMNS, 1.0), SUPPORT), starts=3)
     assert fit.rank == 1
     assert fit.correlation() is None
     assert fit.band(0) == pytest.approx((5.0, 60.0))
@@ -232,7 +234,7 @@ def test_a_motor_s_torque_can_be_fitted_too(tmp_path: Path) -> None:
     path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")
     measured = read(path, Columns("torque", angle="angle"), 1.0, "N m")
     chosen = Chosen.of(wang(), {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)})
-    fit = searched(MeasuredCurve(wang(), chosen, measured, "M_L_Nm"), starts=2)
+    fit = fit_curve(MeasuredCurve(wang(), chosen, measured, "M_L_Nm"), starts=2)
     assert chosen.shown(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(6.0, abs=1e-4)
 
 
@@ -260,7 +262,7 @@ def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
     chosen = Chosen.of(wang(), {**ANYWHERE, "phase_deg": bounds})
     own = MeasuredCurve(wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT)
     noise = own.values - shifted(degrees, 37.0, 0.0, 1)
-    fit = searched(own, starts=2)
+    fit = fit_curve(own, starts=2)
     assert np.degrees(own.period) == pytest.approx(180)
     assert own.is_cyclic == (bounds[1] - bounds[0] >= 180)
     assert (fit.agreeing, fit.is_settled) == (2, True)
@@ -274,7 +276,7 @@ def test_a_phase_below_zero_is_moved_into_its_period() -> None:
     degrees = np.arange(0, 360, 4.0)
     data = measurement(degrees, shifted(degrees, 179.9, 0.01, 1), 0.01)
     chosen = Chosen.of(wang(), {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)})
-    entry = calibration.describe_inputs(searched(MeasuredCurve(wang(), chosen, data, SUPPORT), starts=1))[2]
+    entry = calibration.describe_inputs(fit_curve(MeasuredCurve(wang(), chosen, data, SUPPORT), starts=1))[2]
     assert 178 < entry.value < 180
     assert (entry.lower, entry.start, entry.upper) == pytest.approx((170, 180, 190))
     assert entry.interval[0] < entry.value < entry.interval[1]
@@ -295,7 +297,7 @@ def outcome_of(
     values: np.ndarray, degrees: np.ndarray, bounds: dict[str, tuple[float, float]], starts: int = 2
 ) -> tuple[str, Correlation]:
     data = read_inliers(degrees, values)
-    fit = searched(MeasuredCurve(wang(), Chosen.of(wang(), bounds), data, SUPPORT), starts=starts)
+    fit = fit_curve(MeasuredCurve(wang(), Chosen.of(wang(), bounds), data, SUPPORT), starts=starts)
     neighbours = assess_correlation(fit.residuals)
     return calibration.judge_fit(fit, fit.rms / data.noise, neighbours), neighbours
 
