@@ -66,9 +66,9 @@ class SampleWeights:
     low: Array
     sides: Array
 
-    def at(self, part: slice, samples: Array) -> Array:
-        """Return the derivatives (k, angles, lanes) in samples (k, angles, lanes) of a range of angles."""
-        angles = np.arange(part.start, part.stop)[:, None]
+    def at(self, samples: Array) -> Array:
+        """Return the derivatives (k, angles, lanes) in samples (k, angles, lanes)."""
+        angles = np.arange(samples.shape[1])[:, None]
         weights = self.constant[:, None] + self.slope[:, None] * samples
         for column, extreme in enumerate((self.high, self.low)):
             weights += self.sides[:, column, None, None] * (extreme[:, None] == angles)
@@ -116,8 +116,7 @@ class SampledOutputs:
         def reduce(block: Block) -> Array:
             values = self._reduced(block)
             weights = self._weights(block, values)
-            samples = block.samples[self._places]
-            slopes = self.rows.gradients(block, self._places, lambda part: weights.at(part, samples[:, part]))
+            slopes = self.rows.gradients(block, self._places, weights.at(block.samples[self._places]))
             slopes *= self.machine.scale[:, None]
             slopes[np.isnan(values)[:, None].repeat(size, axis=1)] = np.nan
             rows = np.concatenate([values[:, None], slopes], axis=1) / self._factors[:, None, None]
@@ -150,10 +149,12 @@ class SampledOutputs:
         """Return quantities by key over a turn, (m, n) each, at points (m, inputs), and the angles `phi_deg` (n,)."""
         quantities = [self.machine.find_quantity(key) for key in keys]
         rows = Rows(self.machine, [quantity.name for quantity in quantities], len(self.rows.angles), compared=False)
-        block, failed = rows.block(self.data(points))
+        samples = rows.evaluate(self.data(points), lambda block: block.samples.reshape(-1, block.samples.shape[2]))
+        failed = np.isnan(samples).any(axis=1)
         if failed.any():
             raise ComputationError(self.find_reason(points[np.flatnonzero(failed)[0]]))
-        samples = block.samples[:, :, : len(points)].transpose(0, 2, 1)
+        samples = samples.reshape(len(points), len(quantities), -1).transpose(1, 0, 2)
+        samples = np.tile(samples, len(rows.angles) // samples.shape[2])
         shown = {key: row / quantity.factor for key, row, quantity in zip(keys, samples, quantities, strict=True)}
         return shown | {"phi_deg": np.degrees(rows.angles)}
 

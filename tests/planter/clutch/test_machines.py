@@ -71,8 +71,8 @@ def test_measures_are_those_of_the_way(machine: Machine) -> None:
     peak = next(peak for peak in summarise(machine).peaks if peak.name == "tooth_force")
     assert (peak.mean, peak.min, peak.max) == pytest.approx((mean, *ends), rel=1e-9)
     rows = Rows(machine, ["tooth_force"], 360)
-    block, failed = rows.block(machine.data[None])
-    assert not failed.any()
+    block = next(rows.blocks(machine.data[None]))
+    assert not block.failed.any()
     assert block.repeats.all()
     sampled = block.samples[0, :, 0]
     assert (sampled.mean(), sampled.min(), sampled.max()) == pytest.approx((mean, *ends), rel=1e-5)

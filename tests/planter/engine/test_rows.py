@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from planter.engine.loops import TURN
+from planter.engine.machine import load_machine
+from planter.engine.response import Response
 from planter.engine.rows import Block, Rows
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, backends
@@ -114,8 +116,38 @@ def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -
 
 def test_an_average_needs_a_cycle_that_repeats() -> None:
     machine = build_machine(belt(Fraction(1, 2)))
-    block, failed = Rows(machine, ["F_Ox", "chi_dot"], ANGLES).block(machine.data[None])
-    assert not failed.any()
+    block = next(Rows(machine, ["F_Ox", "chi_dot"], ANGLES).blocks(machine.data[None]))
+    assert not block.failed.any()
     assert block.repeats[:, 0].tolist() == [False, True]
     whole = build_machine(belt(Fraction(2)))
-    assert Rows(whole, ["F_Ox", "chi_dot"], ANGLES).block(whole.data[None])[0].repeats.all()
+    assert next(Rows(whole, ["F_Ox", "chi_dot"], ANGLES).blocks(whole.data[None])).repeats.all()
+
+
+@pytest.mark.parametrize("samples", [8, 9])
+def test_totals_of_equal_sides_are_those_of_all_sides(samples: int) -> None:
+    """One side is evaluated; what is no sum of equal shares, such as the printed torque, is taken whole."""
+    machine = load_machine("wang2017", model="printed")
+    names = ["F_support", "M_L", "y_tip"]
+    for chosen in (names, names[:1]):
+        rows = Rows(machine, chosen, samples)
+        block = next(rows.blocks(machine.data[None]))
+        response = Response(machine, chosen)
+        expected = response.values(response.at_data(machine.data), rows.angles)
+        count = block.samples.shape[1]
+        np.testing.assert_allclose(block.samples[:, :, 0], expected[:, :count], rtol=1e-11)
+        assert block.repeats.all()
+    assert count == {8: 4, 9: 9}[samples], "totals alone are those of a period"
+    assert len(rows.steps) == {8: 8, 9: 18}[samples]
+
+
+def test_slopes_of_equal_sides_are_those_of_all_sides() -> None:
+    machine = load_machine("wang2017", model="printed")
+    machine = machine.with_moved({"design.theta_deg": (0, 1), "operation.speed_rpm": (0, 1)})
+    names, rng = ["F_support", "M_L"], np.random.default_rng(4)
+    for samples in (6, 7):
+        rows, response = Rows(machine, names, samples), Response(machine, names)
+        block = next(rows.blocks(machine.data[None]))
+        weights = rng.normal(size=(2, samples))
+        _, slopes = response.slopes(response.at_data(machine.data), rows.angles)
+        expected = np.einsum("kn,knp->kp", weights, slopes[:, :, 1:])
+        np.testing.assert_allclose(rows.gradients(block, (0, 1), weights[:, :, None])[:, :, 0], expected, rtol=1e-9)
