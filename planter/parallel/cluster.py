@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import pickle
 import queue
 import threading
-from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from planter.errors import ComputationError, InputError
 from planter.parallel.task import Answer, run_job
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 CONNECTED_S = 5
 """Time that a scheduler may take to answer."""
@@ -22,50 +20,52 @@ AHEAD = 4
 
 
 class ClusterWorkers:
-    """The workers of a cluster, such as tcp://host:8786, which put the answers of all jobs into a queue as they come.
+    """The workers of a cluster, such as tcp://host:8786, which put the answers of jobs into a queue as they come.
 
     Raises InputError if Dask is missing, or no scheduler answers.
     """
 
-    def __init__(self, task: bytes, jobs: Sequence[Any], address: str, answers: queue.SimpleQueue[Answer]) -> None:
-        self._client, self._task, self._jobs, self._answers = _connect(address), task, jobs, answers
-        self._hash = hashlib.sha256(pickle.dumps((task, list(jobs)))).hexdigest()[:16]
+    def __init__(self, task: bytes, address: str, answers: queue.SimpleQueue[Answer]) -> None:
+        self._client, self._task, self._answers = _connect(address), task, answers
+        self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
+        self._under_way: dict[int, Future] = {}
         self.count = len(self._client.scheduler_info(n_workers=-1)["workers"])
+        self._places = threading.Semaphore(AHEAD * max(1, sum(self._client.nthreads().values())))
         threading.Thread(target=self._feed, daemon=True).start()
+
+    def add(self, number: int, job: Any) -> None:
+        """Have a job run as soon as a worker is free."""
+        self._jobs.put((number, job))
 
     def end(self) -> None:
         """Leave the cluster, which drops what is not done."""
+        self._jobs.put(None)
         self._client.close()
 
     def _feed(self) -> None:
-        """Pass all answers on; a cluster that fails is the answer to the jobs that are left."""
-        left = dict.fromkeys(range(len(self._jobs)))
+        """Submit the jobs, never more than the cluster can soon take."""
+        while (entry := self._jobs.get()) is not None:
+            number, job = entry
+            self._places.acquire()
+            try:
+                future = self._client.submit(run_job, self._task, job, pure=False)
+                self._under_way[number] = future
+                future.add_done_callback(partial(self._pass_on, number))
+            except Exception as error:
+                self._answer(number, ComputationError(f"the cluster has failed: {type(error).__name__}: {error}"))
+
+    def _pass_on(self, number: int, future: Future) -> None:
+        """Answer a job whose end the cluster reports, whatever it is."""
         try:
-            for answer in self._stream():
-                del left[answer.job]
-                self._answers.put(answer)
+            content = future.result()
         except Exception as error:
-            failure = ComputationError(f"the cluster has failed: {type(error).__name__}: {error}")
-            for number in left:
-                self._answers.put(Answer(number, failure))
+            content = ComputationError(f"the cluster gave up job {number}: {type(error).__name__}: {error}")
+        self._answer(number, content)
 
-    def _stream(self) -> Iterator[Answer]:
-        """Submit the jobs, never more than the cluster can soon take, and yield their answers."""
-        from distributed import as_completed
-
-        most = AHEAD * max(1, sum(self._client.nthreads().values()))
-        under_way, rest = as_completed(loop=self._client.loop), iter(range(len(self._jobs)))
-        for number, _ in zip(rest, range(most), strict=False):
-            under_way.add(self._submit(number))
-        for future in under_way:
-            yield _read_answer(future)
-            for number in rest:
-                under_way.add(self._submit(number))
-                break
-
-    def _submit(self, number: int) -> Any:
-        key = f"planter-{self._hash}-{number}"
-        return self._client.submit(run_job, self._task, self._jobs[number], key=key, pure=False)
+    def _answer(self, number: int, content: Any) -> None:
+        self._under_way.pop(number, None)  # the cluster forgets what nobody refers to
+        self._places.release()
+        self._answers.put(Answer(number, content))
 
 
 def _connect(address: str) -> Client:
@@ -79,12 +79,3 @@ def _connect(address: str) -> Client:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         allowed = "it must be the address of a Dask scheduler that answers, as tcp://host:8786"
         raise InputError(f"--cluster = {address} is not allowed: {allowed} ({reason})") from None
-
-
-def _read_answer(future: Any) -> Answer:
-    """Return the answer of a job; an error if the cluster gave it up."""
-    number = int(future.key.rpartition("-")[2])
-    try:
-        return Answer(number, future.result())
-    except Exception as error:
-        return Answer(number, ComputationError(f"the cluster gave up job {number}: {type(error).__name__}: {error}"))

@@ -24,15 +24,23 @@ class Jobs:
     Raises InputError as `ClusterWorkers`.
     """
 
-    def __init__(self, task: Task, jobs: Sequence[Any], means: Means = HERE) -> None:
+    def __init__(self, task: Task, jobs: Sequence[Any] = (), means: Means = HERE) -> None:
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._kept: dict[int, Answer] = {}
-        self.count, text = len(jobs), task.to_bytes()
+        self.count = self._taken = 0
+        text, processes = task.to_bytes(), means.processes or count_cores()
         self._workers: LocalWorkers | ClusterWorkers
         if means.cluster is not None:
-            self._workers = ClusterWorkers(text, jobs, means.cluster, self._answers)
+            self._workers = ClusterWorkers(text, means.cluster, self._answers)
         else:
-            self._workers = LocalWorkers(text, jobs, means.processes or count_cores(), self._answers)
+            self._workers = LocalWorkers(text, min(processes, len(jobs)) if jobs else processes, self._answers)
+        self.add(jobs)
+
+    def add(self, jobs: Sequence[Any]) -> None:
+        """Have more jobs run, after those before."""
+        for job in jobs:
+            self._workers.add(self.count, job)
+            self.count += 1
 
     @property
     def workers(self) -> int:
@@ -51,16 +59,17 @@ class Jobs:
             yield self._answers.get()
 
     def in_order(self, waiting: Callable[[], None] | None = None) -> Iterator[Any]:
-        """Yield the results in the order of the jobs; `waiting` is called time and again until the next one is there.
+        """Yield each result once, in the order of the jobs; `waiting` is called time and again until the next is there.
 
         Raises the error of the first job that has one.
         """
-        for number in range(self.count):
-            while number not in self._kept:
+        while self._taken < self.count:
+            while self._taken not in self._kept:
                 self._collect(POLL_S)
                 if waiting is not None:
                     waiting()
-            yield self._kept[number].result
+            self._taken += 1
+            yield self._kept[self._taken - 1].result
 
     def results(self, first: int = 0) -> list[Any]:
         """Return the results so far of the jobs from `first` on, in their order."""

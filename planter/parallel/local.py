@@ -5,8 +5,6 @@ from __future__ import annotations
 import pickle
 import queue
 import threading
-from collections import deque
-from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -20,33 +18,33 @@ LOST = 5
 
 
 class LocalWorkers:
-    """So many processes, which put the answers of all jobs into a queue as they come."""
+    """So many processes, which put the answers of jobs into a queue as they come; each starts with its first job."""
 
-    def __init__(
-        self, task: bytes, jobs: Sequence[Any], processes: int, answers: queue.SimpleQueue[Answer]
-    ) -> None:  # fmt: skip
-        self.count = min(processes, len(jobs))
-        self._task, self._jobs, self._answers = task, deque(enumerate(jobs)), answers
+    def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[Answer]) -> None:
+        self.count, self._task, self._answers = count, task, answers
+        self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
         self._workers: dict[int, Worker] = {}
         self._lock, self._has_ended = threading.Lock(), False
-        for place in range(self.count):
+        for place in range(count):
             threading.Thread(target=self._feed, args=(place,), daemon=True).start()
+
+    def add(self, number: int, job: Any) -> None:
+        """Have a job run as soon as a process is free."""
+        self._jobs.put((number, job))
 
     def end(self) -> None:
         """End all processes, and start no others."""
         with self._lock:
             self._has_ended = True
-            self._jobs.clear()
             for process in self._workers.values():
                 process.end()
+        for _ in range(self.count):
+            self._jobs.put(None)
 
     def _feed(self, place: int) -> None:
         """Answer one job after another; whatever happens, none stays without an answer."""
-        while True:
-            try:
-                number, job = self._jobs.popleft()
-            except IndexError:
-                return
+        while (entry := self._jobs.get()) is not None:
+            number, job = entry
             try:
                 content = self._run(place, pickle.dumps(job))
             except Exception as error:

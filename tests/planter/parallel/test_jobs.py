@@ -52,6 +52,14 @@ def test_errors_arrive_as_they_were_raised(two_workers: list[PlanterError]) -> N
     assert "cannot run this job" in two_workers[-1].message
 
 
+def test_jobs_added_later_are_run_by_the_same_processes() -> None:
+    with Jobs(SQUARES, means=Means(1)) as under_way:
+        for rest in (EXPECTED[:3], EXPECTED[3:]):
+            start = under_way.count
+            under_way.add(range(start, start + len(rest)))
+            assert list(under_way.in_order()) == rest
+
+
 def test_first_error_in_order_is_raised() -> None:
     results = []
     task_jobs = [1, "geometry", "computation"]
