@@ -1,6 +1,7 @@
 """Outputs of a machine by name: measures of its quantities over the samples of a cycle, for rows of its values.
 
-An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`.
+An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`; `objective` is the sum that the
+machine's file minimises.
 """
 
 from __future__ import annotations
@@ -8,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine, Quantity
-from planter.engine.measures import AVERAGES, Kind
+from planter.engine.measures import AVERAGES, Kind, Measure
 from planter.engine.response import Response
 from planter.engine.rows import Block, Rows
 from planter.errors import ComputationError
@@ -20,59 +23,71 @@ from planter.files import units
 from planter.kernels import Array
 from planter.numerics import statistics
 
-MEASURED: tuple[Kind, ...] = ("max", "min", "range", "mean", "std", "rms")
-"""Measures that every quantity has an output of."""
+MEASURED: dict[Kind, str] = {
+    "max": "largest value",
+    "min": "least value",
+    "range": "largest less least value",
+    "mean": "mean",
+    "rms": "root mean square",
+    "std": "standard deviation",
+}
+"""Measures that every quantity has an output of, and what they mean."""
+VARIANCE: Kind = "variance"
+OBJECTIVE = "objective"
+SQUARES = {"": "", "_N": "_N2"}
+"""Endings of keys for the square of a unit."""
 COMPILED = 64
 """Rows from which on it pays to compile their slopes."""
-SIDES = {"max": (1.0, 0.0), "min": (0.0, 1.0), "range": (1.0, -1.0)}
-"""Shares of the largest and of the least sample in a measure."""
 
 
 @dataclass(frozen=True)
 class Output:
-    """A measure of a quantity over the samples of a cycle, in the unit of its key."""
+    """A sum of measures over the samples of a cycle, each in the unit of its quantity's key."""
 
     name: str
-    quantity: Quantity
-    kind: Kind
+    meaning: str
+    terms: tuple[Measure, ...]
 
     @property
-    def meaning(self) -> str:
-        """The meaning of the quantity, and the measure."""
-        return f"{self.quantity.meaning}: {self.kind} over a turn"
+    def is_sampled(self) -> bool:
+        """Whether samples of the quantities are all that it takes; what else there is, the machine's goal has."""
+        return all(
+            term.kind in statistics.REDUCED and not (term.size or term.during or term.where) for term in self.terms
+        )
 
 
 def list_outputs(machine: Machine) -> dict[str, Output]:
-    """Return every output of a machine by its name."""
-    outputs: dict[str, Output] = {}
-    for quantity in machine.quantities:
-        suffix = units.suffix(quantity.key)
-        for kind in MEASURED:
-            name = f"{quantity.key.removesuffix(suffix)}_{kind}{suffix}"
-            outputs[name] = Output(name, quantity, kind)
-    return outputs
+    """Return every output of a machine by its name.
 
-
-@dataclass(frozen=True)
-class SampleWeights:
-    """Derivatives of outputs (k, lanes) in the samples: constant + slope * sample, and those of extremes.
-
-    `high` and `low` are the angles of the largest and of the least sample, `sides` (k, 2) their derivatives.
+    Quantities that the objective is made of have a variance, too, if the square of their unit has a name.
     """
+    outputs: list[Output] = []
+    if machine.least:
+        least = tuple(resolve_measure(machine, measure) for measure in machine.least)
+        outputs.append(Output(OBJECTIVE, "objective of the machine's file, samples of a turn", least))
+        for name in dict.fromkeys(measure.name for measure in least):
+            quantity = machine.find_quantity(name)
+            if units.suffix(quantity.key) in SQUARES:
+                outputs.append(_build_output(quantity, VARIANCE, "population variance"))
+    for quantity in machine.quantities:
+        outputs += [_build_output(quantity, kind, meaning) for kind, meaning in MEASURED.items()]
+    return {output.name: output for output in outputs}
 
-    constant: Array
-    slope: Array
-    high: Array
-    low: Array
-    sides: Array
 
-    def at(self, samples: Array) -> Array:
-        """Return the derivatives (k, angles, lanes) in samples (k, angles, lanes)."""
-        angles = np.arange(samples.shape[1])[:, None]
-        weights = self.constant[:, None] + self.slope[:, None] * samples
-        for column, extreme in enumerate((self.high, self.low)):
-            weights += self.sides[:, column, None, None] * (extreme[:, None] == angles)
-        return np.asarray(weights)
+def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:
+    suffix = units.suffix(quantity.key)
+    unit = SQUARES[suffix] if kind == VARIANCE else suffix
+    name = f"{quantity.key.removesuffix(suffix)}_{kind}{unit}"
+    return Output(name, f"{quantity.meaning}: {meaning} over a turn", (Measure(kind, quantity.name),))
+
+
+class Term(NamedTuple):
+    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI."""
+
+    output: int
+    place: int
+    kind: Kind
+    scale: float
 
 
 class SampledOutputs:
@@ -87,15 +102,17 @@ class SampledOutputs:
         self.machine = machine.with_moved(dict.fromkeys(inputs, (0.0, 0.0)))
         known = list_outputs(machine)
         self.outputs = [known[name] for name in names]
-        self.quantities = list(dict.fromkeys(output.quantity.name for output in self.outputs))
-        compared = any(output.kind in AVERAGES for output in self.outputs)
+        terms = [(k, term) for k, output in enumerate(self.outputs) for term in output.terms]
+        self.quantities = list(dict.fromkeys(term.name for _, term in terms))
+        self._terms = [
+            Term(k, self.quantities.index(term.name), term.kind, self._find_scale(term)) for k, term in terms
+        ]
+        compared = any(term.kind in AVERAGES for term in self._terms)
         self.rows = Rows(self.machine, self.quantities, samples, compared)
-        self._factors = np.array([output.quantity.factor for output in self.outputs])
 
-    @cached_property
-    def _places(self) -> list[int]:
-        """Where the quantity of each output stands among those of the rows."""
-        return [self.quantities.index(output.quantity.name) for output in self.outputs]
+    def _find_scale(self, term: Measure) -> float:
+        factor = self.machine.find_quantity(term.name).factor
+        return term.weight / (factor**2 if term.kind == VARIANCE else factor)
 
     def data(self, points: Array) -> Array:
         """Return all values (m, v) in SI at points (m, n)."""
@@ -105,27 +122,86 @@ class SampledOutputs:
 
     def evaluated(self, points: Array, threads: int) -> Array:
         """Return outputs (m, k) at points (m, n), NaN where there are none."""
-        return self.rows.evaluate(
-            self.data(points), lambda block: self._reduced(block) / self._factors[:, None], threads
-        )
+        values = self.rows.evaluate(self.data(points), self._reduce, threads)
+        for k, goal in self._goals.items():
+            values[:, k] += [_evaluate(goal, x)[0] for x in self._designs(points, values[:, k])]
+        return values
 
-    def gradients(self, points: Array, threads: int) -> tuple[Array, Array]:
-        """Return outputs (m, k) at points (m, n) and their exact slopes (m, k, n); extremes stay at their samples."""
-        size = len(points[0]) if len(points) else 0
+    def gradients(self, points: Array, threads: int, count: int | None = None) -> tuple[Array, Array]:
+        """Return outputs (m, k) at points (m, n) and exact slopes (m, k, n) of them; extremes stay at their samples.
+
+        Slopes are those of the first `count` outputs, all if it is None.
+        """
+        size, count = len(self.machine.moved), len(self.outputs) if count is None else count
+        pairs = self._pair(count)
+        places = [place for _, place in pairs]
 
         def reduce(block: Block) -> Array:
-            values = self._reduced(block)
-            weights = self._weights(block, values)
-            slopes = self.rows.gradients(block, self._places, weights.at(block.samples[self._places]))
-            slopes *= self.machine.scale[:, None]
-            slopes[np.isnan(values)[:, None].repeat(size, axis=1)] = np.nan
-            rows = np.concatenate([values[:, None], slopes], axis=1) / self._factors[:, None, None]
-            return rows.reshape(-1, values.shape[1])
+            slopes = np.zeros((count, size, len(block.rows)))
+            if pairs:
+                parts = self.rows.gradients(block, places, self._weigh(block, pairs))
+                for (k, _), part in zip(pairs, parts, strict=True):
+                    slopes[k] += part
+            return np.concatenate([self._reduce(block), slopes.reshape(count * size, -1)])
 
         if len(points) >= COMPILED:
-            self.rows.compile_slopes(self._places)
-        rows = self.rows.evaluate(self.data(points), reduce, threads).reshape(-1, len(self.outputs), 1 + size)
-        return rows[:, :, 0], rows[:, :, 1:]
+            self._compile_slopes(places)
+        rows = self.rows.evaluate(self.data(points), reduce, threads)
+        values, slopes = rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(-1, count, size)
+        for k, goal in self._goals.items():
+            for row, x in enumerate(self._designs(points, values[:, k])):
+                value, slope = _evaluate(goal, x, with_slope=k < count)
+                values[row, k] += value
+                if k < count:
+                    slopes[row, k] = slope
+        slopes[np.isnan(values[:, :count])] = np.nan
+        return values, slopes * self.machine.scale
+
+    def _compile_slopes(self, places: Sequence[int]) -> None:
+        if places:
+            self.rows.compile_slopes(places)
+        for goal in self._goals.values():
+            for nodes in goal.nodes.values():
+                nodes.response.compile()
+
+    def _pair(self, count: int) -> list[tuple[int, int]]:
+        """Return the pairs of an output, one of the first `count`, and the place of a quantity that it is made of."""
+        sampled = [term for term in self._terms if term.output < count and term.output not in self._goals]
+        return list(dict.fromkeys((term.output, term.place) for term in sampled))
+
+    def _weigh(self, block: Block, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Return the derivatives (pairs, n, rows) of outputs in the samples of their quantities."""
+        weights = np.zeros((len(pairs), *block.samples.shape[1:]))
+        for term in self._terms:
+            if (term.output, term.place) in pairs:
+                slope = statistics.differentiate(term.kind, block.samples[term.place])
+                weights[pairs.index((term.output, term.place))] += term.scale * slope
+        return weights
+
+    def _reduce(self, block: Block) -> Array:
+        """Return outputs (k, rows), zero where a goal is to be added."""
+        reduced = np.zeros((len(self.outputs), len(block.rows)))
+        for k, place, kind, scale in self._terms:
+            if k not in self._goals:
+                reduced[k] += scale * statistics.reduce(kind, block.samples[place])
+            if kind in AVERAGES:
+                reduced[k, ~block.repeats[place]] = np.nan
+        return reduced
+
+    @cached_property
+    def _goals(self) -> dict[int, Goal]:
+        """Goals of the outputs that samples alone do not decide."""
+        count = len(self.rows.angles)
+        return {
+            k: Goal(self.machine, output.terms, (), count, with_events=False)
+            for k, output in enumerate(self.outputs)
+            if not output.is_sampled
+        }
+
+    def _designs(self, points: Array, values: Array) -> list[Array | None]:
+        """Return the moved values (n,) in SI of rows, None in those that have no value."""
+        designs = np.asarray(points, dtype=float) * self.machine.scale
+        return [None if np.isnan(value) else x for x, value in zip(designs, values, strict=True)]
 
     def slopes(self, point: Array) -> tuple[Array, Array]:
         """Return outputs (k,) at a point (n,) and their exact slopes (k, n). Raises ComputationError without them."""
@@ -142,7 +218,7 @@ class SampledOutputs:
             response.check(response.values(at, self.rows.angles), self.rows.angles)
         except ComputationError as error:
             return error.message
-        averages = [output.name for output in self.outputs if output.kind in AVERAGES]
+        averages = [output.name for output in self.outputs if any(term.kind in AVERAGES for term in output.terms)]
         return f"{self.machine.name}: a turn does not end in the state in which it began: it has no {averages[0]}"
 
     def curves(self, keys: Sequence[str], points: Array) -> Mapping[str, Array]:
@@ -158,27 +234,12 @@ class SampledOutputs:
         shown = {key: row / quantity.factor for key, row, quantity in zip(keys, samples, quantities, strict=True)}
         return shown | {"phi_deg": np.degrees(rows.angles)}
 
-    def _reduced(self, block: Block) -> Array:
-        """Return outputs (k, lanes) in SI."""
-        reduced = np.empty((len(self.outputs), block.samples.shape[2]))
-        for row, output, place in zip(reduced, self.outputs, self._places, strict=True):
-            row[:] = statistics.reduce(output.kind, block.samples[place])
-            if output.kind in AVERAGES:
-                row[~block.repeats[place]] = np.nan
-        return reduced
 
-    def _weights(self, block: Block, values: Array) -> SampleWeights:
-        """Return the derivatives of outputs (k, lanes) in the samples of their quantities."""
-        constant, slope = np.zeros_like(values), np.zeros_like(values)
-        count = block.samples.shape[1]
-        for k, (output, place) in enumerate(zip(self.outputs, self._places, strict=True)):
-            if output.kind == "mean":
-                constant[k] = 1 / count
-            elif output.kind in ("std", "rms"):
-                size = count * values[k]
-                slope[k] = np.divide(1, size, out=np.zeros_like(size), where=size > 0)
-                if output.kind == "std":
-                    constant[k] = -slope[k] * block.samples[place].mean(axis=0)
-        samples = block.samples[self._places]
-        sides = np.array([SIDES.get(output.kind, (0.0, 0.0)) for output in self.outputs])
-        return SampleWeights(constant, slope, samples.argmax(axis=1), samples.argmin(axis=1), sides)
+def _evaluate(goal: Goal, x: Array | None, with_slope: bool = False) -> tuple[float, Array | float]:
+    """Return a goal at a design (n,) and, if it is asked for, its slope (n,); NaN where it has none."""
+    if x is None:
+        return np.nan, np.nan
+    try:
+        return goal.evaluate(x), goal.slope(x) if with_slope else np.nan
+    except ComputationError:
+        return np.nan, np.nan

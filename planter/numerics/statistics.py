@@ -32,9 +32,31 @@ REDUCED: dict[str, Callable[[Array], Any]] = {
 }
 
 
+EXTREMES = {"max": (1.0, 0.0), "min": (0.0, 1.0), "range": (1.0, -1.0)}
+"""Shares of the largest and of the least sample in a statistic."""
+
+
 def reduce(kind: str, samples: Array) -> Array:
     """Return a statistic (...) of samples (n, ...) along the first axis, which all count the same."""
     return np.asarray(REDUCED[kind](samples))
+
+
+def differentiate(kind: str, samples: Array) -> Array:
+    """Return the derivative (n, ...) of a statistic in each of its samples (n, ...); extremes stay at theirs."""
+    count = len(samples)
+    if kind in EXTREMES:
+        slope = np.zeros_like(samples)
+        for sign, place in zip(EXTREMES[kind], (samples.argmax(axis=0), samples.argmin(axis=0)), strict=True):
+            index = (place, *np.indices(place.shape))
+            slope[index] += sign
+        return slope
+    if kind == "mean":
+        return np.full_like(samples, 1 / count)
+    apart = samples if kind == "rms" else samples - samples.mean(axis=0)
+    if kind == "variance":
+        return 2 / count * apart
+    size = count * reduce(kind, samples)
+    return np.divide(apart, size, out=np.zeros_like(samples), where=size > 0)
 
 
 @dataclass(frozen=True)

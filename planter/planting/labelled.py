@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from planter.planting.swept.room import ROOM
+from planter.planting.swept import ROOM
 
 if TYPE_CHECKING:
     from planter.view.sheet import Labelled

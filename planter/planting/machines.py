@@ -10,7 +10,7 @@ from planter.planting import file
 from planter.planting.composition import build_machine
 from planter.planting.functions import Model
 from planter.planting.model import Device
-from planter.planting.swept.room import KIND, OWN
+from planter.planting.swept import KIND, OWN
 
 __all__ = ["build_machine", "load", "takes"]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.planting import wishes
 from planter.planting.exports import EXPORTS
-from planter.planting.swept.room import ROOM
+from planter.planting.swept import ROOM
 from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Sought, Table, Values, changed, controls, written
 

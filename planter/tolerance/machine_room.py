@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from planter.engine.outputs import SampledOutputs
     from planter.progress import Listener
     from planter.tolerance.results import RobustFound
+    from planter.tolerance.robust import RobustGoal
     from planter.tolerance.room import Settings
     from planter.tolerance.spread import Spread
 
@@ -79,15 +81,24 @@ class MachineRoom(ABC):
 
         None if the file has no sum, or nothing to move. Raises ComputationError if the file's design has no cycle.
         """
-        from planter.tolerance.goal_robust import RobustGoal
         from planter.tolerance.robust import find_robust
 
-        goal = self.read_goal(machine)
-        built = self.build(machine)
+        robust = self.build_robust(machine, choices, spreads, settings)
+        return None if robust is None else find_robust(robust, settings, progress)
+
+    def build_robust(
+        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
+    ) -> RobustGoal | None:
+        """Return the file's sum of measures over machines as the tolerances make them, None as `robust` does."""
+        from planter.engine.goal import Goal
+        from planter.tolerance.robust import DesignLimits, RobustGoal
+
+        goal, built = self.read_goal(machine), self.build(machine)
         if goal is None or not built.moved:
             return None
         least, limits, samples = goal
-        return find_robust(RobustGoal(built, least, limits, spreads, settings, samples), settings, progress)
+        bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
+        return RobustGoal(replace(built, least=tuple(least)), spreads, settings, samples, bounds)
 
     def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
         """Return the sum of measures that a file asks to be least, its limits, and samples; None if it has no sum."""

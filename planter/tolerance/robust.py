@@ -10,7 +10,6 @@ design, the nominal optimum and others; limits are those of the design that is m
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,10 +19,14 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
+from planter.engine.goal import Goal, GoalConstraints
+from planter.engine.machine import Machine
+from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import ComputationError
 from planter.kernels import Array
+from planter.numerics.arrays import Integers
 from planter.numerics.latest import Latest
-from planter.optimise.constraints import KEPT, Constraints
+from planter.optimise.constraints import KEPT, Constraints, Kind
 from planter.optimise.spread import Variance
 from planter.progress import Listener, Phase
 from planter.sweeps.points import SobolSequence
@@ -39,6 +42,8 @@ PRECISION = 1e-9
 """Change of the objective, over that of the own design, at which a descent ends."""
 REFUSED = 1e3
 """What a design without a cycle counts as, in objectives of the own design: steps that lead there are shortened."""
+THREADS = 4
+"""Threads that evaluate the machines."""
 NOMINAL = None
 """Instead of a number of standard deviations: the objective without tolerances."""
 
@@ -53,33 +58,52 @@ class Moments:
     std_slope: Array
 
 
-class RobustObjective(ABC):
-    """An objective over machines that are drawn once, as a function of the design x (p,) [SI].
+class RobustGoal:
+    """A machine's objective over machines that are drawn once, as a function of its moved values x (p,) [SI].
 
     `design` (p,) is the machine's, `lower` and `upper` (p,) are its bounds, `limits` what it has to satisfy; the
-    objective is one over `samples` of a cycle.
+    objective is one over `samples` of a cycle. `spreads` are those of values by path; those of the design move with it.
     """
 
-    design: Array
-    lower: Array
-    upper: Array
-    samples: int
-    limits: Constraints | None = None
-
-    def __init__(self) -> None:
+    def __init__(
+        self, machine: Machine, spreads: Mapping[str, Spread], settings: Settings, samples: int,
+        limits: Constraints | None = None,
+    ) -> None:  # fmt: skip
+        self.machine, self.samples, self.limits = machine, samples, limits
+        self.design, self.lower, self.upper = machine.design, machine.lower, machine.upper
+        moved = [machine.values[index].path for index in machine.moved]
+        others = [path for path in spreads if path not in moved]
+        self.outputs = SampledOutputs(machine, [*moved, *others], [OBJECTIVE], samples)
+        self._rest = self.outputs.machine.design[len(moved) :]
+        drawn = draw_inputs(spreads, settings)
+        self.apart = np.zeros((settings.machines, len(moved) + len(others)))
+        for column, path in enumerate([*moved, *others]):
+            if path in drawn:
+                centre = spreads[path].centre if path in moved else 0.0
+                self.apart[:, column] = (drawn[path] - centre) * self.outputs.machine.scale[column]
         self.at = Latest(self._moments)
 
-    @abstractmethod
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Return the objective (m,) of each machine, and its gradients (m, p). Raises ComputationError without one."""
+        return self._differentiate(self.apart + np.concatenate([x, np.zeros_like(self._rest)]))
 
-    @abstractmethod
     def nominal(self, x: Array) -> tuple[float, Array]:
         """Return the objective without tolerances, and its gradient (p,). Raises ComputationError without one."""
+        values, slopes = self._differentiate(np.concatenate([x, self._rest])[None])
+        return float(values[0]), slopes[0]
 
-    @abstractmethod
+    def _differentiate(self, designs: Array) -> tuple[Array, Array]:
+        points = designs / self.outputs.machine.scale
+        values, slopes = self.outputs.gradients(points, THREADS)
+        failed = np.flatnonzero(np.isnan(slopes).any(axis=(1, 2)))
+        if len(failed):
+            raise ComputationError(self.outputs.find_reason(points[failed[0]]))
+        return values[:, 0], (slopes[:, 0] / self.outputs.machine.scale)[:, : len(self.design)]
+
     def named(self, x: Array) -> dict[str, float]:
         """Return a design by the names of the file, in its units."""
+        names = self.machine.design_names
+        return {name: float(value) for name, value in zip(names, x / self.machine.scale, strict=True)}
 
     def _moments(self, x: Array) -> Moments:
         values, slopes = self.evaluate(x)
@@ -110,7 +134,7 @@ def draw_inputs(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, 
     return {name: one.at(shares) for (name, one), shares in zip(spreads.items(), cube.T, strict=True)}
 
 
-def find_robust(robust: RobustObjective, settings: Settings, progress: Listener | None) -> RobustFound:
+def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | None) -> RobustFound:
     """Return the best design within the bounds that any of the descents ends at.
 
     Raises ComputationError if none satisfies the limits, or if the own design has no objective.
@@ -140,7 +164,7 @@ def find_robust(robust: RobustObjective, settings: Settings, progress: Listener 
 class _Search:
     """Descents within the box, in shares u (p,) of its width."""
 
-    def __init__(self, robust: RobustObjective) -> None:
+    def __init__(self, robust: RobustGoal) -> None:
         self.robust = robust
         self.width = robust.upper - robust.lower
         self.own = np.clip((robust.design - robust.lower) / self.width, 0, 1)
@@ -223,3 +247,26 @@ class _Search:
         value, slope = self.value(u, sigmas)
         step = np.clip(u - slope, 0, 1) - u
         return float(np.abs(np.where(np.abs(step) > 0, slope, 0.0)).max() / (abs(value) or 1.0))
+
+
+class DesignLimits(Constraints):
+    """The limits of a goal as rows in the design alone, its variables as tight as they can be."""
+
+    def __init__(self, goal: Goal) -> None:
+        self.goal, self._rows = goal, GoalConstraints(goal)
+        self.kinds: Sequence[Kind] = self._rows.kinds
+        self.owner: Integers = self._rows.owner
+        self.lower, self.upper = self._rows.lower, self._rows.upper
+
+    def values(self, x: Array) -> Array:
+        """Return the rows (k,) at a design. Raises ComputationError where there is no cycle."""
+        return self._rows.values(self.goal.start(x))
+
+    def slopes(self, x: Array) -> Array:
+        """Return the gradients (k, p) of the rows; an extreme's is that of the node that has it."""
+        slopes = self._rows.slopes(self.goal.start(x))
+        return slopes[:, : len(x)] + slopes[:, len(x) :] @ self.goal.variable_slopes(x)
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the weighted sum (p, p) of the rows' Hessians."""
+        return self._rows.curvature(self.goal.start(x), weights)[: len(x), : len(x)]

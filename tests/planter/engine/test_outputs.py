@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
+from planter.engine.measures import parse_sum
 from planter.engine.outputs import SampledOutputs, list_outputs
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, backends
@@ -90,4 +93,32 @@ def test_a_row_without_a_cycle_has_the_reason_of_the_model() -> None:
 def test_outputs_are_called_after_quantity_measure_and_unit() -> None:
     outputs = list_outputs(slider_crank())
     assert {"M_in_max_Nm", "beta_range_deg", "F_Ox_rms_N"} <= outputs.keys()
-    assert outputs["F_Ox_rms_N"].meaning.endswith(": rms over a turn")
+    assert outputs["F_Ox_rms_N"].meaning.endswith(": root mean square over a turn")
+
+
+@pytest.mark.parametrize(
+    "least", ["range F_Ox + 2 std M_in", "2 rms M_in + beta at 90", "max abs F_Ax while s >= 200 mm"]
+)
+def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
+    """Sums of plain measures come from the samples, those with clauses from the machine's goal: both are a goal's."""
+    machine = replace(slider_crank(), least=parse_sum(least))
+    outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
+    terms = [resolve_measure(machine, measure) for measure in machine.least]
+    goal = Goal(outputs.machine, terms, [], ANGLES, with_events=False)
+    x = goal.machine.design
+    points = x / goal.machine.scale * np.array([[1.0], [1.02]])
+    values, slopes = outputs.gradients(points, 1)
+    expected = [goal.evaluate(point * goal.machine.scale) for point in points]
+    np.testing.assert_allclose(values[:, 0], expected, rtol=1e-12)
+    np.testing.assert_allclose(outputs.evaluated(points, 1), values, rtol=1e-15)
+    np.testing.assert_allclose(slopes[0, 0], goal.slope(x) * goal.machine.scale, rtol=1e-8)
+    assert np.isnan(outputs.evaluated(np.array([[5000.0, *points[0, 1:]]]), 1)).all()
+
+
+def test_variance_is_that_of_what_the_objective_is_made_of() -> None:
+    machine = replace(slider_crank(), least=parse_sum("range F_Ox + 2 std M_in"))
+    known = list_outputs(machine)
+    assert [name for name in known if "variance" in name] == ["F_Ox_variance_N2"], "no unit is called N m squared"
+    outputs = SampledOutputs(machine, INPUTS, ["F_Ox_variance_N2", "F_Ox_std_N"], ANGLES)
+    variance, std = outputs.evaluated(outputs.machine.design[None] / outputs.machine.scale, 1)[0]
+    assert variance == pytest.approx(std**2, rel=1e-12)

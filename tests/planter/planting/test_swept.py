@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.response import Response
 from planter.errors import InputError
 from planter.planting import cycle, file, simulation
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.swept import ROOM, turning
-from planter.planting.swept.subject import Planting
+from planter.planting.swept import ROOM
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
 
@@ -58,7 +58,9 @@ def test_rows_are_the_turns_that_simulate_finds(machine: Machine, model: str) ->
 
 
 def test_rows_do_not_hang_on_threads_or_on_their_neighbours(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planter.planting.swept.subject.SLICE", 7)
+    monkeypatch.setattr("planter.engine.rows.MOST_ROWS", 7)
+    monkeypatch.setattr("planter.engine.rows.LEAST_WALKING", 16)
+    monkeypatch.setattr("planter.engine.rows.MOST_WALKING", 16)
     subject = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS)
     points = np.array(list(INPUTS.values())).T[np.arange(40) % 2]
     alone = subject.evaluated(points[:1], 1)
@@ -68,9 +70,10 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(machine: Machine, mo
 
 def test_without_a_compiler_it_is_the_same(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array(list(INPUTS.values())).T
-    compiled = Planting(machine, "exact", INPUTS, OUTPUTS).evaluated(points, 1)
+    compiled = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
     monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
-    np.testing.assert_allclose(Planting(machine, "exact", INPUTS, OUTPUTS).evaluated(points, 1), compiled, rtol=1e-11)
+    plain = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
+    np.testing.assert_allclose(plain, compiled, rtol=1e-11)
 
 
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> None:
@@ -95,29 +98,16 @@ def test_a_row_without_a_finite_turn_has_nothing(machine: Machine) -> None:
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
 def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache: None) -> None:
     """Centres stand apart by as much more, and the angles over a turn are the same."""
-    subject = ROOM.subject(ROOM.frozen(file.load(name)), {}, {}, [])
-    device, x = subject.device, subject.device.design[None]
-    found = subject.mounting(x, np.array([[0.2e-3, -0.1e-3]]))[0]
-    before, after = (cycle.centre_distances(device, device.prologue(one)) for one in (x[0], found))
-    np.testing.assert_allclose(after - before, [0.2e-3, -0.1e-3], rtol=1e-9)
-    phi = cycle.angles(24)
-    turned = [device.side(one, phi) for one in (x[0], found)]
-    for angle in ("phi52", "phi72"):
-        np.testing.assert_allclose(turned[1][angle], turned[0][angle], atol=1e-12)
-    assert np.ptp(turned[1]["F_B1x"] - turned[0]["F_B1x"]) > 1e-6
-
-
-def test_totals_that_are_no_sum_of_equal_shares_are_taken_whole(machine: Machine) -> None:
-    """The printed torque treats the sides differently: folding it anyway gives another one."""
-    device = Device(machine, "printed")
-    turned = turning.Turning(device, ["support_N", "M_L_Nm"], 90)
-    assert turned.folded.tolist() == [True, False]
-    x, c = device.design[None], device.constants[None]
-    right = turned.many(x, c)[0, 1]
-    found = cycle.cycle(device, device.prologue(device.design), cycle.angles(90)).totals["M_L_Nm"]
-    np.testing.assert_allclose(right[:3], [found.max(), found.min(), found.mean()], rtol=1e-12)
-    turned.folded[1] = True
-    assert abs(turned.many(x, c)[0, 1, 0] - right[0]) > 0.1
+    machine = ROOM.build(file.load(name))
+    response = Response(machine, ["phi52", "phi72", "F_B1x"])
+    mounted = machine.data.copy()
+    mounted[-2:] = [0.2e-3, -0.1e-3]
+    places = cycle.distance_places(Device(file.load(name)))
+    points = [response.at_data(data) for data in (machine.data, mounted)]
+    np.testing.assert_allclose(points[1].h[places] - points[0].h[places], mounted[-2:], rtol=1e-9)
+    before, after = (response.values(point, cycle.angles(24)) for point in points)
+    np.testing.assert_allclose(after[:2], before[:2], atol=1e-12)
+    assert np.ptp(after[2] - before[2]) > 1e-6
 
 
 PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}

@@ -13,7 +13,7 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
-from planter.planting.swept.robust import Robust
+from planter.planting.swept import ROOM
 from planter.tolerance.robust import find_robust
 from planter.tolerance.room import Settings
 from tests.support.cli import answer
@@ -142,7 +142,7 @@ def test_a_soil_line_that_the_tip_never_reaches_is_told() -> None:
 def test_a_robust_design_keeps_the_requirements(kernel_cache: None) -> None:
     own = machine().with_numbers({"objective.samples": 60})
     settings = Settings(machines=2, starts=1)
-    found = find_robust(Robust(own, "exact", {}, settings), settings, None)
+    found = find_robust(ROOM.build_robust(own, {}, {}, settings), settings, None)
     device = Device(own)
     values = {one.name: one.verdict for one in record(Measures(device), device.x(**found.design))}
     assert "fail" not in values.values()

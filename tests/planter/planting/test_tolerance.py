@@ -7,6 +7,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.parallel.task import Means
@@ -14,14 +15,13 @@ from planter.planting import simulation
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
-from planter.planting.swept.robust import Robust
-from planter.planting.swept.subject import Planting
+from planter.planting.turns import Turns
 from planter.report.labels import label
 from planter.sweeps.job import CHUNK
 from planter.sweeps.room import Held
 from planter.tolerance.command import Asked, tolerance, usual
 from planter.tolerance.file import Tolerances
-from planter.tolerance.robust import find_robust
+from planter.tolerance.robust import RobustGoal, find_robust
 from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 from planter.tolerance.statistics import first_order
@@ -46,7 +46,7 @@ def spreads(held: Held) -> dict[str, Spread]:
     return usual(held).spreads(held, "usual")
 
 
-def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") -> Planting:
+def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") -> SampledOutputs:
     ends = {name: (one.low, one.high) for name, one in spreads.items()}
     return ROOM.subject(ROOM.frozen(machine), {"model": model}, ends, OUTPUTS)
 
@@ -93,13 +93,12 @@ def test_usual_tolerances_are_those_of_a_workshop_and_the_papers_speeds(spreads:
 
 
 @pytest.fixture(scope="module")
-def robust(held: Held, spreads: dict[str, Spread]) -> Robust:
-    return Robust(held.machine, "exact", spreads, Settings(machines=16))
+def robust(held: Held, spreads: dict[str, Spread]) -> RobustGoal:
+    return ROOM.build_robust(held.machine, {}, spreads, Settings(machines=16))
 
 
-def test_the_gradient_of_mean_and_deviation_is_that_of_differences(robust: Robust) -> None:
-    device = robust.device
-    x, width = device.design, device.upper - device.lower
+def test_the_gradient_of_mean_and_deviation_is_that_of_differences(robust: RobustGoal) -> None:
+    x, width = robust.design, robust.upper - robust.lower
     _, slope = robust.value(x, 3.0)
     for j in range(len(x)):
         step = np.zeros(len(x))
@@ -108,60 +107,57 @@ def test_the_gradient_of_mean_and_deviation_is_that_of_differences(robust: Robus
         assert abs(slope[j] * width[j] - (there - back) / 2e-4) < 2e-6 * max(1.0, np.abs(slope * width).max())
 
 
-def test_a_gradient_without_the_deviations_part_is_found_out(robust: Robust) -> None:
-    at = robust.at(robust.device.design)
-    width = robust.device.upper - robust.device.lower
+def test_a_gradient_without_the_deviations_part_is_found_out(robust: RobustGoal) -> None:
+    at = robust.at(robust.design)
+    width = robust.upper - robust.lower
     assert np.abs(3 * at.std_slope * width).max() > 1e-3
 
 
-def test_each_machine_is_one_that_simulate_knows(robust: Robust, held: Held, spreads: dict[str, Spread]) -> None:
+def test_each_machine_is_one_that_simulate_knows(robust: RobustGoal, held: Held, spreads: dict[str, Spread]) -> None:
     """The objective's mean is that of machines written down one by one, centre distances as they should be."""
     kept = {name: one for name, one in spreads.items() if not name.startswith("deviation.")}
-    few = Robust(held.machine, "exact", kept, Settings(machines=4))
-    names = [entry["shown"] for entry in few.device.sidecar["vectors"]["machine"]]
-    scale = few.subject.places
-    found = []
-    for data, moved in zip(few.data, few.moved, strict=True):
-        changes = {place_name: data[place.index] / place.factor for place_name, place in
-                   zip(few.subject.inputs, scale, strict=True)}  # fmt: skip
-        changes |= {f"design.{k}": v for k, v in few.device.named(few.device.design + moved).items()}
+    few = ROOM.build_robust(held.machine, {}, kept, Settings(machines=4))
+    size, machine, found = len(few.design), few.outputs.machine, []
+    for apart in few.apart:
+        values = (apart + np.concatenate([few.design, np.zeros(len(apart) - size)])) / machine.scale
+        paths = [machine.values[index].path for index in machine.moved]
+        changes = {path: float(value) for path, value in zip(paths, values, strict=True)}
         found.append(simulation.simulate(Device(held.machine.with_numbers(changes))).result.objective)
-    assert set(few.subject.inputs) <= set(names)
-    at = few.at(few.device.design)
+    at = few.at(few.design)
     np.testing.assert_allclose([at.mean, at.std], [np.mean(found), np.std(found)], rtol=1e-9)
 
 
 def test_without_tolerances_it_is_the_objective(held: Held) -> None:
-    none = Robust(held.machine, "exact", {}, Settings(machines=3))
-    value, slope = none.value(none.device.design, 3.0)
-    wanted, gradient = none.turns.gradient(none.device.design)
+    none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
+    value, slope = none.value(none.design, 3.0)
+    wanted, gradient = Turns(Device(held.machine)).gradient(none.design)
     assert np.isclose(value, wanted, rtol=1e-12)
-    np.testing.assert_allclose(slope, gradient, rtol=1e-9)
+    np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
 def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
     held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    none = Robust(held.machine, "exact", {}, Settings(machines=3))
-    found = none._found
+    none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
+    found = none._differentiate
 
     def rounded(designs: Array) -> tuple[Array, Array]:
         values, gradients = found(designs)
         values[-1] = np.nextafter(values[-1], np.inf)
         return values, gradients
 
-    monkeypatch.setattr(none, "_found", rounded)
-    value, slope = none.value(none.device.design, 3.0)
-    wanted, gradient = none.turns.gradient(none.device.design)
+    monkeypatch.setattr(none, "_differentiate", rounded)
+    value, slope = none.value(none.design, 3.0)
+    wanted, gradient = Turns(Device(held.machine)).gradient(none.design)
     assert np.isclose(value, wanted, rtol=1e-12)
-    np.testing.assert_allclose(slope, gradient, rtol=1e-9)
+    np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
 def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
     held: Held, spreads: dict[str, Spread]
 ) -> None:
     settings = Settings(machines=32, starts=1)
-    found = find_robust(Robust(held.machine, "exact", spreads, settings), settings, None)
+    found = find_robust(ROOM.build_robust(held.machine, {}, spreads, settings), settings, None)
     assert found.objective == found.best_robust.robust
     assert found.best_robust.robust <= min(found.best_nominal.robust, found.own.robust)
     assert found.best_nominal.nominal <= min(found.best_robust.nominal, found.own.nominal) + 1e-9

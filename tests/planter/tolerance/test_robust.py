@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,8 +13,7 @@ from planter.engine.measures import parse_limit, parse_sum
 from planter.errors import ComputationError
 from planter.kernels import backends
 from planter.mechanism.machines import build_machine
-from planter.tolerance.goal_robust import DesignLimits, RobustGoal
-from planter.tolerance.robust import find_robust
+from planter.tolerance.robust import DesignLimits, RobustGoal, find_robust
 from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 from tests.support import own
@@ -39,7 +40,8 @@ def crank(**bounds: tuple[float, float]) -> Machine:
 def robust_goal(machine: Machine, spreads: dict[str, Spread], hold: str = "") -> RobustGoal:
     least = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
     limits = [resolve_limit(machine, parse_limit(hold))] if hold else []
-    return RobustGoal(machine, least, limits, spreads, SETTINGS, ANGLES)
+    bounds = DesignLimits(Goal(machine, (), limits, ANGLES, with_events=False)) if limits else None
+    return RobustGoal(replace(machine, least=tuple(least)), spreads, SETTINGS, ANGLES, bounds)
 
 
 def test_gradient_of_mean_and_deviation_agrees_with_differences() -> None:
@@ -61,7 +63,7 @@ def test_each_drawn_machine_is_a_machine_of_its_own() -> None:
         data = machine.data.copy()
         data[machine.index_of("values.e_mm")] += apart[1]
         data[machine.index_of("values.m_s_kg")] = apart[2]
-        alone = Goal(machine.with_data(data), robust.goal.least, [], ANGLES, with_events=False)
+        alone = Goal(machine.with_data(data), machine.least, [], ANGLES, with_events=False)
         assert value == pytest.approx(alone.evaluate(alone.machine.design), rel=1e-12)
     assert np.ptp(values) > 0.01 * values.mean()
     assert robust.nominal(robust.design)[0] != pytest.approx(values[0], rel=1e-6)

@@ -8,7 +8,7 @@ from typing import Any
 from planter.files import units
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.swept.mounting import DEVIATIONS
+from planter.planting.mounting import DEVIATIONS
 
 Said = dict[str, Any]
 SPEEDS: Said = {"from": 35, "to": 45}
