@@ -18,9 +18,10 @@ import numpy as np
 from planter.bench import lean, processes
 from planter.bench.case import EXACT, Absent, Contender
 from planter.bench.lean import Lean
+from planter.engine.response import Response
 from planter.kernels import Array, Kernel, generated, toolchain
 from planter.mechanism.file import load
-from planter.mechanism.model import Model
+from planter.mechanism.machines import build_machine
 
 EXAMPLES = {"slider-crank": "slider_crank", "four-bar": "transplanting_arm"}
 """Works, and the examples that they take."""
@@ -40,10 +41,10 @@ class Case:
         name = EXAMPLES[work]
         processes.derive(name, folder)
         file = load(folder / f"{name}.toml")
-        model = Model(file)
+        machine = build_machine(file)
         self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
         self.angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
-        self.places = np.ascontiguousarray(model.course.at(self.angles)) if model.course else np.zeros((0, ANGLES))
+        self.places = np.ascontiguousarray(Response(machine).coordinates(machine.data, self.angles))
         self.row = self.formulas.outputs("lane").index(TORQUE)
         self.hoists = "prologue" in self.formulas.sidecar["functions"]
 

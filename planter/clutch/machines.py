@@ -13,7 +13,7 @@ from planter.clutch.geometry import control_motion
 from planter.clutch.linkage import Linkage
 from planter.clutch.model import given, model
 from planter.clutch.show import KIND
-from planter.engine.machine import Machine, Quantity, Value
+from planter.engine.machine import Documentation, Machine, Quantity, Value
 from planter.files import units
 
 SPEED = "search.lift_rad_s"
@@ -75,8 +75,8 @@ def build_machine(clutch: Clutch) -> Machine:
         return ca.Function(name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"])
 
     return Machine(
-        name=clutch.name,
-        source=clutch.source,
+        document=clutch,
+        build=build_machine,
         assumptions=tuple(model().sidecar["assumptions"]),
         values=values,
         data=np.array([clutch.si(value.path) for value in values]),
@@ -91,6 +91,7 @@ def build_machine(clutch: Clutch) -> Machine:
         event_kinds=({"name": "link turns back", "order": 0, "period": lift},),
         turn=2 * lift,
         motors=("M_link",),
+        documentation=Documentation(model().sidecar["title"], model().sidecar["source"]),
     )
 
 

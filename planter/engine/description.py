@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from planter import rooms
-from planter.engine.machine import Machine, Quantity, Value, load_machine
+from planter.engine.machine import Machine, Quantity, Value, find_machine_room, load_machine
 from planter.kernels import Array
 
 
@@ -39,17 +38,12 @@ class Description:
     functions: tuple[FunctionSignature, ...]
 
 
-def find_describing_room(source: str) -> object | None:
-    """Return the module `machines` of the room that takes a source, None if no room does."""
-    return next((module for module in rooms.brought("machines") if module.takes(source)), None)
-
-
 def describe(source: str, changes: Mapping[str, float]) -> Description:
     """Return what is said of the machine of a file or a built-in name. Raises InputError as `load_machine`.
 
     A room whose machines are not all driven by an angle describes them by its own `describe(source, changes)`.
     """
-    module = find_describing_room(source)
+    module = find_machine_room(source)
     own = getattr(module, "describe", None)
     description: Description = own(source, changes) if own else describe_machine(load_machine(source, changes))
     return description

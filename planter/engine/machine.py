@@ -8,19 +8,25 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Literal
 
 import casadi as ca
 import numpy as np
 
 from planter import rooms
 from planter.engine.loops import Loops
-from planter.engine.measures import Measure
+from planter.engine.measures import Limit, Measure
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.kernels import Array, Kernel
+
+if TYPE_CHECKING:
+    from planter.files.document import Document
+    from planter.optimise.range_and_spread import Sampling
+    from planter.optimise.sections import GeneticAlgorithm
 
 Role = Literal["result", "law", "pivot", "states"]
 """What a quantity is: a result, the residual of a law, the least pivot of an elimination, or a number of states."""
@@ -89,6 +95,14 @@ class Vector:
 
 
 @dataclass(frozen=True)
+class Stage:
+    """A function (phi, d, h, q) -> values (m,) along the angle of a machine, and what these are."""
+
+    function: ca.Function
+    quantities: tuple[Quantity, ...]
+
+
+@dataclass(frozen=True)
 class Documentation:
     """What texts say of a machine: its title, where its model comes from, and the equations that it is made of.
 
@@ -113,12 +127,15 @@ class Machine:
     `vectors` are the quantities whose size counts; `motors` names the torques of motors.
     `acceleration` is the index of the drive's acceleration [rad/s2] among the values, if it is one; `losses` names
     powers of friction, `energies` quantities that add up to all energy, if they are reported.
-    `places` (phi, d, h, q) -> coordinates of points of the bodies, as `points` lists them. `least` is the sum of
-    measures that the machine's file minimises, over `least_samples` of a cycle.
+    `document` is the file that it was read from, and `build` makes the machine of a file of its kind; pickles can be
+    made of both. `least` is the sum of measures that the file minimises under `limits`, over true extremes or samples
+    as `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is what the drive's angle is called.
+    `stages` are further functions along the angle: `places` of points of bodies, `followers` and `meshes` of cams and
+    gears.
     """
 
-    name: str
-    source: str
+    document: Document
+    build: Callable[[Any], Machine]
     assumptions: tuple[str, ...]
     values: tuple[Value, ...]
     data: Array
@@ -142,11 +159,33 @@ class Machine:
     acceleration: int | None = None
     losses: tuple[str, ...] = ()
     energies: tuple[str, ...] = ()
-    places: ca.Function | None = None
-    points: tuple[Quantity, ...] = ()
+    stages: Mapping[str, Stage] = field(default_factory=dict)
     least: tuple[Measure, ...] = ()
-    least_samples: int = 360
+    limits: tuple[Limit, ...] = ()
+    sampling: Sampling = "refined"
+    genetic: GeneticAlgorithm | None = None
+    angle: str = "phi"
     documentation: Documentation = Documentation("", "")
+
+    @property
+    def name(self) -> str:
+        """The name in the file."""
+        return self.document.name
+
+    @property
+    def source(self) -> str:
+        """The file, or the built-in name, that the machine was loaded from."""
+        return self.document.source
+
+    @property
+    def meanings(self) -> dict[str, str]:
+        """Meanings of the values, by path."""
+        return {value.path: value.meaning for value in self.values}
+
+    @property
+    def least_samples(self) -> int:
+        """Samples of a cycle that stand for the file's objective where true extremes do not."""
+        return self.samples if self.sampling == "refined" else self.sampling
 
     @property
     def design(self) -> Array:
@@ -206,6 +245,15 @@ class Machine:
     def with_data(self, data: Array) -> Machine:
         """Return the machine with other values (v,) in SI."""
         return replace(self, data=np.asarray(data, dtype=float))
+
+    def with_numbers(self, changes: Mapping[str, float]) -> Machine:
+        """Return the machine of its file with some numbers set, by path in the unit of the file. Raises as the file."""
+        return self.build(self.document.with_numbers(changes))
+
+    def with_speed(self, speed_rpm: float) -> Machine:
+        """Return the machine of its file with another speed of the drive [r/min]."""
+        speed = self.values[self.speed]
+        return self.with_numbers({speed.path: speed_rpm * units.factor("speed_rpm") / speed.factor})
 
     def data_at(self, x: Array) -> Array:
         """Return all values (v,) at a design x (p,)."""
@@ -283,18 +331,25 @@ def _is_symmetric(total: ca.Function) -> bool:
     return abs(there - back) <= 1e-12 * abs(there)
 
 
-def load_machine(source: str, changes: Mapping[str, float] | None = None, **choices: str) -> Machine:
+def load_machine(
+    source: str, changes: Mapping[str, float] | None = None, speed_rpm: float | None = None, **choices: str
+) -> Machine:
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their paths] changed.
 
-    A room brings its machines by a module `machines` with `takes(source)` and `load(source, changes, **choices)`; the
-    choices are those of the room, such as the model. Raises InputError if no room has such a machine, or for a choice
-    that its machines do not leave.
+    `speed_rpm` is another speed of the drive [r/min]. A room brings its machines by a module `machines` with
+    `takes(source)` and `load(source, changes, **choices)`; the choices are those of the room, such as the model.
+    Raises InputError if no room has such a machine, or for a choice that its machines do not leave.
     """
-    for module in rooms.brought("machines"):
-        if module.takes(source):
-            for name, choice in choices.items():
-                if name not in inspect.signature(module.load).parameters:
-                    raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
-            machine: Machine = module.load(source, changes or {}, **choices)
-            return machine
-    raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")
+    module = find_machine_room(source)
+    if module is None:
+        raise InputError(f"{source}: there is no such machine: it must be a machine's file, or a built-in one's name")
+    for name, choice in choices.items():
+        if name not in inspect.signature(module.load).parameters:
+            raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
+    machine: Machine = module.load(source, changes or {}, **choices)
+    return machine if speed_rpm is None else machine.with_speed(speed_rpm)
+
+
+def find_machine_room(source: str) -> ModuleType | None:
+    """Return the module `machines` of the room that takes a source, None if no room does."""
+    return next((module for module in rooms.brought("machines") if module.takes(source)), None)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from planter.optimise.descent import Minimum, descend
 from planter.optimise.genetic import Settings
 from planter.optimise.hybrid import APART, POLISHED, Method
 from planter.optimise.problem import Counts, Problem
+from planter.optimise.range_and_spread import Sampling
 from planter.optimise.result import Certificate, certified
 from planter.optimise.sections import DEFAULT_GENETIC
 from planter.optimise.smooth import Smooth
@@ -33,7 +33,6 @@ from planter.parallel.jobs import run_in_order
 from planter.parallel.task import HERE, Means, Task
 from planter.progress import Listener, Phase
 
-Sampling = int | Literal["refined"]
 MOST_ITERATIONS = 300
 REACH = 1e3
 """Variables for extremes lie within so many spreads of where they start."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from planter.engine.description import Description, describe, find_describing_room
-from planter.engine.machine import Quantity
+from planter.engine.description import Description, describe
+from planter.engine.machine import Quantity, find_machine_room
 from planter.errors import InputError
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import paths, units
@@ -13,7 +13,7 @@ from planter.files import paths, units
 
 def takes(source: str) -> bool:
     """Return whether a room has the machine of a source."""
-    return find_describing_room(source) is not None
+    return find_machine_room(source) is not None
 
 
 def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMechanism:

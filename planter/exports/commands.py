@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +11,15 @@ import typer
 
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, SetOption, changes
+from planter.terminal.options import (
+    JsonOption,
+    MachineArgument,
+    Model,
+    ModelOption,
+    SetOption,
+    SpeedOption,
+    changes,
+)
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
@@ -28,37 +36,14 @@ app = typer.Typer()
 app.add_typer(export, name="export")
 
 
-class Model(enum.StrEnum):
-    exact = "exact"
-    printed = "printed"
-
-
-MachineArgument = Annotated[
-    str,
-    typer.Argument(help="machine file, mechanism file, or name of a built-in machine", show_default=False),
-]
-ModelOption = Annotated[
-    Model, typer.Option(help="first principles, or the paper's equations as printed, of machines that have both")
-]
-SpeedOption = Annotated[
-    float | None, typer.Option(help="change the speed of the drive for this call [r/min]", show_default=False)
-]
 FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)]
 
 
-def load_machine(source: str, model: Model, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
-    """Return a machine with the numbers that `--set` and `--speed-rpm` change."""
-    from planter.engine import machine as engine
-    from planter.files import units
+def _load(source: str, model: Model, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+    from planter.engine.machine import load_machine
 
     choices = {} if model is Model.exact else {"model": model.value}
-    numbers = changes(set_)
-    machine = engine.load_machine(source, numbers, **choices)
-    if speed_rpm is None:
-        return machine
-    speed = machine.values[machine.speed]
-    numbers[speed.path] = speed_rpm * units.factor("speed_rpm") / speed.factor
-    return engine.load_machine(source, numbers, **choices)
+    return load_machine(source, changes(set_), speed_rpm, **choices)
 
 
 @export.callback()
@@ -67,46 +52,41 @@ def common(context: typer.Context) -> None:
         print(context.get_help())
 
 
-@export.command()
-@writes()
-def c(
-    machine: MachineArgument,
-    out: FolderOption,
-    model: ModelOption = Model.exact,
-    set_: SetOption = None,
-    speed_rpm: SpeedOption = None,
-    as_json: JsonOption = False,
-) -> None:
+def _add_source_command(name: str, description: str) -> None:
+    """Add the command that writes the source text of the module of exports of its name."""
+
+    @export.command(name, help=description)
+    @writes()
+    def write_source(
+        machine: MachineArgument,
+        out: FolderOption,
+        model: ModelOption = Model.exact,
+        set_: SetOption = None,
+        speed_rpm: SpeedOption = None,
+        as_json: JsonOption = False,
+    ) -> None:
+        console = Console(as_json)
+        with console.outcome():
+            from planter.exports import c99, cuda
+            from planter.exports.results import Written
+            from planter.report.files import write_all
+
+            build_source_files = {"c": c99.build_source_files, "cuda": cuda.build_source_files}[name]
+            paths = write_all(out, build_source_files(_load(machine, model, set_, speed_rpm)))
+            console.result(Written(paths), lambda: print("\n".join(paths)))
+
+
+_add_source_command(
+    "c",
     """All motions and forces, the objective and its gradient in C99 that needs nothing else.
 
-    Closed loops are followed over a turn in the C text; a status says where they do not close. The objective is that of
-    the file, over samples of a turn; without one there are the motions and forces alone.
+Closed loops are followed over a turn in the C text; a status says where they do not close. The objective is that of
+the file, over samples of a turn; without one there are the motions and forces alone.
 
-    planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
-    """
-    console = Console(as_json)
-    with console.outcome():
-        from planter.exports import c99
-
-        _write_texts(console, out, c99.build_source_files(load_machine(machine, model, set_, speed_rpm)))
-
-
-@export.command()
-@writes()
-def cuda(
-    machine: MachineArgument,
-    out: FolderOption,
-    model: ModelOption = Model.exact,
-    set_: SetOption = None,
-    speed_rpm: SpeedOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """The objective of many designs in CUDA C++: a thread for each design and angle."""
-    console = Console(as_json)
-    with console.outcome():
-        from planter.exports import cuda as texts
-
-        _write_texts(console, out, texts.build_source_files(load_machine(machine, model, set_, speed_rpm)))
+planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
+""",
+)
+_add_source_command("cuda", "The objective of many designs in CUDA C++: a thread for each design and angle.")
 
 
 class Format(enum.StrEnum):
@@ -146,7 +126,7 @@ def motion(
         from planter.interchange.tables.formats import FORMATS
         from planter.report.files import write_all
 
-        motion_ = build_motion(load_machine(machine, model, set_, speed_rpm), turns, samples)
+        motion_ = build_motion(_load(machine, model, set_, speed_rpm), turns, samples)
         paths = write_all(out, FORMATS[format_](motion_))
         result = MotionWritten(paths, format_.value, len(motion_.columns), len(motion_.time), float(motion_.time[-1]))
         console.result(result, lambda: print("\n".join(paths)))
@@ -181,13 +161,5 @@ def fmu(
     with console.outcome():
         from planter.exports import fmu as units_
 
-        result = units_.write_unit(load_machine(machine, model, set_, speed_rpm), out, fmi.value)
+        result = units_.write_unit(_load(machine, model, set_, speed_rpm), out, fmi.value)
         console.result(result, lambda: units_.print_unit(console, result))
-
-
-def _write_texts(console: Console, folder: Path, texts: Mapping[str, str]) -> None:
-    from planter.exports.results import Written
-    from planter.report.files import write_all
-
-    paths = write_all(folder, texts)
-    console.result(Written(paths), lambda: print("\n".join(paths)))

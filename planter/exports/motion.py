@@ -66,7 +66,7 @@ def _build_columns(machine: Machine, phi: Array) -> list[Column]:
     labels = [(one.name, one.key, one.quantity.unit, one.meaning, one.quantity.source) for one in quantities]
     inputs = {"phi": phi, "d": d, "h": point.h, "q": q}
     rows = [row for part in Kernel(build_cycle(machine), lanes=["phi", "q"])(**inputs).values() for row in part]
-    if machine.places is not None:
-        labels += [(one.name, one.key, one.unit, one.meaning, one.source) for one in machine.points]
-        rows += list(Kernel(machine.places, lanes=["phi", "q"])(**inputs)["y"])
+    if places := machine.stages.get("places"):
+        labels += [(one.name, one.key, one.unit, one.meaning, one.source) for one in places.quantities]
+        rows += list(Kernel(places.function, lanes=["phi", "q"])(**inputs)["y"])
     return [Column(*label, row) for label, row in zip(labels, rows, strict=True)]

@@ -120,6 +120,10 @@ class Document(Section):
         """The nested table of the file, changes included."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
+    def written_table(self) -> dict[str, Any]:
+        """Return the table as it is written into another folder."""
+        return self.table()
+
     def input_error(self, name: str, allowed: str, kind: type[InputError] = InputError) -> InputError:
         """The error that a value cannot be used, for checks that need more than its file.
 
@@ -130,8 +134,12 @@ class Document(Section):
         return kind(not_allowed(self.source, path, values[path], allowed, changed=path in self.changed))
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
-        """A copy with some numbers set on the command line, as in `read`."""
-        return self.read(self.table(), self.source, changes, self.changed)
+        """A copy with some numbers set on the command line, as in `read`, and what else was read beside the file."""
+        copy = self.read(self.table(), self.source, changes, self.changed)
+        for name, value in (self.__pydantic_private__ or {}).items():
+            if name not in ("_source", "_changed"):
+                setattr(copy, name, value)
+        return copy
 
     def _origin(self, path: str, entries: Mapping[str, str]) -> str:
         if any(item == path or item.startswith(f"{path}[") for item in self.changed):

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.engine.machine import Machine, Quantity, Value, build_vectors
+from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.splines import compose_pieces
 from planter.errors import InputError
 from planter.files import units
@@ -158,14 +158,15 @@ def _build(
 ) -> Machine:  # fmt: skip
     quantities = tuple(Quantity(name, *entry, units.key(name, entry[0])) for name, entry in entries.items())
     inputs, names = [*symbols, ca.SX.sym("q", 0)], ["phi", "d", "h", "q"]
+    sidecar = load_formulas(MODEL).sidecar
 
     def compose(name: str, outputs: list[ca.SX]) -> ca.Function:
         return ca.Function(name, inputs, [ca.densify(ca.vertcat(*outputs))], names, ["y"])
 
     return Machine(
-        name=file.name,
-        source=file.source,
-        assumptions=tuple(load_formulas(MODEL).sidecar["assumptions"]),
+        document=file,
+        build=build_machine,
+        assumptions=tuple(sidecar["assumptions"]),
         values=values,
         data=data,
         moved=(),
@@ -178,6 +179,7 @@ def _build(
         events=compose("events", [event for event, _ in events]),
         event_kinds=tuple(kind for _, kind in events),
         vectors=tuple(build_vectors(VECTORS, quantities)),
+        documentation=Documentation(sidecar["title"], sidecar["source"]),
     )
 
 

@@ -29,9 +29,7 @@ DENSE_DEG = np.linspace(0, 360, 721)
 
 
 @renews
-def write(
-    out: Path, machine: Document, found: Calibrated, meanings: Mapping[str, str], angle: str = "carrier angle φ"
-) -> None:
+def write(out: Path, machine: Document, found: Calibrated, meanings: Mapping[str, str], angle: str) -> None:
     """Write summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
 
     `meanings` are those of the file's numbers by path, `angle` is what the drive's is called. Raises InputError for a
@@ -56,7 +54,7 @@ def machine_text(found: Calibrated) -> str:
     """The machine file (TOML) with the fitted inputs; what was fitted beside them stands in its head."""
     machine = found.machine
     assert machine is not None
-    table = machine.table()
+    table = machine.written_table()
     how = f"calibrated ({found.result.model} model, {found.result.reached.points} points)"
     names = [entry.name for entry in found.result.fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}

@@ -1,4 +1,4 @@
-"""`planter calibrate FILE --data CSV` for a mechanism of one's own."""
+"""`planter calibrate --data CSV` of any machine."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
+from planter.engine.machine import Machine
 from planter.errors import InputError
+from planter.files.document import Document
 from planter.measured import calibration, page, tables
 from planter.measured.calibration import Calibrated, Check
 from planter.measured.curve import find_measured
 from planter.measured.reading import Columns
-from planter.mechanism.file import MechanismFile, made
-from planter.mechanism.machines import build_machine
-from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
 from planter.parallel.task import HERE, Means
 from planter.progress import Listener
 from planter.terminal.console import Console
 
 MODEL = "derived"
-"""Name of the one model that a mechanism has."""
+"""Name of the model of a machine that has one."""
 
 
 def calibrate(
-    file: MechanismFile,
+    machine: Machine,
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
@@ -40,25 +39,21 @@ def calibrate(
     Raises InputError for a file, columns, values or a quantity that cannot be used, ComputationError for a quantity
     that does not repeat after a cycle.
     """
-    machine = build_machine(file)
     if quantity is None:
         known = ", ".join(one.key for one in machine.results)
         raise InputError(f"--quantity must name what was measured: it must be one of {known}")
-    require_repeating(Model(file), [find_measured(machine, quantity).name], file.turn.samples)
-
-    def rebuild(inputs: Mapping[str, float]) -> MechanismFile:
-        moved = file.moved_to({path.rpartition(".")[2]: value for path, value in inputs.items()})
-        return made({**moved.table(), "folder": str(file.place)}, file.source, file.place)
-
-    builders = {MODEL: partial(build_machine, file)}
+    require_repeating(machine, [find_measured(machine, quantity).name])
+    rebuild, builders = machine.document.with_numbers, {MODEL: partial(machine.build, machine.document)}
     return calibration.calibrate(builders, data, columns, bounds, quantity, rebuild, check, seed, progress, means)
 
 
-def run_calibrate(console: Console, file: MechanismFile, found: Calibrated, out: Path | None) -> None:
-    """Print the fit, and write it into a folder if one is named."""
+def run_calibrate(
+    console: Console, document: Document, meanings: Mapping[str, str], found: Calibrated, out: Path | None,
+    angle: str = "angle of the drive",
+) -> None:  # fmt: skip
+    """Print the fit of a file, whose values have meanings by path, and write it into a folder if one is named."""
     if out is not None:
-        meanings = {entry["shown"]: entry["meaning"] for entry in file.entries}
-        page.write(out, file, found, meanings, "angle of the drive")
+        page.write(out, document, found, meanings, angle)
     for warning in found.result.warnings:
         console.say(f"planter: warning: {warning}")
     console.result(found.result, lambda: tables.measured(console, found.result))

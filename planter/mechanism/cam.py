@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from planter.engine.machine import Machine, Quantity
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import number
@@ -46,11 +47,10 @@ def profile(model: Model, roller: float, x: str, y: str) -> Profile:
     check_roller(roller)
     places, disc = [_sum(model, "--x", x), _sum(model, "--y", y)], formulas.load(FORMULAS)
     terms = {term.strip() for text in (x, y) for term in text.split("+")}
-    lengths = [entry["name"] for entry in model.outputs if entry["name"] in terms and entry["unit"] == "m"]
-    require_repeating(model, lengths, model.file.turn.samples)
+    require_repeating(model.machine, terms & {q.name for q in model.machine.results if q.unit == "m"})
     for name, (start, end) in model.evaluate(FOLLOWERS, np.array([0.0, TURN])).items():
         if name in terms and abs(end - start) > OPEN:
-            raise ComputationError(f"{model.file.name}: {name} differs after a turn: it closes no contour")
+            raise ComputationError(f"{model.machine.name}: {name} differs after a turn: it closes no contour")
 
     def course(angles: Array) -> Columns:
         near = (angles[:, None] + _STEP * _AROUND).ravel() % (2 * np.pi)
@@ -60,7 +60,7 @@ def profile(model: Model, roller: float, x: str, y: str) -> Profile:
         return disc("disc", phi=angles, centre=np.array(centre), reach=-roller)
 
     breaks = tuple(np.linspace(0.0, 2 * np.pi, PIECES + 1).tolist())
-    return Profile(model.file.name, roller, course, breaks, True, ("pitch_x", "pitch_y"))
+    return Profile(model.machine.name, roller, course, breaks, True, ("pitch_x", "pitch_y"))
 
 
 def made(
@@ -73,11 +73,11 @@ def made(
     found, hole = profile(model, roller, *centre), Bore(bore) if bore else None
     pushing = push(model, force) if force is not None else None
     lifted = lift_off(pushing, model.speed) if pushing is not None else None
-    meanings = {entry["shown"]: entry["meaning"] for entry in model.file.entries}
-    told = Told(model.file, meanings, formulas.load(FORMULAS).sidecar, pushing, model.speed)
+    machine = model.machine
+    told = Told(machine.document, machine.meanings, formulas.load(FORMULAS).sidecar, pushing, model.speed)
     holes = [hole.edge] if hole else []
     disc = part(found, "disc", tolerance, lifted, model.speed, width, hole)
-    return Made(disc, told, lambda: solids.step(f"cam of {model.file.name}", found.pieces, holes, width))
+    return Made(disc, told, lambda: solids.step(f"cam of {machine.name}", found.pieces, holes, width))
 
 
 def centre_of_follower(model: Model, force: str | None) -> tuple[tuple[str, str], str]:
@@ -85,35 +85,37 @@ def centre_of_follower(model: Model, force: str | None) -> tuple[tuple[str, str]
 
     Raises InputError where the statement has none, or several and `force` names none of them.
     """
-    names = [entry["name"].removesuffix("_centre_x") for entry in model.formulas.sidecar["vectors"].get(FOLLOWERS, ())]
-    names = names[::2]
+    source = model.machine.source
+    names = [quantity.name.removesuffix("_centre_x") for quantity in _list_centres(model.machine)[::2]]
     if not names:
-        raise InputError(f"{model.file.source}: its statement has no follower of a cam; --y says where a roller's is")
+        raise InputError(f"{source}: its statement has no follower of a cam; --y says where a roller's is")
     if force is None and len(names) > 1:
-        raise InputError(f"{model.file.source}: --force is needed: its followers are {', '.join(names)}")
+        raise InputError(f"{source}: --force is needed: its followers are {', '.join(names)}")
     name = names[0] if force is None else force
     if name not in names:
         raise _unknown("--force", name, names)
     return (f"{name}_centre_x", f"{name}_centre_y"), name
 
 
-def _lengths(model: Model) -> list[dict[str, str]]:
-    """Entries of the lengths along the turn."""
-    vectors = model.formulas.sidecar["vectors"]
-    return [entry for entry in (*model.outputs, *vectors.get(FOLLOWERS, ())) if entry["unit"] == "m"]
+def _list_centres(machine: Machine) -> tuple[Quantity, ...]:
+    return machine.stages[FOLLOWERS].quantities if FOLLOWERS in machine.stages else ()
+
+
+def _list_lengths(machine: Machine) -> list[Quantity]:
+    return [quantity for quantity in (*machine.results, *_list_centres(machine)) if quantity.unit == "m"]
 
 
 def push(model: Model, force: str) -> Push:
     """The contact force of a name by angle and speed. Raises InputError for what is no force of the turn."""
-    forces = [entry["name"] for entry in model.outputs if entry["unit"] == "N"]
+    machine = model.machine
+    forces = [quantity.name for quantity in machine.results if quantity.unit == "N"]
     if force not in forces:
         raise _unknown("--force", force, forces)
-    speed_at = [entry["name"] for entry in model.file.entries].index(model.formulas.sidecar["speed"])
 
     def at(angles: Array, speed: float) -> Array:
-        data = model.data.copy()
-        data[speed_at] = speed
-        return Model(model.file, data)(angles % (2 * np.pi))[force]
+        data = machine.data.copy()
+        data[machine.speed] = speed
+        return Model(machine, data)(angles % (2 * np.pi))[force]
 
     return at
 
@@ -124,9 +126,8 @@ def _sum(model: Model, option: str, text: str) -> Place:
 
 
 def _term(model: Model, option: str, term: str) -> Place:
-    lengths = [entry["name"] for entry in _lengths(model)]
-    values = {entry["name"]: value for entry, value in zip(model.file.entries, model.data.tolist(), strict=True)
-              if entry["unit"] == "m"}  # fmt: skip
+    machine, lengths = model.machine, [quantity.name for quantity in _list_lengths(model.machine)]
+    values = {v.name: number for v, number in zip(machine.values, machine.data.tolist(), strict=True) if v.unit == "m"}
     told = number(term)
     if term in lengths:
         return lambda found, count: found[term]

@@ -15,7 +15,6 @@ from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
-from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
 from planter.numerics import statistics
 
@@ -68,7 +67,7 @@ def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: fl
     machine = build_machine(file)
     resolved = resolve_measure(machine, one)
     if one.kind in AVERAGES:
-        require_repeating(Model(file), [resolved.name], samples or machine.samples)
+        require_repeating(machine, [resolved.name], samples)
     count = samples or (AVERAGED if one.kind in AVERAGES and not one.during else LOOKED_AT)
     goal, x = Goal(machine, [resolved], [], count, with_events=samples is None), machine.design
     if samples is None:

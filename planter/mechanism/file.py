@@ -74,11 +74,19 @@ class MechanismFile(Document):
         texts = [] if self.requirements is None else self.requirements.hold
         return tuple(parse_limit(text, f"{self.source}: requirements.hold[{i}] =") for i, text in enumerate(texts))
 
+    def with_numbers(self, changes: Mapping[str, float]) -> Self:
+        """Return a copy with some numbers set, and the same functions. Raises InputError as `load`."""
+        changed = super().with_numbers(changes)
+        _check(changed)
+        return changed
+
     def moved_to(self, values: Mapping[str, float]) -> Self:
         """The same with other values, by key."""
-        found = self.with_numbers({f"values.{key}": value for key, value in values.items()})
-        found._folder = self._folder
-        return found
+        return self.with_numbers({f"values.{key}": value for key, value in values.items()})
+
+    def written_table(self) -> dict[str, Any]:
+        """Return the table of the file with the folder of its functions, to be written anywhere."""
+        return self.table() | {"folder": str(self._folder)}
 
     @property
     def place(self) -> Path:

@@ -22,16 +22,16 @@ def warnings(model: Model, angles: Array, found: dict[str, Array], repeats: bool
     `angles` (n,) [rad] go once round in equal steps, `found` are the results there; `repeats` says whether the turn
     ends as it began. A stretch between two samples is found where the force has a hollow there.
     """
-    return [warned for name in model.pushing for warned in _warned(model, name, angles, found[name], repeats)]
+    pushing = [quantity.name for quantity in model.machine.quantities if quantity.is_push]
+    return [warned for name in pushing for warned in _warned(model, name, angles, found[name], repeats)]
 
 
 def _warned(model: Model, name: str, angles: Array, values: Array, repeats: bool) -> Iterator[Warned]:
     lowest = extremes.least(lambda at: model(at)[name], angles, closed=repeats)
     if lowest.value >= 0:
         return
-    meaning = next(entry["meaning"] for entry in model.outputs if entry["name"] == name)
-    what = f"{name} ({meaning}) falls to {lowest.value:.4g} N"
-    places = np.append(angles, lowest.place % (2 * np.pi))
+    what = f"{name} ({model.machine.find_quantity(name).meaning}) falls to {lowest.value:.4g} N"
+    places = np.append(angles, lowest.place % model.machine.turn)
     order = np.argsort(places)
     places, pulls = places[order], np.append(values, lowest.value)[order] < 0
     if pulls.all():
@@ -53,17 +53,16 @@ def _stretches(model: Model, name: str, places: Array, pulls: Flags, repeats: bo
         length = int(np.argmin(np.append(pulls[begin:], pulls[:begin] if repeats else False)))
         low = 0.0 if begin == 0 and not repeats else np.degrees(_change(model, name, places, begin))
         ends = begin + length == len(places) and not repeats
-        yield low, 360.0 if ends else np.degrees(_change(model, name, places, begin + length))
+        yield low, np.degrees(model.machine.turn if ends else _change(model, name, places, begin + length))
 
 
 def _change(model: Model, name: str, places: Array, k: int) -> float:
-    """The angle in [0, 2 pi) at which the force changes sign between a place and the one before it, round the turn."""
+    """Return the angle in a cycle at which the force changes sign between a place and the one before it, all round."""
     from scipy.optimize import brentq
 
-    high = float(places[k % len(places)])
-    low = float(places[(k - 1) % len(places)])
-    found = brentq(lambda at: float(model(np.array([at]))[name][0]), low - 2 * np.pi * (low > high), high, xtol=CLOSE)
-    return float(found) % (2 * np.pi)
+    turn, high, low = model.machine.turn, float(places[k % len(places)]), float(places[(k - 1) % len(places)])
+    found = brentq(lambda at: float(model(np.array([at]))[name][0]), low - turn * (low > high), high, xtol=CLOSE)
+    return float(found) % turn
 
 
 def _told(message: str, angle: float) -> Warned:

@@ -11,7 +11,7 @@ import numpy as np
 
 from planter.engine.description import Description, FunctionSignature
 from planter.engine.loops import Loops
-from planter.engine.machine import Documentation, Machine, Quantity, Role, Value, Vector, build_vectors
+from planter.engine.machine import Documentation, Machine, Quantity, Role, Stage, Value, Vector, build_vectors
 from planter.errors import InputError
 from planter.files import units
 from planter.files.text import read_toml
@@ -22,6 +22,8 @@ from planter.mechanism.file import MechanismFile
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
 """Beginnings of names that say how sound results are."""
 
+FURTHER = ("places", "followers", "meshes")
+"""Generated functions along the angle beside its quantities."""
 LOSS = "power lost to friction"
 """Beginning of what derived powers of friction mean."""
 
@@ -74,8 +76,8 @@ def build_machine(mechanism: MechanismFile) -> Machine:
     factors = np.array([values[index].factor for index in moved])
     ends = np.array(list(mechanism.bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
     return Machine(
-        name=mechanism.name,
-        source=mechanism.source,
+        document=mechanism,
+        build=build_machine,
         assumptions=tuple(sidecar["assumptions"]),
         values=values,
         data=mechanism.data(),
@@ -94,18 +96,14 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         motors=_motors(formulas),
         acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
         losses=tuple(q.name for q in _quantities(formulas) if q.role == "result" and q.meaning.startswith(LOSS)),
-        places=stages.places,
-        points=_points(formulas),
+        stages=stages.further,
         least=mechanism.least,
-        least_samples=_count_samples(mechanism),
+        limits=mechanism.limits,
+        sampling=mechanism.objective.samples if mechanism.objective else "refined",
+        genetic=mechanism.genetic_algorithm,
+        angle=formulas.function("lane").name_in(0),
         documentation=Documentation(sidecar["title"], sidecar["source"], tuple(sidecar["equations"])),
     )
-
-
-def _count_samples(mechanism: MechanismFile) -> int:
-    """Return the samples of the file's objective; where it is over true extremes, those of a turn."""
-    objective = mechanism.objective
-    return mechanism.turn.samples if objective is None or objective.samples == "refined" else objective.samples
 
 
 class _Stages(NamedTuple):
@@ -115,7 +113,7 @@ class _Stages(NamedTuple):
     lane: ca.Function
     loops: Loops | None
     events: ca.Function | None
-    places: ca.Function | None
+    further: Mapping[str, Stage]
 
 
 @cache
@@ -148,7 +146,11 @@ def _stages(formulas: Formulas) -> _Stages:
         lane=compose("lane", inputs),
         loops=loops,
         events=compose("events", inputs) if "events" in formulas.sidecar["functions"] else None,
-        places=compose("places", inputs) if "places" in formulas.sidecar["functions"] else None,
+        further={
+            name: Stage(compose(name, inputs), _list_quantities(formulas, (name,)))
+            for name in FURTHER
+            if name in formulas.sidecar["functions"]
+        },
     )
 
 
@@ -161,8 +163,12 @@ def _values(formulas: Formulas) -> tuple[Value, ...]:
     )
 
 
-@cache
 def _quantities(formulas: Formulas) -> tuple[Quantity, ...]:
+    return _list_quantities(formulas, ("start_state", "outputs"))
+
+
+@cache
+def _list_quantities(formulas: Formulas, vectors: tuple[str, ...]) -> tuple[Quantity, ...]:
     axes, pushing = formulas.sidecar.get("axes", {}), formulas.sidecar.get("pushing", [])
     return tuple(
         Quantity(
@@ -170,7 +176,7 @@ def _quantities(formulas: Formulas) -> tuple[Quantity, ...]:
             role=next((role for start, role in ROLES.items() if e["name"].startswith(start)), "result"),
             axes=axes.get(e["name"]), is_push=e["name"] in pushing, source=e["source"],
         )
-        for part in ("start_state", "outputs")
+        for part in vectors
         for e in formulas.sidecar["vectors"].get(part, ())
     )  # fmt: skip
 
@@ -195,12 +201,3 @@ def _motors(formulas: Formulas) -> tuple[str, ...]:
     """Return the torques that a power is given of."""
     units_of = {q.name: q.unit for q in _quantities(formulas)}
     return tuple(name for name, unit in units_of.items() if unit == "N m" and units_of.get(f"P_{name}") == "W")
-
-
-@cache
-def _points(formulas: Formulas) -> tuple[Quantity, ...]:
-    """Return the coordinates of the bodies' points."""
-    return tuple(
-        Quantity(e["name"], e["unit"], e["meaning"], units.key(e["name"], e["unit"]), source=e["source"])
-        for e in formulas.sidecar["vectors"].get("places", ())
-    )

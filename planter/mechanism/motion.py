@@ -10,7 +10,6 @@ import numpy as np
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.model import component_axes
 from planter.mechanism.results import ChangedStart, Course, Energy
 from planter.mechanism.results import Motion as Result
 from planter.mechanism.small import eigenvalues, equilibrium
@@ -46,7 +45,7 @@ def move(
     told = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
     columns = {key: values[name] / units.factor(key) for name, key in keys.items()}
-    axes = {keys[name]: frame for name, frame in component_axes(dynamics.formulas).items() if name in keys}
+    axes = {keys[name]: frame for name, frame in dynamics.formulas.sidecar.get("axes", {}).items() if name in keys}
     result = Result(
         machine=dynamics.file.name,
         until_s=until,

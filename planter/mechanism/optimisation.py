@@ -1,4 +1,4 @@
-"""Optima of mechanisms of one's own: the engine's search for what their file, `--least` and `--hold` ask."""
+"""Optima of machines: the engine's search for what their file, `--least` and `--hold` ask."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from planter.engine import search
 from planter.engine.goal import CYCLE, Goal, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Limit, Measure, parse_limit, parse_sum
-from planter.engine.search import GoalOptimum, Sampling, SearchSpec, minimise
+from planter.engine.search import GoalOptimum, SearchSpec, minimise
 from planter.errors import InputError
+from planter.files.document import Document
 from planter.kernels import Array
-from planter.mechanism.file import MechanismFile
-from planter.mechanism.machines import build_machine
-from planter.mechanism.model import Model
 from planter.mechanism.periodicity import require_repeating
 from planter.mechanism.results import ActiveLimit, Evaluations, Held, Optimum, Proof
 from planter.optimise.constraints import KEPT
+from planter.optimise.range_and_spread import Sampling
 from planter.optimise.starts import Descent
 from planter.parallel.task import HERE, Means, Task
 from planter.progress import Listener
@@ -26,45 +25,49 @@ from planter.progress import Listener
 
 @dataclass(frozen=True)
 class Found:
-    """An optimum: the design (p,) in SI, the file with it in place, and its result."""
+    """An optimum: the design (p,) in SI, the machine with it in place, and its result."""
 
     x: Array
-    machine: MechanismFile
+    machine: Machine
     result: Optimum
 
 
 @dataclass(frozen=True)
 class StatedGoal:
-    """The sum and the limits of a mechanism's file and of a call, in the names of its quantities."""
+    """The sum and the limits of a machine's file and of a call, in the names of its quantities."""
 
     machine: Machine
     least: tuple[Measure, ...]
     limits: tuple[Limit, ...]
 
     @classmethod
-    def read(cls, file: MechanismFile, least: str | None = None, holds: Sequence[str] = ()) -> StatedGoal:
-        """Return the goal of a file; `least` replaces its sum, `holds` are more limits.
+    def read(cls, machine: Machine, least: str | None = None, holds: Sequence[str] = ()) -> StatedGoal:
+        """Return the goal of a machine's file; `least` replaces its sum, `holds` are more limits.
 
-        Raises InputError for what cannot be parsed, or is of another mechanism.
+        Raises InputError for what cannot be parsed, or is of another machine.
         """
-        machine = build_machine(file)
-        terms = file.least if least is None else parse_sum(least)
-        limits = (*file.limits, *map(parse_limit, holds))
+        terms = machine.least if least is None else parse_sum(least)
+        limits = (*machine.limits, *map(parse_limit, holds))
         return cls(
             machine,
             tuple(resolve_measure(machine, measure) for measure in terms),
             tuple(resolve_limit(machine, limit) for limit in limits),
         )
 
-    @property
-    def averaged(self) -> list[str]:
-        """Names of the quantities of which only a cycle that repeats has a measure."""
+    def require_least(self) -> None:
+        """Raise InputError if there is no sum, ComputationError for the mean of what does not repeat after a cycle."""
+        if not self.least:
+            raise InputError(f"{self.machine.source}: objective.least is missing: give a sum there, or by --least")
+        self.require_averages()
+
+    def require_averages(self) -> None:
+        """Raise ComputationError for the mean of what does not repeat after a cycle."""
         measures = (*self.least, *(limit.measure for limit in self.limits))
-        return [measure.name for measure in measures if measure.kind in AVERAGES]
+        require_repeating(self.machine, [measure.name for measure in measures if measure.kind in AVERAGES])
 
 
 def optimise(
-    file: MechanismFile,
+    machine: Machine,
     least: str | None = None,
     holds: Sequence[str] = (),
     spec: SearchSpec | None = None,
@@ -79,33 +82,31 @@ def optimise(
     after a turn.
     """
     begun = time.perf_counter()
-    goal = StatedGoal.read(file, least, holds)
-    if not goal.least:
-        raise InputError(f"{file.source}: objective.least is missing: give it there, or by --least")
-    if averaged := goal.averaged:
-        require_repeating(Model(file), averaged, file.turn.samples)
-    spec = spec or SearchSpec(file.objective.samples if file.objective else "refined")
-    task = Task(prepare_descents,
-                {"file": file, "least": least, "holds": list(holds), "sampling": spec.sampling})  # fmt: skip
-    optimum = minimise(goal.machine, goal.least, goal.limits, spec, listener, task, means)
-    return _record(file, least or (file.objective.least if file.objective else ""), spec, optimum, begun)
+    goal = StatedGoal.read(machine, least, holds)
+    goal.require_least()
+    spec = spec or SearchSpec(machine.sampling)
+    stated = {"document": machine.document, "least": least, "holds": list(holds), "sampling": spec.sampling}
+    task = Task(prepare_descents, {"build": machine.build, **stated})
+    optimum = minimise(machine, goal.least, goal.limits, spec, listener, task, means)
+    return _record(machine, least or " + ".join(map(str, machine.least)), spec, optimum, begun)
 
 
 def prepare_descents(
-    file: MechanismFile, least: str | None, holds: Sequence[str], sampling: Sampling
+    build: Callable[[Document], Machine], document: Document, least: str | None, holds: Sequence[str],
+    sampling: Sampling,
 ) -> Callable[[Array], Descent]:  # fmt: skip
     """Return the function that descends from a design (p,) to what a file, a sum and limits ask for, in a worker."""
-    goal = StatedGoal.read(file, least, holds)
+    goal = StatedGoal.read(build(document), least, holds)
     return search.prepare_descents(goal.machine, goal.least, goal.limits, sampling)
 
 
-def evaluate_limits(file: MechanismFile, changing: Collection[str] = ()) -> list[Held]:
-    """Return what the limits of a file are on at its own design, true extremes and integrals.
+def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Held]:
+    """Return what the limits of a machine's file are on at its own design, true extremes and integrals.
 
     `changing` are the keys of quantities that do not repeat after a turn, which has no averages of them. Raises
-    InputError for limits on what the mechanism does not have, ComputationError where there is no cycle.
+    InputError for limits on what the machine does not have, ComputationError where there is no cycle.
     """
-    stated = StatedGoal.read(file)
+    stated = StatedGoal.read(machine)
     goal, x = Goal(stated.machine, (), stated.limits), stated.machine.design
     goal, holds = goal.refined(x, 0.0) or goal, []
     for limit in goal.limits:
@@ -128,20 +129,20 @@ def _hold(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> Hel
     )
 
 
-def _record(file: MechanismFile, least: str, spec: SearchSpec, optimum: GoalOptimum, begun: float) -> Found:
+def _record(machine: Machine, least: str, spec: SearchSpec, optimum: GoalOptimum, begun: float) -> Found:
     goal, x, certificate = optimum.goal, optimum.x, optimum.certificate
-    machine = goal.machine
-    design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
+    design = [float(value) for value in x / machine.scale]
+    paths, stated = [machine.values[index].path for index in machine.moved], machine.document.numbers()
     prices = {one.name: one for one in certificate.active_constraints}
     holds = [_hold(goal, x, limit, str(limit) in prices) for limit in goal.limits]
     result = Optimum(
-        machine=file.name,
+        machine=machine.name,
         method=spec.method,
         least=least,
         objective=goal.evaluate(x),
         start_objective=goal.evaluate(machine.design),
-        design=design,
-        start_design={key: file.values[key] for key in file.bounds},
+        design=dict(zip(machine.design_names, design, strict=True)),
+        start_design={name: stated[path] for name, path in zip(machine.design_names, paths, strict=True)},
         holds=holds,
         met=all(hold.met for hold in holds),
         certificate=Proof(
@@ -160,4 +161,5 @@ def _record(file: MechanismFile, least: str, spec: SearchSpec, optimum: GoalOpti
         samples=len(goal.nodes[CYCLE](x).weights) if CYCLE in goal.nodes else machine.samples,
         seconds=time.perf_counter() - begun,
     )
-    return Found(x, file.moved_to(design), result)
+    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
+    return Found(x, machine.build(document), result)

@@ -1,4 +1,4 @@
-"""What commands for any machine share where it is a mechanism of one's own: its file, and options that it refuses."""
+"""What commands for any machine share: how they name and load it, and options that machines of one model refuse."""
 
 from __future__ import annotations
 
@@ -6,13 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from planter.errors import InputError
-from planter.files.units import factor
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
-    from planter.mechanism.file import MechanismFile
 
-RPM = factor("speed_rpm")
 NO_STAGES = "it has no gear stages"
 REFUSED = {
     "--flank": "it has no cam whose flanks a paper leaves open",
@@ -25,24 +22,11 @@ REFUSED = {
     "--module1": NO_STAGES,
     "--module2": NO_STAGES,
 }
-"""Options that do not apply to mechanisms of one's own, with the reason."""
+"""Options that do not apply to machines of one model, with the reason."""
 
 
-def refuse_options(mechanism: MechanismFile | Machine, options: Mapping[str, bool]) -> None:
+def refuse_options(machine: Machine, options: Mapping[str, bool]) -> None:
     """Raise InputError for the first of some options that is present, which says why it does not apply."""
     for option, is_present in options.items():
         if is_present:
-            raise InputError(f"{option} does not apply to {mechanism.name}: {REFUSED[option]}")
-
-
-def load_mechanism(source: str, changes: Mapping[str, float], speed_rpm: float | None) -> MechanismFile:
-    """Return the file of a mechanism, its drive's speed [r/min] set if it is given."""
-    from planter.mechanism import file
-    from planter.mechanism.machines import build_machine
-
-    mechanism = file.load(source, changes)
-    if speed_rpm is None:
-        return mechanism
-    machine = build_machine(mechanism)
-    speed = machine.values[machine.speed]
-    return file.load(source, {**changes, speed.path: speed_rpm * RPM / speed.factor})
+            raise InputError(f"{option} does not apply to {machine.name}: {REFUSED[option]}")

@@ -6,20 +6,24 @@ count. Angles are compared modulo 2 pi.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
+from planter.engine.machine import Machine, Quantity
 from planter.errors import ComputationError
 from planter.files import units
 from planter.kernels import Array
-from planter.mechanism.model import LAW, PIVOTS, STATES, Model
+from planter.mechanism.model import Model
 from planter.mechanism.results import Warned
 from planter.numerics.angles import TURN
 
 SHARE, FLOOR = 1e-7, 1e-12
 """A quantity repeats if it changes by less than this share of the largest value in its unit, or this much in SI."""
+ASIDE = 1e-9
+"""How far beside an angle its sides are looked at [rad]: more than rounding of angles, less than a change shows."""
 MOST_TURNS = 60
 """Turns after which a repetition is looked for."""
 COMPARED = 24
@@ -32,8 +36,8 @@ MOST_NAMED = 4
 class Periodicity:
     """How a mechanism's results at a turn's samples differ from those a turn later.
 
-    `end` holds the results at the end of the turn by name, in SI; `changes` the largest difference [shown unit] by the
-    key of each quantity that does not repeat; `turns` is after how many turns all of them do, None if after none of
+    `end` holds the results at the end of the turn by key, in its unit; `changes` the largest difference [shown unit] by
+    the key of each quantity that does not repeat; `turns` is after how many turns all of them do, None if after none of
     the first MOST_TURNS. Where the next turn cannot be computed `obstacle` says why, and differences are None.
     """
 
@@ -42,8 +46,8 @@ class Periodicity:
     turns: int | None
     obstacle: str = ""
 
-    def warnings(self) -> list[Warned]:
-        """One sentence if the turn does not end as it began."""
+    def warnings(self, angle_deg: float) -> list[Warned]:
+        """Return one sentence if the turn, which ends at an angle, does not end as it began."""
         if not self.changes:
             return []
         again = (
@@ -54,7 +58,7 @@ class Periodicity:
             "squares and works of what does not repeat are not given, and its extremes are those of this turn alone"
             + ("" if self.obstacle else f"; {again}")
         )
-        return [Warned(name="does_not_repeat", angle_deg=360.0, message=message)]
+        return [Warned(name="does_not_repeat", angle_deg=angle_deg, message=message)]
 
     @property
     def _listed(self) -> str:
@@ -75,63 +79,77 @@ def periodicity(model: Model, angles: Array, results: dict[str, Array], search: 
 
     Without `search` it is not looked for after how many turns all repeats.
     """
-    entries = [e for e in model.outputs if not e["name"].startswith((LAW, PIVOTS, STATES))]
-    names = {e["name"]: e["unit"] for e in entries}
-    keys = {e["name"]: units.key(e["name"], e["unit"]) for e in entries}
+    quantities = model.machine.results
     try:
-        later = model(angles + TURN)
+        later = model(angles + model.machine.turn)
     except ComputationError as error:
-        return Periodicity({}, dict.fromkeys(keys.values()), None, f"the next one cannot be computed ({error.message})")
-    limits = _limits(names, results)
-    largest = {name: float(_differences(unit, later[name], results[name]).max()) for name, unit in names.items()}
-    changed = [name for name, change in largest.items() if change > limits[name]]
-    changes: dict[str, float | None] = {keys[name]: largest[name] / units.factor(keys[name]) for name in changed}
-    end = {name: float(later[name][0]) for name in names}
-    turns = 1 if not changed else _repetition(model, angles, results, names, limits) if search else None
+        reason = f"the next one cannot be computed ({error.message})"
+        return Periodicity({}, {q.key: None for q in quantities}, None, reason)
+    changes: dict[str, float | None] = {
+        q.key: change / q.factor for q, change in _find_changes(model, angles, results, later).items()
+    }
+    end = {q.key: float(later[q.name][0] / q.factor) for q in quantities}
+    turns = 1 if not changes else _find_repetition(model, angles, results) if search else None
     return Periodicity(end, changes, turns)
 
 
-def require_repeating(model: Model, names: Sequence[str], samples: int) -> None:
+def require_repeating(machine: Machine, names: Collection[str], samples: int | None = None) -> None:
     """Raise ComputationError if a quantity does not repeat after a turn, which then gives no mean or closed curve."""
-    angles = TURN * np.arange(samples) / samples
-    entries = {e["name"]: e["unit"] for e in model.outputs}
-    found = periodicity(model, angles, model(angles), search=False)
-    for key in (units.key(name, entries[name]) for name in names):
-        if key in found.changes:
-            change = found.changes[key]
-            reason = found.obstacle if change is None else describe_change(key, change)
+    if not names:
+        return
+    model = Model(machine)
+    angles = model.list_angles(samples)
+    repeats = periodicity(model, angles, model(angles), search=False)
+    for key in (machine.find_quantity(name).key for name in names):
+        if key in repeats.changes:
+            change = repeats.changes[key]
+            reason = repeats.obstacle if change is None else describe_change(key, change)
             raise ComputationError(
-                f"{model.file.name}: a turn does not end in the state in which it began ({reason}), so that it gives "
+                f"{machine.name}: a turn does not end in the state in which it began ({reason}), so that it gives "
                 "neither a mean nor a closed curve"
             )
 
 
-def _limits(names: dict[str, str], results: dict[str, Array]) -> dict[str, float]:
-    """How much each quantity may change: rounding of the largest value in its unit."""
+def _find_changes(
+    model: Model, angles: Array, results: dict[str, Array], later: dict[str, Array]
+) -> dict[Quantity, float]:
+    """Return the results that are others later, beyond rounding of the largest value in their unit, with by how much.
+
+    At an angle where a result jumps rounding decides on which side it is taken: there the nearer side counts.
+    """
     sizes: dict[str, float] = {}
-    for name, unit in names.items():
-        sizes[unit] = max(sizes.get(unit, 0.0), float(np.abs(results[name]).max()))
-    return {name: max(SHARE * (1.0 if unit == "rad" else sizes[unit]), FLOOR) for name, unit in names.items()}
+    for q in model.machine.results:
+        sizes[q.unit] = max(sizes.get(q.unit, 0.0), float(np.abs(results[q.name]).max()))
+    limits = {unit: max(SHARE * (1.0 if unit == "rad" else size), FLOOR) for unit, size in sizes.items()}
+    sides = [results]
+
+    def change(q: Quantity) -> float:
+        nearest = np.min([_differences(q.unit, later[q.name], side[q.name]) for side in sides], axis=0)
+        return float(nearest.max())
+
+    if any(change(q) > limits[q.unit] for q in model.machine.results):
+        with suppress(ComputationError):  # which may begin or end there
+            sides += [model(angles - ASIDE), model(angles + ASIDE)]
+    changes = {q: change(q) for q in model.machine.results}
+    return {q: size for q, size in changes.items() if size > limits[q.unit]}
 
 
 def _differences(unit: str, later: Array, before: Array) -> Array:
-    """Sizes (n,) of what changed, of angles beyond whole turns."""
+    """Return the sizes (n,) of changes, of angles beyond whole turns."""
     change = later - before
-    found: Array = np.abs(change - TURN * np.round(change / TURN) if unit == "rad" else change)
-    return found
+    sizes: Array = np.abs(change - TURN * np.round(change / TURN) if unit == "rad" else change)
+    return sizes
 
 
-def _repetition(
-    model: Model, angles: Array, results: dict[str, Array], names: dict[str, str], limits: dict[str, float]
-) -> int | None:
-    """The least number of turns after which all quantities are what they were."""
+def _find_repetition(model: Model, angles: Array, results: dict[str, Array]) -> int | None:
+    """Return the least number of turns after which all results are what they were, None if there is none."""
     chosen = np.unique(np.linspace(0, len(angles) - 1, min(COMPARED, len(angles))).astype(np.int64))
-    before = {name: results[name][chosen] for name in names}
+    some, before = angles[chosen], {name: values[chosen] for name, values in results.items()}
     for turns in range(2, MOST_TURNS + 1):
         try:
-            later = model(angles[chosen] + TURN * turns)
+            later = model(some + model.machine.turn * turns)
         except ComputationError:
             continue
-        if all(_differences(u, later[n], before[n]).max() <= limits[n] for n, u in names.items()):
+        if not _find_changes(model, some, before, later):
             return turns
     return None

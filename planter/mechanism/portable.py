@@ -13,7 +13,8 @@ from planter.files import units
 from planter.kernels.formulas import HOISTED
 from planter.kernels.programs.program import Program, Step
 from planter.mechanism.closing import closed
-from planter.mechanism.model import LAW, PIVOTS, STATES, Model
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.machines import build_machine
 from planter.mechanism.report.scene import GROUND, MARK, MARKS, MOST_CURVES, OBLIQUE, shown
 from planter.view.portable import Input, Portable
 
@@ -29,18 +30,17 @@ Known = Mapping[str, ca.SX]
 class Turning:
     """A mechanism's turn at `samples` angles."""
 
-    def __init__(self, model: Model) -> None:
-        self.model, self.formulas = model, model.formulas
-        self.samples = model.file.turn.samples
+    def __init__(self, file: MechanismFile) -> None:
+        self.machine, self.formulas = build_machine(file), file.model
+        self.samples = self.machine.samples
         self.angles = 2 * np.pi * np.arange(self.samples) / self.samples
-        self.loops = model.machine.loops is not None
+        self.loops = self.machine.loops is not None
 
     def portable(self) -> Portable:
         """All that a page needs."""
         return Portable(
-            inputs=[Input(entry["shown"], "data", k, units.factor(entry["shown"]))
-                    for k, entry in enumerate(self.model.file.entries)],
-            seen=Program("turn", {"angles": self.angles, "data": self.model.data}, self._steps()),
+            inputs=[Input(value.path, "data", k, value.factor) for k, value in enumerate(self.machine.values)],
+            seen=Program("turn", {"angles": self.angles, "data": self.machine.data}, self._steps()),
             rows={"rows": len(self._drawn)},
             singles=list(self._singles),
             assumptions=self.formulas.sidecar["assumptions"],
@@ -79,15 +79,14 @@ class Turning:
     def _rows(self) -> Known:
         """Everything at an angle by name, results in shown units by their keys first."""
         values = ca.vertsplit(self._lane(*self._inputs))
-        results = dict(zip((entry["name"] for entry in self.model.outputs), values, strict=True))
-        told = {units.key(e["name"], e["unit"]): results[e["name"]] / units.factor(units.key(e["name"], e["unit"]))
-                for e in self._told}  # fmt: skip
-        checked = {name: value for name, value in results.items() if name.startswith((PIVOTS, STATES))}
+        quantities = list(zip(self.machine.quantities, values, strict=True))
+        told = {q.key: value / q.factor for q, value in quantities if q.role == "result"}
+        checked = {q.name: value for q, value in quantities if q.role in ("pivot", "states")}
         return {**told, **checked, **self._points, "angle": self._inputs[0] / units.factor("angle_deg")}
 
     @property
-    def _told(self) -> list[Mapping[str, str]]:
-        return [entry for entry in self.model.outputs if not entry["name"].startswith((LAW, PIVOTS, STATES))]
+    def _keys(self) -> list[str]:
+        return [quantity.key for quantity in self.machine.results]
 
     @cached_property
     def _points(self) -> Known:
@@ -105,8 +104,7 @@ class Turning:
 
     @cached_property
     def _drawn(self) -> Sequence[str]:
-        keys = [units.key(entry["name"], entry["unit"]) for entry in self._told]
-        return ["angle", *keys[:MOST_CURVES], *self._points]
+        return ["angle", *self._keys[:MOST_CURVES], *self._points]
 
     # --- single numbers -------------------------------------------------------------------------------
 
@@ -118,25 +116,24 @@ class Turning:
     def _given(self) -> Mapping[str, ca.MX]:
         """What single numbers are made of."""
         loops = {name: ca.MX.sym(name, self.samples) for name in ("open", "sense")} if self.loops else {}
-        return {"data": ca.MX.sym("data", len(self.model.data)), "all": self._all, **loops}
+        return {"data": ca.MX.sym("data", len(self.machine.data)), "all": self._all, **loops}
 
     @cached_property
     def _singles(self) -> Mapping[str, ca.MX]:
         rows = dict(zip(self._rows, ca.horzsplit(self._all), strict=True))
-        told = [units.key(entry["name"], entry["unit"]) for entry in self._told]
-        speed = self._given["data"][[e["name"] for e in self.model.file.entries].index(self.formulas.sidecar["speed"])]
+        speed = self._given["data"][self.machine.speed]
         return {
             "seconds": 2 * np.pi / ca.fabs(speed),
             "sound": 1 / self._sound(rows),
-            **{f"largest {key}": ca.mmax(rows[key]) for key in told},
-            **{f"least {key}": ca.mmin(rows[key]) for key in told},
+            **{f"largest {key}": ca.mmax(rows[key]) for key in self._keys},
+            **{f"least {key}": ca.mmin(rows[key]) for key in self._keys},
             **self._marks(rows),
         }
 
     def _sound(self, rows: Mapping[str, ca.MX]) -> ca.MX:
         """One where all loops are closed in one assembly and the equations determine their forces; else zero."""
-        checks = [ca.mmin(row) > LEAST_PIVOT for name, row in rows.items() if name.startswith(PIVOTS)]
-        checks += [ca.mmin(row) > 0 for name, row in rows.items() if name.startswith(STATES)]
+        least = {"pivot": LEAST_PIVOT, "states": 0}
+        checks = [ca.mmin(rows[q.name]) > least[q.role] for q in self.machine.quantities if q.role in least]
         if self.loops:
             sense = self._given["sense"]
             checks += [ca.mmax(self._given["open"]) < OPEN, ca.mmin(sense * sense[0]) > 0]

@@ -1,4 +1,4 @@
-"""`planter optimise FILE` for a mechanism of one's own: options, search, result."""
+"""`planter optimise` of any machine for a sum of measures: options, search, result."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.errors import InputError
 from planter.parallel.task import HERE, Means
 
 if TYPE_CHECKING:
-    from planter.engine.search import Sampling
-    from planter.mechanism.file import MechanismFile
+    from planter.engine.machine import Machine
     from planter.optimise.hybrid import Method
+    from planter.optimise.range_and_spread import Sampling
     from planter.terminal.console import Console
 
 LeastOption = Annotated[
@@ -51,29 +52,34 @@ class SearchOptions:
 
 
 def search(
-    console: Console, mechanism: MechanismFile, least: str | None, holds: Sequence[str], options: SearchOptions,
+    console: Console, machine: Machine, least: str | None, holds: Sequence[str], options: SearchOptions,
     out: Path | None,
 ) -> None:  # fmt: skip
     """Find, print and write the optimum, with its proof if one is asked for."""
     from planter.engine.search import SearchSpec
     from planter.mechanism import optimisation, proof, tables
+    from planter.mechanism.file import MechanismFile
     from planter.optimise.sections import DEFAULT_GENETIC
     from planter.optimise.starts import DEFAULT_STARTS
 
-    objective = mechanism.objective
     spec = SearchSpec(
-        sampling=options.samples or (objective.samples if objective else "refined"),
+        sampling=options.samples or machine.sampling,
         method=options.method or "ipopt",
         starts=options.starts or DEFAULT_STARTS,
         seed=options.seed,
-        genetic=mechanism.genetic_algorithm or DEFAULT_GENETIC,
+        genetic=machine.genetic or DEFAULT_GENETIC,
     )
-    goal = optimisation.StatedGoal.read(mechanism, least, holds)
+    file = machine.document
+    if options.prove_seconds is not None and not isinstance(file, MechanismFile):
+        raise InputError(
+            f"--prove does not apply to {machine.name} with --least: there are no bounds of its quantities"
+        )
+    goal = optimisation.StatedGoal.read(machine, least, holds)
     if options.prove_seconds is not None:
         proof.require_provable(goal, least)
-    found = optimisation.optimise(mechanism, least, holds, spec, console.progress, options.means)
-    if options.prove_seconds is not None:
-        found = proof.with_proof(mechanism, found, goal, spec, options.prove_seconds, console.progress)
+    found = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
+    if options.prove_seconds is not None and isinstance(file, MechanismFile):
+        found = proof.with_proof(file, found, goal, spec, options.prove_seconds, console.progress)
     if out is not None:
         from planter.mechanism.report import results
 

@@ -45,8 +45,7 @@ class Mechanism:
         from planter.mechanism.report.scene import scene
 
         found = self._turn(values)
-        course = Course(found.angles_deg, f"{found.angle} / deg", turn=True, ends=found.ends, repeats=found.repeats)
-        return [scene(self.name, course, found.seconds, found.columns, found.places)]
+        return [scene(self.name, Course.from_cycle(found), found.seconds, found.columns, found.places)]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Largest and least values of the first results that change over the turn."""
@@ -70,10 +69,9 @@ class Mechanism:
 
     def portable(self, model: str) -> Portable:
         """What a page needs to compute the mechanism by itself."""
-        from planter.mechanism.model import Model
         from planter.mechanism.portable import Turning
 
-        return Turning(Model(self.file)).portable()
+        return Turning(self.file).portable()
 
     def handed(self, values: Values) -> str:
         """The file without the place of its functions."""
@@ -83,11 +81,12 @@ class Mechanism:
         return self.file.moved_to({path.removeprefix("values."): value for path, value in values.items()})
 
     def _turn(self, values: Values) -> Turn:
+        from planter.mechanism.machines import build_machine
         from planter.mechanism.model import Model
         from planter.mechanism.turn import turn
 
         if self._latest is None or self._latest[0] != dict(values):
-            self._latest = dict(values), turn(Model(self._moved(values)))
+            self._latest = dict(values), turn(Model(build_machine(self._moved(values))))
         return self._latest[1]
 
 

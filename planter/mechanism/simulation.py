@@ -1,4 +1,4 @@
-"""`planter simulate FILE` for a mechanism of one's own: its cycle, and its results at single angles."""
+"""`planter simulate` of any machine: its cycle, and its results at single angles."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from planter.engine.machine import Machine
 from planter.engine.summary import Summary, summarise
 from planter.errors import ComputationError, InputError
 from planter.mechanism import tables
-from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.mechanism.results import AngleValues, Warned
 from planter.mechanism.turn import Turn, turn
@@ -20,15 +20,15 @@ from planter.terminal.console import Console
 FEWEST_SAMPLES, MOST_SAMPLES = 4, 100_000
 
 
-def simulate(file: MechanismFile, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn:
-    """Return the cycle of a mechanism in `samples` equal steps, the file's own without, and results at angles [deg].
+def simulate(machine: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn:
+    """Return the cycle of a machine in `samples` equal steps, the file's own without, and results at angles [deg].
 
     Raises InputError for a number of samples out of range, or an angle that is not finite; ComputationError as the
     model does.
     """
     check_samples(samples)
     check_angles(at_deg)
-    model = Model(file)
+    model = Model(machine)
     cycle = turn(model, samples)
     designer, warnings = _summarise(model, cycle)
     at = [
@@ -62,12 +62,12 @@ def _summarise(model: Model, cycle: Turn) -> tuple[Summary | None, list[Warned]]
 
 
 def run_simulate(
-    console: Console, file: MechanismFile, samples: int | None, at_deg: Sequence[float], out: Path | None
+    console: Console, machine: Machine, samples: int | None, at_deg: Sequence[float], out: Path | None
 ) -> None:
     """Simulate, print, and write into a folder if one is named."""
-    cycle = simulate(file, samples, at_deg)
+    cycle = simulate(machine, samples, at_deg)
     if out is not None:
         from planter.mechanism.report import results
 
-        results.write_turn(out, cycle, file, console.progress)
+        results.write_turn(out, cycle, console.progress)
     console.result(cycle.result, lambda: tables.turn(console, cycle.result))

@@ -44,16 +44,13 @@ class Room(MachineRoom):
 
     def read_goal(self, machine: MechanismFile) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
         """Return the sum of the file's [objective], its limits, and the samples of one or of the other."""
-        from planter.mechanism.model import Model
         from planter.mechanism.optimisation import StatedGoal
-        from planter.mechanism.periodicity import require_repeating
 
         if machine.objective is None:
             return None
-        goal, samples = StatedGoal.read(machine), machine.objective.samples
-        if goal.averaged:
-            require_repeating(Model(machine), goal.averaged, machine.turn.samples)
-        return goal.least, goal.limits, machine.turn.samples if samples == "refined" else samples
+        goal = StatedGoal.read(self.build(machine))
+        goal.require_averages()
+        return goal.least, goal.limits, goal.machine.least_samples
 
 
 ROOM = Room()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planter.engine.machine import load_machine
 from planter.errors import InputError
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.pair import Pair
@@ -15,8 +16,8 @@ from planter.gears.parts import Placed
 from planter.gears.results import GearsFound
 from planter.gears.room import Wanted
 from planter.kernels import Array
+from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
-from planter.mechanism.options import load_mechanism
 from planter.mechanism.swept import ROOM
 from planter.numerics.angles import TURN, wrapped
 from planter.progress import Listener
@@ -40,7 +41,7 @@ class Mesh:
     """
 
     def __init__(self, model: Model, tag: str, names: tuple[str, str]) -> None:
-        self.model, self.tag, self.place = model, tag, f"{model.file.source}: mesh {tag} of {' and '.join(names)}"
+        self.model, self.tag, self.place = model, tag, f"{model.machine.source}: mesh {tag} of {' and '.join(names)}"
         turned = np.abs(self._polar(np.array([0.0, TURN])) @ [-1.0, 1.0])
         if not turned.all():
             raise InputError(f"{self.place}: a gear does not turn against the line of centres; no teeth are cut")
@@ -126,7 +127,9 @@ def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listene
     """Return the gears of every mesh. Raises InputError where there is none, and as `Mesh` and `toothed` do."""
     from planter.gears import command
 
-    mechanism = load_mechanism(source, wanted.changes, wanted.speed_rpm)
+    machine = load_machine(source, wanted.changes, wanted.speed_rpm)
+    mechanism = machine.document
+    assert isinstance(mechanism, MechanismFile)
     meshes = {tag: tuple(names) for tag, names in mechanism.model.sidecar.get("meshes", {}).items()}
     if not meshes:
         raise InputError(f"{mechanism.source}: it has no pair of gears: its statement lets none mesh")
@@ -134,9 +137,9 @@ def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listene
         numbers = ",".join(map(str, wanted.counts))
         allowed = f"it must be the teeth of one gear of each mesh: {', '.join(meshes)}"
         raise InputError(f"--teeth {numbers} is not allowed: {allowed}")
-    pairs, placed = [], list[Placed]()
+    model, pairs, placed = Model(machine), [], list[Placed]()
     for number, (tag, names) in enumerate(meshes.items()):
-        mesh = Mesh(Model(mechanism), tag, _tell_apart(names, tag, meshes))
+        mesh = Mesh(model, tag, _tell_apart(names, tag, meshes))
         count, module = wanted.counts[number] if wanted.counts else None, wanted.modules_mm[min(number, 1)]
         pairs.append(toothed(mesh.pair(), wanted.teeth.order(count, module, wanted.keep), mesh.place, mesh.names))
         placed += mesh.placed(pairs[-1])

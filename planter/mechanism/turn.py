@@ -1,4 +1,4 @@
-"""`planter turn`: every quantity of a mechanism over a turn, the works, and the laws that it must obey."""
+"""`planter turn`: every quantity of a machine over a turn, the works, and the laws that it must obey."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planter.engine.machine import Machine
+from planter.engine.machine import Quantity as Described
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import lifting
-from planter.mechanism.model import LAW, PIVOTS, STATES, Model, component_axes
+from planter.mechanism.model import Model
 from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.periodicity import Periodicity, periodicity
 from planter.mechanism.results import Law, Quantity
@@ -20,17 +22,16 @@ from planter.numerics.extremes import first_extreme
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn: samples of all results in shown units (n,) by key, with their meanings, and what is read from them.
+    """A turn: samples of all results in shown units (n,) by key, and what is read from them.
 
     `ends` are the results at the end of the turn by key; `places` (n,) [m] are those of the bodies' points; a turn
     takes `seconds`.
     """
 
-    angle: str
+    machine: Machine
     angles_deg: Array
     columns: dict[str, Array]
     ends: dict[str, float]
-    meanings: dict[str, str]
     places: dict[str, Array]
     seconds: float
     result: Result
@@ -42,57 +43,49 @@ class Turn:
 
 
 def turn(model: Model, samples: int | None = None) -> Turn:
-    """A turn of a mechanism in `samples` equal steps, the file's own unless told.
+    """Return a cycle of a machine in `samples` equal steps, the file's own without.
 
     Means are those of the samples, by the trapezoidal rule where an angle gains whole turns; works [J] integrate what
     is told in W over the time of a turn. What does not end the turn as it began has neither, and a warning says so.
     Raises ComputationError as the model does.
     """
-    count = model.file.turn.samples if samples is None else samples
-    angles = 2 * np.pi * np.arange(count) / count
+    machine, angles = model.machine, model.list_angles(samples)
     found = model(angles)
-    told = [entry for entry in model.outputs if not entry["name"].startswith((LAW, PIVOTS, STATES))]
-    keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in told}
-    columns = {key: found[name] / units.factor(key) for name, key in keys.items()}
-    axes = {keys[name]: frame for name, frame in component_axes(model.formulas).items() if name in keys}
-    degrees, repeats = np.degrees(angles), periodicity(model, angles, found)
-    holds = evaluate_limits(model.file, repeats.changes) if model.file.limits else None
-    ends = {keys[name]: value / units.factor(keys[name]) for name, value in repeats.end.items()}
+    columns = {q.key: found[q.name] / q.factor for q in machine.results}
+    repeats = periodicity(model, angles, found)
+    holds = evaluate_limits(machine, repeats.changes) if machine.limits else None
     result = Result(
-        machine=model.file.name,
-        samples=count,
-        quantities={
-            key: describe_quantity(key, values, angles, ends.get(key), repeats, axes.get(key))
-            for key, values in columns.items()
-        },
+        machine=machine.name,
+        samples=len(angles),
+        quantities={q.key: describe_quantity(q, columns[q.key], angles, repeats) for q in machine.results},
         work=_works(model, found, repeats),
         laws=_laws(model, found),
-        warnings=[*repeats.warnings(), *lifting.warnings(model, angles, found, not repeats.changes)],
+        warnings=[
+            *repeats.warnings(float(np.degrees(machine.turn))),
+            *lifting.warnings(model, angles, found, not repeats.changes),
+        ],
         repeats_after_turns=repeats.turns,
         not_repeating=repeats.changes,
         holds=holds,
         met=None if holds is None else all(hold.met for hold in holds),
     )
-    meanings = {keys[entry["name"]]: entry["meaning"] for entry in told}
-    seconds = 2 * np.pi / abs(model.speed) if model.speed else np.inf
-    return Turn(model.angle, degrees, columns, ends, meanings, model.places(angles), seconds, result)
+    return Turn(machine, np.degrees(angles), columns, repeats.end, model.places(angles), _seconds(model), result)
 
 
-def describe_quantity(
-    key: str, values: Array, angles: Array, end: float | None, repeats: Periodicity, axes: str | None
-) -> Quantity:
-    """Return extremes, mean and root mean square of samples (n,) of a cycle at angles (n,) [rad]."""
+def describe_quantity(quantity: Described, values: Array, angles: Array, repeats: Periodicity) -> Quantity:
+    """Return extremes, mean and root mean square of samples (n,) in the key's unit, of a cycle at angles (n,) [rad]."""
     low, high = (turn_deg(float(angles[first_extreme(angles, values, sign)])) for sign in (-1, 1))
-    mean, square = (None, None) if key in repeats.changes or end is None else _means(values, end)
+    is_averaged = quantity.key not in repeats.changes
+    mean, square = _means(values, repeats.end[quantity.key]) if is_averaged else (None, None)
     return Quantity(
-        unit=units.unit(key),
+        unit=units.unit(quantity.key),
         min=float(values.min()),
         max=float(values.max()),
         mean=mean,
         rms=None if square is None else float(np.sqrt(square)),
         min_deg=low,
         max_deg=high,
-        axes=axes,
+        axes=quantity.axes,
     )
 
 
@@ -107,26 +100,27 @@ def _means(values: Array, end: float) -> tuple[float, float]:
     return float(values.mean() + last[0] / (2 * count)), float((values**2).mean() + last[1] / (2 * count))
 
 
+def _seconds(model: Model) -> float:
+    return model.machine.turn / abs(model.speed) if model.speed else np.inf
+
+
 def _works(model: Model, found: dict[str, Array], repeats: Periodicity) -> dict[str, float | None]:
-    """Work [J] of each power over the time of a turn; None where it does not repeat."""
+    """Return the work [J] of each power over the time of a cycle, None where it does not repeat."""
     if model.speed == 0:
         return {}
-    period = 2 * np.pi / abs(model.speed)
-    powers = [entry["name"] for entry in model.outputs if entry["unit"] == "W" and not entry["name"].startswith(LAW)]
     return {
-        f"{name.removeprefix('P_')}_J": None
-        if units.key(name, "W") in repeats.changes
-        else period * float(found[name].mean())
-        for name in powers
+        f"{q.name.removeprefix('P_')}_J": None
+        if q.key in repeats.changes
+        else _seconds(model) * float(found[q.name].mean())
+        for q in model.machine.results
+        if q.unit == "W"
     }
 
 
 def _laws(model: Model, found: dict[str, Array]) -> list[Law]:
-    """The laws of mechanics, and that friction has one state alone."""
+    """Return the laws of mechanics with their violations, and that friction has one state alone."""
     laws = [
-        Law(entry["meaning"], float(np.abs(found[entry["name"]]).max()), entry["unit"])
-        for entry in model.outputs
-        if entry["name"].startswith(LAW)
+        Law(q.meaning, float(np.abs(found[q.name]).max()), q.unit) for q in model.machine.quantities if q.role == "law"
     ]
-    many = [entry for entry in model.outputs if entry["name"].startswith(STATES)]
-    return laws + [Law(f"{e['meaning']}, beyond one", float(found[e["name"]].max()) - 1, "1") for e in many]
+    many = [q for q in model.machine.quantities if q.role == "states"]
+    return laws + [Law(f"{q.meaning}, beyond one", float(found[q.name].max()) - 1, "1") for q in many]

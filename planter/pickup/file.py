@@ -242,6 +242,13 @@ class Pickup(Document):
         """The nested table of the file; what is not in it is not there."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
+    def written_table(self) -> dict[str, Any]:
+        """Return the table with the whole path of its points, to be written anywhere."""
+        table = self.table()
+        if self.path is not None and self.path.csv is not None and Path(self.points_source).is_file():
+            table["path"]["csv"] = str(Path(self.points_source).resolve())
+        return table
+
     def with_points(self, points: Array, csv: str) -> "Pickup":
         """A pick-up driven by a path of points (n, 2) in m, its bars found from them, all else as in this one."""
         table = self._without_drive()

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import PPoly
 
-from planter.engine.machine import Machine, Quantity, Value, build_vectors
+from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.splines import compose_pieces
 from planter.errors import InputError
 from planter.files import csv_rows, examples, units
@@ -98,7 +98,11 @@ def takes(source: str) -> bool:
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a pick-up; raises InputError and GeometryError as its file and train do."""
-    machine = file.load(source, changes)
+    return build_file(file.load(source, changes))
+
+
+def build_file(machine: file.Pickup) -> Machine:
+    """Return the machine of a pick-up's file. Raises GeometryError as its train does."""
     return build_machine(machine, build(machine))
 
 
@@ -109,7 +113,7 @@ def build_machine(machine: file.Pickup, train: Train) -> Machine:
     """
     fixed = {"L1": train.geometry.L1, "L2": train.geometry.L2, "phi5_far": train.phi5_far}
     fixed["transition"] = train.law.transition
-    written = machine.numbers()
+    written, sidecar = machine.numbers(), load_formulas(MODEL).sidecar
     entries = STAGES | LAW
     if not train.law.transition:
         del entries["transition"]
@@ -130,9 +134,9 @@ def build_machine(machine: file.Pickup, train: Train) -> Machine:
         if name in results
     )
     return Machine(
-        name=machine.name,
-        source=machine.source,
-        assumptions=tuple(load_formulas(MODEL).sidecar["assumptions"]),
+        document=machine,
+        build=build_file,
+        assumptions=tuple(sidecar["assumptions"]),
         values=values,
         data=np.array(data),
         moved=(),
@@ -145,6 +149,7 @@ def build_machine(machine: file.Pickup, train: Train) -> Machine:
         events=_function("events", t, d, h, [t - joint.angle for joint in law.joints]) if law.joints else None,
         event_kinds=tuple({"name": joint.name, "order": joint.order, "period": TURN} for joint in law.joints),
         vectors=tuple(build_vectors(VECTORS, quantities)),
+        documentation=Documentation(sidecar["title"], sidecar["source"]),
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import casadi as ca
@@ -14,7 +15,7 @@ from planter.files import ranges, units
 from planter.kernels import Array
 from planter.planting import flanks
 from planter.planting.file import Machine as MachineFile
-from planter.planting.functions import Functions
+from planter.planting.functions import Functions, Model
 
 SIDES = (0.0, -np.pi)
 """Where the two sides stand [rad]."""
@@ -39,6 +40,7 @@ class Parts(Protocol):
     """What a device is made of: its file, its data (v,) and bounds (p,) in SI, and its functions."""
 
     machine: MachineFile
+    model: Model
     functions: Functions
     sidecar: dict[str, Any]
     names: tuple[str, ...]
@@ -85,8 +87,8 @@ def build_machine(device: Parts) -> Machine:
         for e in vectors[vector]
     )  # fmt: skip
     return Machine(
-        name=device.machine.name,
-        source=device.machine.source,
+        document=device.machine,
+        build=partial(_rebuild, type(device), device.model),
         assumptions=tuple(device.sidecar["assumptions"]),
         values=values,
         data=device.data,
@@ -106,9 +108,14 @@ def build_machine(device: Parts) -> Machine:
         vectors=tuple(build_vectors(VECTORS, quantities)),
         motors=("M_L",),
         least=_least(device.machine),
-        least_samples=device.machine.objective.samples,
+        sampling=device.machine.objective.samples,
+        genetic=device.machine.genetic_algorithm,
         documentation=_documentation(device),
     )
+
+
+def _rebuild(kind: Callable[[MachineFile, Model], Parts], model: Model, machine: MachineFile) -> Machine:
+    return build_machine(kind(machine, model))
 
 
 def _least(machine: MachineFile) -> tuple[Measure, ...]:

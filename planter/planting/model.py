@@ -101,8 +101,8 @@ class Device:
         vars(found).update(vars(self))
         found._take(machine)
         found.force = self.force.with_machine(
-            replace(self.force.machine, name=machine.name, source=machine.source, data=found.data,
-                    lower=found.lower, upper=found.upper, samples=machine.objective.samples)
+            replace(self.force.machine, document=machine, data=found.data, lower=found.lower, upper=found.upper,
+                    samples=machine.objective.samples, sampling=machine.objective.samples)
         )  # fmt: skip
         for index, pair in enumerate(self.stages):
             own = Candidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")

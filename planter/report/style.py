@@ -120,10 +120,11 @@ def colour(label: str, index: int) -> str:
     return _OWN.get(label, PALETTE[index % len(PALETTE)])
 
 
-def over_a_turn(axes: Axes, label: bool = True) -> None:
-    """Carrier angle as the horizontal axis."""
-    axes.set_xlim(0, 360)
-    axes.set_xticks(range(0, 361, 60))
+def over_a_turn(axes: Axes, label: bool = True, end: float = 360.0) -> None:
+    """Make the carrier angle the horizontal axis, up to the end of a cycle [deg]."""
+    axes.set_xlim(0, end)
+    if end == 360:
+        axes.set_xticks(range(0, 361, 60))
     if label:
         axes.set_xlabel("carrier angle φ / deg")
 

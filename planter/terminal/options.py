@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +13,25 @@ from typer.core import TyperArgument, TyperCommand, TyperOption
 from planter import legible
 from planter.errors import InputError
 
+
+class Model(enum.StrEnum):
+    """Models of a machine that a paper describes."""
+
+    exact = "exact"
+    printed = "printed"
+
+
+MachineArgument = Annotated[
+    str,
+    typer.Argument(
+        help="a machine file, the name of a built-in machine, or your mechanism's file: NAME.toml, or NAME of one here "
+        "or in generated/",
+        show_default=False,
+    ),
+]
+ModelOption = Annotated[
+    Model, typer.Option(help="first principles, or the paper's equations as printed, of machines that have both")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
 OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
 SetOption = Annotated[
@@ -24,7 +44,9 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
-SpeedOption = Annotated[float | None, typer.Option(help="change the carrier speed for this call", show_default=False)]
+SpeedOption = Annotated[
+    float | None, typer.Option(help="change the speed of the drive for this call [r/min]", show_default=False)
+]
 WorkersOption = Annotated[
     int | None,
     typer.Option(

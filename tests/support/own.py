@@ -9,8 +9,11 @@ from tempfile import mkdtemp
 from types import ModuleType
 
 from derive.__main__ import main as derive
+from planter.engine.machine import Machine
+from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile, load
+from planter.mechanism.machines import build_machine
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
@@ -28,6 +31,19 @@ def generated(source: str) -> Path:
 def file(source: str, name: str = "", **values: float) -> MechanismFile:
     """The file of a mechanism, some values set; ``name`` that of the statement, if it is no example's."""
     return load(generated(source) / f"{name or source}.toml", values)
+
+
+def machine(source: str, name: str = "", **values: float) -> Machine:
+    """Return the machine of a mechanism that an angle drives."""
+    return build_machine(file(source, name, **values))
+
+
+def evaluate_lane(file: MechanismFile, angles: Array, data: Array | None = None) -> dict[str, Array]:
+    """Return quantities (n,) by name as the generated functions have them, its loops closed by a walk."""
+    formulas, own = file.model, file.data() if data is None else data
+    loops = build_machine(file).loops
+    closed = {} if loops is None else {"loops": loops.course(file.name, own).at(angles)}
+    return formulas("lane", **{formulas.function("lane").name_in(0): angles, "data": own, **closed})
 
 
 def dynamics(source: str, name: str = "", **values: float) -> Dynamics:

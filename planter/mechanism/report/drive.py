@@ -10,8 +10,8 @@ import numpy as np
 
 from planter.engine.drive import RPM
 from planter.engine.driven import Drive
+from planter.engine.machine import Machine
 from planter.engine.shown import drive_tables, driven_quantities
-from planter.mechanism.file import MechanismFile
 from planter.mechanism.report import page
 from planter.progress import Listener
 from planter.report import files, style
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_drive(out: Path, found: Drive, machine: MechanismFile, progress: Listener | None = None) -> None:
+def write_drive(out: Path, found: Drive, machine: Machine, progress: Listener | None = None) -> None:
     """Write summary.json, turn.csv, figures/drive and report.html.
 
     Raises InputError for a folder that it cannot write.
     """
-    table = files.cycle_csv("turn.csv", files.comments(machine, "mechanism"), found.columns())
+    table = files.cycle_csv("turn.csv", files.comments(machine.document, "mechanism"), found.columns())
     page.write_tables(
         out, f"{machine.name} on a motor", machine, found.result.table(), _sections(found),
         {"drive": draw_speed_and_torque(found)}, {"turn.csv": table}, progress,

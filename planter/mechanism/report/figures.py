@@ -16,6 +16,8 @@ from planter.report.labels import name
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from planter.mechanism.turn import Turn
+
 MOST_CURVES = 6
 """Curves in one figure."""
 
@@ -24,7 +26,8 @@ MOST_CURVES = 6
 class Course:
     """What curves are drawn over: values (n,), their name with its unit, and whether they are angles of a turn.
 
-    Of a turn `ends` are the curves' values at its end by key, and `repeats` says whether it ends as it began.
+    Of a turn `end` is its last angle, `ends` are the curves' values there by key, and `repeats` says whether it ends as
+    it began.
     """
 
     values: Array
@@ -32,6 +35,13 @@ class Course:
     turn: bool
     ends: Mapping[str, float] = field(default_factory=dict)
     repeats: bool = False
+    end: float = 360.0
+
+    @classmethod
+    def from_cycle(cls, cycle: Turn) -> Course:
+        """Return what the curves of a cycle are drawn over."""
+        end = float(np.degrees(cycle.machine.turn))
+        return cls(cycle.angles_deg, f"{cycle.machine.angle} / deg", True, cycle.ends, cycle.repeats, end)
 
 
 def curves(columns: Mapping[str, Array], course: Course) -> Iterator[tuple[str, Figure]]:
@@ -51,7 +61,7 @@ def _figure(columns: Mapping[str, Array], unit: str, course: Course) -> Figure:
     figure = style.new_figure(2.8)
     axes = figure.subplots()
     if course.turn:
-        style.over_a_turn(axes)
+        style.over_a_turn(axes, end=course.end)
     axes.set_xlabel(course.label)
     axes.set_ylabel(unit or "1")
     ends = []
@@ -71,4 +81,4 @@ def _with_end(course: Course, key: str, values: Array) -> tuple[Array, Array]:
     """A curve (n,), of a turn with its value at the end, as far as that is known."""
     if key not in course.ends:
         return course.values, values
-    return np.append(course.values, 360.0), np.append(values, course.ends[key])
+    return np.append(course.values, course.end), np.append(values, course.ends[key])

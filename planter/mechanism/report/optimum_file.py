@@ -9,13 +9,13 @@ from planter.version import __version__
 
 
 def text(found: Found) -> str:
-    """A mechanism's file (TOML) with the optimum's values, and what they were beside them."""
-    result, table = found.result, found.machine.table()
-    table["folder"] = str(found.machine.place)
-    moved = {key: result.start_design[key] for key, value in result.design.items() if value != result.start_design[key]}
-    notes = {f"values.{key}": f"was {value!r} {units.unit(key)}".rstrip() for key, value in moved.items()}
-    origin = {f"values.{key}": f"optimised (least {result.least})" for key in moved}
-    table["origin"] = found.machine.origins | origin
+    """Return the machine's file (TOML) with the optimum's values, and what they were beside them."""
+    result, machine = found.result, found.machine
+    table, paths = machine.document.written_table(), [machine.values[index].path for index in machine.moved]
+    start = dict(zip(paths, result.start_design.values(), strict=True))
+    moved = [path for path, value in zip(paths, result.design.values(), strict=True) if value != start[path]]
+    notes = {path: f"was {start[path]!r} {units.unit(path)}".rstrip() for path in moved}
+    table["origin"] = machine.document.origins | dict.fromkeys(moved, f"optimised (least {result.least})")
     limits = "; ".join(one.limit_on for one in result.holds)
     head = [
         f"# {found.machine.name} with least {result.least}{f' under {limits}' if limits else ''}.",

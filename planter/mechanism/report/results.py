@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
+from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityFound
 from planter.engine.shown import sensitivity_sentences, sensitivity_tables, summary_tables
 from planter.files import units
@@ -26,13 +29,19 @@ from planter.report.proof import describe_proof
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
 
 
-def write_turn(out: Path, found: Turn, machine: MechanismFile, progress: Listener | None = None) -> None:
-    """A turn: every quantity, works, laws. Raises InputError for a folder that it cannot write."""
-    course = Course(found.angles_deg, f"{found.angle} / deg", turn=True, ends=found.ends, repeats=found.repeats)
-    title = f"A turn of {machine.name}"
-    seen = scene(title, course, found.seconds, found.columns, found.places)
+def write_turn(out: Path, found: Turn, progress: Listener | None = None) -> None:
+    """Write a turn: every quantity, works, laws. Raises InputError for a folder that it cannot write."""
     told = [*_turn(found), *_limits(found.result.holds or ())]
-    page.write(out, title, machine, found.result.table(), told, found.columns, course, progress, seen)
+    _write_cycle(out, f"A turn of {found.machine.name}", found, found.result.table(), told, progress)
+
+
+def _write_cycle(
+    out: Path, title: str, cycle: Turn, table: Mapping[str, Any], told: Iterable[Section], progress: Listener | None,
+    more: Mapping[str, str] = MappingProxyType({}),
+) -> None:  # fmt: skip
+    course = Course.from_cycle(cycle)
+    seen = scene(title, course, cycle.seconds, cycle.columns, cycle.places) if cycle.places else None
+    page.write(out, title, page.describe_owner(cycle.machine), table, told, cycle.columns, course, progress, seen, more)
 
 
 def write_motion(out: Path, found: Motion, machine: MechanismFile, progress: Listener | None = None) -> None:
@@ -40,21 +49,19 @@ def write_motion(out: Path, found: Motion, machine: MechanismFile, progress: Lis
     course = Course(found.times, "time / s", turn=False)
     title = f"Motion of {machine.name}"
     seen = scene(title, course, found.result.until_s, found.columns, found.places)
-    page.write(out, title, machine, found.result.table(), _motion(found), found.columns, course, progress, seen)
+    file = page.describe_free(machine)
+    page.write(out, title, file, found.result.table(), _motion(found), found.columns, course, progress, seen)
 
 
 def write_optimum(out: Path, found: Found, progress: Listener | None = None) -> None:
     """An optimum: what moved, the turn it makes, and a file of it. Raises InputError as `write_turn`."""
     best = turn(Model(found.machine))
-    course = Course(best.angles_deg, f"{best.angle} / deg", turn=True, ends=best.ends, repeats=best.repeats)
-    title = f"Optimum of {found.machine.name}"
     told = [*_optimum(found.result), *_limits(found.result.holds), *_turn(best)]
     more = {"optimum.toml": optimum_file.text(found)}
-    seen = scene(title, course, best.seconds, best.columns, best.places)
-    page.write(out, title, found.machine, found.result.table(), told, best.columns, course, progress, seen, more)
+    _write_cycle(out, f"Optimum of {found.machine.name}", best, found.result.table(), told, progress, more)
 
 
-def write_sensitivity(out: Path, found: SensitivityFound, machine: MechanismFile) -> None:
+def write_sensitivity(out: Path, found: SensitivityFound, machine: Machine) -> None:
     """A sensitivity: gradient and combinations. Raises InputError as `write_turn`."""
     title = f"Sensitivity of {machine.name}"
     page.write_tables(out, title, machine, found.table(), sensitivity_sections(found))
@@ -94,8 +101,9 @@ def _limits(holds: Sequence[Held]) -> Iterator[Section]:
 def _turn(found: Turn) -> Iterator[Section]:
     if told := found.result.warnings:
         yield Section("Warnings", [Items([f"{w.message} ({w.name})" for w in told], "warning")])
+    meanings = {quantity.key: quantity.meaning for quantity in found.machine.results}
     rows = [
-        (key, found.meanings[key], unit_with_axes(q), q.min, q.min_deg, q.max, q.max_deg, q.mean, q.rms)
+        (key, meanings[key], unit_with_axes(q), q.min, q.min_deg, q.max, q.max_deg, q.mean, q.rms)
         for key, q in found.result.quantities.items()
     ]
     head = ("quantity", "meaning", "unit", "min", "at / deg", "max", "at / deg", "mean", "rms")
@@ -111,8 +119,9 @@ def _turn(found: Turn) -> Iterator[Section]:
             [key, units.unit(key), *(one.quantities[key] for one in at)] for key in found.result.quantities
         ]
         yield Section("At single angles", [Table(("quantity", "unit", *angles), cells)])
-    laws = [(law.law, law.violation, law.unit) for law in found.result.laws]
-    yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
+    if found.result.laws:
+        laws = [(law.law, law.violation, law.unit) for law in found.result.laws]
+        yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
 
 
 def _motion(found: Motion) -> Iterator[Section]:

@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planter.errors import InputError
-from planter.mechanism.options import load_mechanism, refuse_options
-from planter.planting.commands.options import AnyMachineArgument, Model, device_of, kept, load_other
+from planter.mechanism.options import refuse_options
+from planter.planting.commands.options import device_of, kept, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
     JsonOption,
+    MachineArgument,
+    Model,
     OutOption,
     SeedOption,
     SetOption,
     SpeedOption,
     WorkersOption,
-    changes,
 )
 
 if TYPE_CHECKING:
-    from planter.measured.calibration import Check
-    from planter.measured.reading import Columns
     from planter.parallel.task import Means
     from planter.planting.model import Device
 
@@ -42,7 +40,7 @@ def _option(help_: str, metavar: str) -> typer.models.OptionInfo:
 @app.command()
 @writes("summary.json", "report.html")
 def calibrate(
-    machine: AnyMachineArgument,
+    machine: MachineArgument,
     target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
     model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
     flank: Annotated[list[str] | None, _option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
@@ -82,19 +80,14 @@ def calibrate(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism.machines import takes
         from planter.parallel.task import Means
 
         means = Means(workers, cluster)
-        mechanism = load_mechanism(machine, changes(set_), speed_rpm) if takes(machine) else None
-        known = None if data is None or mechanism is not None else load_other(machine, set_, speed_rpm)
-        if mechanism is not None:
-            refuse_options(mechanism, {"--flank": bool(flank), "--target": target != "table1"})
+        if (other := load_other(machine, set_, speed_rpm)) is not None:
+            refuse_options(other, {"--flank": bool(flank), "--target": target != "table1"})
+            if data is None:
+                raise InputError(f"--data must name a CSV file with a measured curve, to which {other.name} is fitted")
         if data is None:
-            if mechanism is not None:
-                raise InputError(
-                    f"--data must name a CSV file with a measured curve, to which {mechanism.name} is fitted"
-                )
             _to_figures(console, device_of(machine, model, set_, speed_rpm), target, flank or (), means, out)
             return
         from planter.measured.calibration import Check
@@ -107,21 +100,31 @@ def calibrate(
         second = None if check is None or check_rpm is None else Check(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = _bounds(fit or ())
-        if known is not None:
-            from planter.mechanism import other
+        from planter.mechanism.calibration import calibrate as fit_machine
+        from planter.mechanism.calibration import run_calibrate
+        from planter.planting import measured
+        from planter.planting.report.page import meanings
 
-            build = partial(other.load, machine, changes(set_), speed_rpm)
-            other.run_calibrate(console, build, data, columns, bounds, quantity, second, seed, means, out)
+        asked = (data, columns, bounds)
+        if other is not None:
+            found = fit_machine(other, *asked, quantity, second, seed, console.progress, means)
+            with kept(found.result.table()):
+                run_calibrate(console, other.document, other.meanings, found, out)
             return
-        if mechanism is None:
-            device = device_of(machine, model, set_, speed_rpm)
-            _to_data(console, device, data, columns, bounds, quantity, second, seed, means, out)
-            return
-        from planter.mechanism import calibration
-
-        found = calibration.calibrate(mechanism, data, columns, bounds, quantity, second, seed, console.progress, means)
+        device = device_of(machine, model, set_, speed_rpm)
+        owner = device.machine
+        found = measured.calibrate(
+            owner,
+            device.model,
+            *asked,
+            quantity or measured.SUPPORT,
+            second,
+            seed,
+            console.progress,
+            means,
+        )
         with kept(found.result.table()):
-            calibration.run_calibrate(console, mechanism, found, out)
+            run_calibrate(console, owner, meanings(device.sidecar), found, out, "carrier angle φ")
 
 
 def _to_figures(
@@ -135,33 +138,6 @@ def _to_figures(
         with kept(result.table()):
             report.write_result(out, device, result)
     console.result(result, lambda: tables.calibration(console, result))
-
-
-def _to_data(
-    console: Console,
-    device: Device,
-    data: Path,
-    columns: Columns,
-    bounds: dict[str, tuple[float, float]],
-    quantity: str | None,
-    check: Check | None,
-    seed: int,
-    means: Means,
-    out: Path | None,
-) -> None:
-    from planter.measured import page, tables
-    from planter.planting.measured import SUPPORT, calibrate
-    from planter.planting.report.page import meanings
-
-    found = calibrate(
-        device.machine, device.model, data, columns, bounds, quantity or SUPPORT, check, seed, console.progress, means
-    )
-    if out is not None:
-        with kept(found.result.table()):
-            page.write(out, device.machine, found, meanings(device.sidecar))
-    for warning in found.result.warnings:
-        console.say(f"planter: warning: {warning}")
-    console.result(found.result, lambda: tables.measured(console, found.result))
 
 
 def _bounds(texts: list[str] | tuple[()]) -> dict[str, tuple[float, float]]:

@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.planting.commands.options import device_of
+from planter.planting.commands.options import device_of, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption
 
 app = typer.Typer()
 
@@ -73,10 +73,10 @@ def cam(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism import machines
         from planter.workshop.cams import files, tables
 
-        if is_own := machines.takes(machine):
+        other = load_other(machine, set_, None)
+        if other is not None:
             _check("needs --y", {"--x": x is not None and y is None})
             _check("does not apply to a mechanism of your own; --set changes its speed", {"--speed-rpm": speed_rpm})
         else:
@@ -84,12 +84,11 @@ def cam(
             _check("is for a mechanism of your own", {name: given is not None for name, given in own.items()})
         _check("needs --out DIR to write the solid to", {"--step": step and out is None})
         roller, width, tolerance = roller_mm * 1e-3, width_mm * 1e-3, tolerance_um * 1e-6
-        if is_own:
+        if other is not None:
             from planter.mechanism import cam as disc
-            from planter.mechanism import file
             from planter.mechanism.model import Model
 
-            model, bore = Model(file.load(machine, changes(set_))), (bore_mm or 0.0) * 1e-3
+            model, bore = Model(other), (bore_mm or 0.0) * 1e-3
             centre, push = ((x or "0", y), force) if y else disc.centre_of_follower(model, force)
             found = disc.made(model, roller, centre, push, tolerance, width, bore)
         else:

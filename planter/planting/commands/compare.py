@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from planter.planting.commands.options import MachineArgument, kept, machine_of
+from planter.planting.commands.options import DeviceArgument, kept, machine_of
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -32,7 +32,7 @@ def _families() -> Iterable[str]:
 @app.command(cls=listing(pair=_families))
 @writes("summary.json", "devices.csv", "report.html", figures=("comparison",))
 def compare(
-    machine: MachineArgument,
+    machine: DeviceArgument,
     starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 3,
     seed: Annotated[int, typer.Option(min=0, help="seed of everything random")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="go on with what is in the folder of --out")] = False,

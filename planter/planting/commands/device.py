@@ -7,15 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
+from planter.engine.machine import load_machine
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
-from planter.mechanism.options import load_mechanism, refuse_options
+from planter.mechanism.options import refuse_options
 from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, search
 from planter.planting.commands.options import (
-    AnyMachineArgument,
-    MachineArgument,
-    Model,
-    ModelOption,
+    DeviceArgument,
     SamplesOption,
     WholeTeethOption,
     device_of,
@@ -28,6 +26,9 @@ from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
     JsonOption,
+    MachineArgument,
+    Model,
+    ModelOption,
     OutOption,
     SeedOption,
     SetOption,
@@ -62,7 +63,7 @@ that `planter gears` makes them without scaling; --teeth says how many, else the
 
 @writes("summary.json", "report.html")
 def simulate(
-    machine: AnyMachineArgument,
+    machine: MachineArgument,
     model: ModelOption = Model.exact,
     samples: SamplesOption = None,
     at: Annotated[
@@ -80,23 +81,15 @@ def simulate(
     """Forces and motion of a machine's own design over a cycle; of your own mechanism every quantity, works, laws."""
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism.machines import takes
-        from planter.report.folder import check
-
-        if takes(machine):
+        if (other := load_other(machine, set_, speed_rpm)) is not None:
             from planter.mechanism.simulation import run_simulate
 
-            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
-            refuse_options(mechanism, {"--model": model is not Model.exact, "--lift": lift})
-            run_simulate(console, mechanism, samples, at or (), out)
-            return
-        if (known := load_other(machine, set_, speed_rpm)) is not None:
-            from planter.mechanism import other
-
-            refuse_options(known, {"--model": model is not Model.exact, "--lift": lift})
-            other.run_simulate(console, known, samples, at or (), out)
+            refuse_options(other, {"--model": model is not Model.exact, "--lift": lift})
+            run_simulate(console, other, samples, at or (), out)
             return
         if out is not None:
+            from planter.report.folder import check
+
             check(out, ["cycle.csv", *figure_files(*FIGURES)])
         from planter.planting import simulation, tables
 
@@ -116,7 +109,7 @@ app.command("turn", help="Another name for `simulate`.")(simulate)
 @app.command()
 @writes("summary.json", "report.html")
 def sensitivity(
-    machine: AnyMachineArgument,
+    machine: MachineArgument,
     model: ModelOption = Model.exact,
     samples: SamplesOption = None,
     least: LeastOption = None,
@@ -135,21 +128,12 @@ def sensitivity(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism.machines import takes
+        from planter.mechanism.sensitivity import run_sensitivity
         from planter.mechanism.tables import show_sensitivity
 
-        if takes(machine):
-            from planter.mechanism.sensitivity import run_sensitivity
-
-            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
-            refuse_options(mechanism, {"--model": model is not Model.exact})
-            run_sensitivity(console, mechanism, least, samples, all_values, out)
-            return
-        if (known := load_other(machine, set_, speed_rpm)) is not None:
-            from planter.mechanism import other
-
-            refuse_options(known, {"--model": model is not Model.exact})
-            other.run_sensitivity(console, known, least, samples, all_values, out)
+        if (other := load_other(machine, set_, speed_rpm)) is not None:
+            refuse_options(other, {"--model": model is not Model.exact})
+            run_sensitivity(console, other, least, samples, all_values, out)
             return
         from planter.planting import simulation
 
@@ -212,11 +196,13 @@ def optimise(
 
     console = Console(as_json)
     with console.outcome(), renewing(out):
-        from planter.mechanism.machines import takes
         from planter.parallel.task import Means
         from planter.planting import optimisation
 
-        if least is not None or takes(machine):
+        other = (
+            load_other(machine, set_, speed_rpm) if least is None else load_machine(machine, changes(set_), speed_rpm)
+        )
+        if other is not None:
             besides = {"--model": model is not Model.exact, "--front": front,
                        "--teeth": teeth is not None, "--module": module is not None, "--module1": module1 is not None,
                        "--module2": module2 is not None}  # fmt: skip
@@ -224,9 +210,8 @@ def optimise(
             seconds = prove_seconds if prove else None
             options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds,
                                     Means(workers, cluster))  # fmt: skip
-            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
-            refuse_options(mechanism, besides)
-            search(console, mechanism, least, hold or (), options, out)
+            refuse_options(other, besides)
+            search(console, other, least, hold or (), options, out)
             return
         method = method or Method.hybrid
         if out is not None:
@@ -270,7 +255,7 @@ def optimise(
 
 @app.command()
 def validate(
-    machine: MachineArgument,
+    machine: DeviceArgument,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,

@@ -6,11 +6,10 @@ from typing import Annotated
 
 import typer
 
-from planter.mechanism.options import load_mechanism
-from planter.planting.commands.options import AnyMachineArgument, SamplesOption, device_of, load_other
+from planter.planting.commands.options import SamplesOption, device_of, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
+from planter.terminal.options import JsonOption, MachineArgument, OutOption, SetOption, SpeedOption
 
 app = typer.Typer()
 
@@ -18,7 +17,7 @@ app = typer.Typer()
 @app.command()
 @writes("summary.json", "turn.csv", "report.html")
 def drive(
-    machine: AnyMachineArgument,
+    machine: MachineArgument,
     stall_nm: Annotated[
         float,
         typer.Option("--stall-Nm", help="torque of the motor at rest, referred to the drive", show_default=False),
@@ -50,21 +49,17 @@ def drive(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.engine.drive import Driven, Motor
+        from planter.engine.drive import Motor
         from planter.files import units
-        from planter.mechanism.machines import takes
 
         rad_s = units.factor("idle_rpm")
         motor = Motor(stall_nm, idle_rpm * rad_s, flywheel_kgm2)
         start = None if start_rpm is None else start_rpm * rad_s
-        if takes(machine):
+        if (other := load_other(machine, set_, speed_rpm)) is not None:
             from planter.mechanism.drive import run_drive
 
-            mechanism = load_mechanism(machine, changes(set_), speed_rpm)
-            run_drive(console, mechanism, motor, turns, start, samples, out)
+            run_drive(console, other, motor, turns, start, samples, out)
             return
-        if (known := load_other(machine, set_, speed_rpm)) is not None:
-            Driven(known, motor)
         from planter.planting.drive import drive as drives
         from planter.planting.drive import tables
         from planter.planting.simulation import checked_samples

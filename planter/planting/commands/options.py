@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,23 +18,9 @@ if TYPE_CHECKING:
     from planter.planting.whole.wanted import Wanted
 
 
-class Model(enum.StrEnum):
-    exact = "exact"
-    printed = "printed"
-
-
-MachineArgument = Annotated[
+DeviceArgument = Annotated[
     str, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
 ]
-AnyMachineArgument = Annotated[
-    str,
-    typer.Argument(
-        help="a machine file, the name of a built-in machine, or your mechanism's file: NAME.toml, or NAME of one here "
-        "or in generated/",
-        show_default=False,
-    ),
-]
-ModelOption = Annotated[Model, typer.Option(help="first principles, or the paper's equations as printed")]
 SamplesOption = Annotated[
     int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
 ]
@@ -61,14 +46,13 @@ def device_of(source: str, model: str, set_: Sequence[str] | None, speed_rpm: fl
 
 
 def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> EngineMachine | None:
-    """Return the machine of another room that takes a source, None if it is a planting device or nothing known."""
-    from planter.engine.description import find_describing_room
-    from planter.mechanism import other
+    """Return the machine of a source, None if it is a planting device or nothing known."""
+    from planter.engine.machine import find_machine_room, load_machine
     from planter.planting.machines import takes
 
-    if takes(source) or find_describing_room(source) is None:
+    if takes(source) or find_machine_room(source) is None:
         return None
-    return other.load(source, changes(set_), speed_rpm)
+    return load_machine(source, changes(set_), speed_rpm)
 
 
 def whole_teeth(

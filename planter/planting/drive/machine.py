@@ -11,11 +11,17 @@ from planter.files import units
 from planter.kernels import generated
 from planter.planting import flanks
 from planter.planting.composition import SIDES, SPEED
+from planter.planting.file import Machine as MachineFile
 from planter.planting.model import Device
 
 NAME = "planting_drive"
 PATH = "operation.acceleration_rad_s2"
 """Path of the carrier's acceleration, which no file has: it is zero unless a motor drives the device."""
+
+
+def build_driven_file(machine: MachineFile) -> Machine:
+    """Return the driven device of a file."""
+    return build_driven_machine(Device(machine))
 
 
 def build_driven_machine(device: Device) -> Machine:
@@ -57,8 +63,8 @@ def build_driven_machine(device: Device) -> Machine:
     )
     data = np.append(device.constants, 0.0)
     return Machine(
-        name=device.machine.name,
-        source=device.machine.source,
+        document=device.machine,
+        build=build_driven_file,
         assumptions=tuple(generated.sidecar(NAME)["assumptions"]),
         values=values,
         data=data,

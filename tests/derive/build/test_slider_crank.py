@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.machine import load_machine
 from planter.errors import ComputationError
 from planter.kernels import generated
-from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.mechanism.turn import turn
 
@@ -34,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def model(folder: Path, **values: float) -> Model:
-    return Model(load(folder / "slider_crank.toml", values))
+    return Model(load_machine(str(folder / "slider_crank.toml"), values))
 
 
 def place_and_acceleration() -> tuple[np.ndarray, np.ndarray]:

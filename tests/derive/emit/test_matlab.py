@@ -15,8 +15,8 @@ from derive.gearing.meshing import FAMILIES
 from derive.model import ClosedForm, Let, System
 from derive.quantity import Quantity, Vector
 from derive.systems.planting import derivation, flanks
+from planter.engine.response import Response
 from planter.kernels import generated
-from planter.mechanism.model import Model
 from tests.support import machines, octave, own
 
 (MATLAB,) = (target for target in built_in() if target.name == "matlab")
@@ -51,19 +51,19 @@ def planting(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_mechanism_of_ones_own(name: str, tmp_path: Path) -> None:
     """Newton steps, simultaneous equations and friction by cases."""
     assert main([str(own.EXAMPLES / f"{name}.py"), "--target", "matlab", "--out", str(tmp_path)]) == 0
-    model = Model(own.file(name))
-    at = model.course.at(PHI) if model.course else np.zeros((0, PHI.size))
+    machine = own.machine(name)
+    at = Response(machine).coordinates(machine.data, PHI)
     module = generated.module(name, own.generated(name))
-    lane, hoisted = module.lane(), module.prologue()(model.data)
-    expected = np.array([lane(p, model.data, g, hoisted).full()[:, 0] for p, g in zip(PHI, at.T, strict=True)]).T
+    lane, hoisted = module.lane(), module.prologue()(machine.data)
+    expected = np.array([lane(p, machine.data, g, hoisted).full()[:, 0] for p, g in zip(PHI, at.T, strict=True)]).T
 
     def told(data: np.ndarray) -> np.ndarray:
         return octave.run(tmp_path / "matlab", {"phi": PHI, "data": data, "loops": at.T}, f"""
             m = {name}(); hoisted = m.prologue(data); loops = reshape(loops, [], numel(phi)); found = [];
             for i = 1:numel(phi), found = [found, m.lane(phi(i), data, loops(:, i), hoisted)]; end""")  # fmt: skip
 
-    assert apart(told(model.data), expected) < 1e-12
-    assert apart(told(model.data * 1.001), expected) > 1e-5
+    assert apart(told(machine.data), expected) < 1e-12
+    assert apart(told(machine.data * 1.001), expected) > 1e-5
 
 
 @octave.needed

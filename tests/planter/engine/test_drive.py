@@ -49,9 +49,9 @@ def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
 
 
 def test_laws_hold_at_an_acceleration() -> None:
-    result = simulate(own.file("slider_crank", eps_rad_s2=300.0, mu=0.3), 36).result
+    result = simulate(own.machine("slider_crank", eps_rad_s2=300.0, mu=0.3), 36).result
     assert max(law.violation for law in result.laws) < 1e-10
-    plain = simulate(own.file("slider_crank", mu=0.3), 36).result
+    plain = simulate(own.machine("slider_crank", mu=0.3), 36).result
     assert abs(result.quantities["M_in_Nm"].max - plain.quantities["M_in_Nm"].max) > 0.1
 
 
@@ -64,7 +64,7 @@ def test_an_acceleration_is_one_of_an_angle() -> None:
 
 
 def test_motor_gives_to_friction_what_it_takes() -> None:
-    found = drive.drive(own.file("slider_crank"), MOTOR, turns=2, samples=720)
+    found = drive.drive(own.machine("slider_crank"), MOTOR, turns=2, samples=720)
     turn, result = found.turn, found.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=2e-5)
@@ -88,7 +88,7 @@ def test_another_integrator_finds_the_same_speed() -> None:
 
 
 def test_a_heavy_flywheel_keeps_the_speed() -> None:
-    results = [drive.drive(own.file("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
+    results = [drive.drive(own.machine("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
     assert results[0].speed.fluctuation / results[1].speed.fluctuation == pytest.approx(100, rel=1e-2)
     assert max(one.change for one in results[1].quantities.values() if one.unit == "N") < 1e-3
 

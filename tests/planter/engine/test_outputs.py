@@ -84,7 +84,7 @@ def test_a_row_without_a_cycle_has_the_reason_of_the_model() -> None:
     outputs = SampledOutputs(slider_crank(), ("values.r_mm", "values.mu"), NAMES[:1], ANGLES)
     for r, mu in ((260.0, 0.1), (5000.0, 0.1), (50.0, 40.0)):
         with pytest.raises(PlanterError) as refusal:
-            Model(own.file("slider_crank", r_mm=r, mu=mu))(outputs.rows.angles)
+            Model(own.machine("slider_crank", r_mm=r, mu=mu))(outputs.rows.angles)
         with pytest.raises(ComputationError) as error:
             outputs.slopes(np.array([r, mu]))
         assert error.value.message == refusal.value.message

@@ -14,7 +14,6 @@ from planter.engine.rows import Block, Rows
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, backends
 from planter.mechanism.machines import build_machine
-from planter.mechanism.model import Model
 from planter.numerics.arrays import Flags
 from tests.planter.mechanism.test_periodicity import belt
 from tests.support import own
@@ -40,7 +39,7 @@ def test_a_row_is_the_machine_alone_and_none_where_it_has_a_dead_point() -> None
     refused = 0
     for row, data in zip(result, d, strict=True):
         try:
-            values = Model(file, data)(TURN * np.arange(ANGLES) / ANGLES)
+            values = own.evaluate_lane(file, TURN * np.arange(ANGLES) / ANGLES, data)
         except ComputationError:
             refused += 1
             assert np.isnan(row).all()

@@ -58,12 +58,12 @@ def test_directions_without_effect_leave_the_curves() -> None:
 
 
 def test_what_is_missing_is_refused_plainly() -> None:
-    file = own.file("slider_crank")
+    machine = own.machine("slider_crank")
     with pytest.raises(InputError, match=r"objective\.least is missing"):
-        sensitivity.compute(file)
+        sensitivity.compute(machine)
     with pytest.raises(InputError, match="--all"):
-        sensitivity.compute(file.model_copy(update={"bounds": {}}), "max M_in")
-    free = build_machine(file).with_moved({"values.J_kg_m2": (0.0, 1.0)})
+        sensitivity.compute(machine.with_moved({}), "max M_in")
+    free = machine.with_moved({"values.J_kg_m2": (0.0, 1.0)})
     with pytest.raises(InputError, match="has an effect on s"):
         compute_sensitivity(free, [resolve_measure(free, measure) for measure in parse_sum("max s")], 12)
 

@@ -64,7 +64,7 @@ def test_switching_points_matter_to_peaks(crank: Machine, summary: Summary) -> N
 
 
 def test_cam_peaks_are_those_of_the_lift() -> None:
-    result = simulate(own.file("cam_follower"), 36).result
+    result = simulate(own.machine("cam_follower"), 36).result
     assert result.designer is not None
     spring = next(peak for peak in result.designer.peaks if peak.name == "F_spring")
     assert (spring.max, spring.max_phi_deg, spring.min) == pytest.approx((22 + 1800 * 0.014, 180.0, 22.0), rel=1e-12)

@@ -11,7 +11,6 @@ from planter.engine.machine import Machine
 from planter.engine.response import Response
 from planter.kernels import Array
 from planter.mechanism import file
-from planter.mechanism.model import Model
 from tests.planter.exports.exported import SAMPLES, SUMS, Library, c_files, library, machine, machine_file
 from tests.support import own
 from tests.support.cli import answer, refusal, run
@@ -23,7 +22,7 @@ ANGLES = np.array([3.0, 0.0, 7.5, -1.0, 6.283, 40.0, 0.3])
 
 
 def model_values(name: str, phi: Array) -> dict[str, Array]:
-    return Model(file.load(machine_file(name)))(phi)
+    return own.evaluate_lane(file.load(machine_file(name)), phi)
 
 
 def largest_error(found: Array, names: list[str], expected: dict[str, Array]) -> float:

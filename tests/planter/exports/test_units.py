@@ -16,6 +16,7 @@ from planter.interchange.fmi import libraries
 from planter.mechanism import file
 from planter.mechanism.model import Model
 from tests.planter.exports.exported import machine_file
+from tests.support import own
 from tests.support.cli import answer, refusal
 from tests.support.lanes import needs_compiler
 from tests.support.schemas import committed
@@ -44,8 +45,8 @@ def test_a_unit_has_the_numbers_of_the_model(version: str, tmp_path: Path) -> No
     changed = {"machine.m_r": 1.1, "design.r": 0.06, "speed": 20.0, "phi_start": 0.4}
     asked = ["phi", "s", "F_Ox", "M_in", "N_guide"]
     result = fmpy.simulate_fmu(str(unit), output=asked, start_values=changed, stop_time=0.5, output_interval=0.0125)
-    model = Model(file.load(path, {"m_r_kg": 1.1, "r_mm": 60.0, "omega_rpm": 600 / np.pi}))
-    expected = model(result["phi"])
+    machine = file.load(path, {"m_r_kg": 1.1, "r_mm": 60.0, "omega_rpm": 600 / np.pi})
+    expected = own.evaluate_lane(machine, result["phi"])
     np.testing.assert_allclose(result["phi"], 0.4 + 20.0 * result["time"], rtol=1e-12)
     for name in asked[1:]:
         assert np.abs(result[name] - expected[name]).max() <= 1e-10 * np.abs(expected[name]).max()
@@ -68,7 +69,8 @@ def test_motion_has_quantities_and_places_of_points(tmp_path: Path) -> None:
     path = machine_file(SLIDER)
     record = answer("export", "motion", str(path), "--samples", "24", "--turns", "2", "--out", str(tmp_path))
     jsonschema.validate(record, committed("export motion"))
-    owner, model = load_machine(str(path)), Model(file.load(path))
+    owner = load_machine(str(path))
+    model = Model(owner)
     columns = {column.name: column for column in build_motion(owner, 2, 24).columns}
     phi = columns["phi"].values
     assert record["rows"] == len(phi) == 49

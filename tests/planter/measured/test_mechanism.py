@@ -13,7 +13,6 @@ from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.reading import Columns
 from planter.mechanism import calibration
 from planter.mechanism.file import load
-from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.parallel.task import HERE, Means
 from tests.support import own
@@ -28,7 +27,7 @@ NOISE = 0.4
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A curve of a force [kN] and a place [cm] over the time, as a recorder writes them."""
     degrees = np.arange(0, 360, 2.0)
-    results = Model(own.file("slider_crank", "", **TRUE)).results(np.radians(degrees))
+    results = Model(own.machine("slider_crank", "", **TRUE)).results(np.radians(degrees))
     rng = np.random.default_rng(11)
     force = (results["F_Ox_N"] + 2.0 + rng.normal(0, NOISE, len(degrees))) / 1e3
     place = (results["s_mm"] + rng.normal(0, 0.1, len(degrees))) / 10
@@ -41,8 +40,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_values_come_back_within_their_intervals(data: Path) -> None:
     bounds = {"m_s_kg": (1.0, 3.0), "k_N_m": (300.0, 1500.0), "r_mm": (40.0, 80.0), "offset_N": (-9.0, 9.0)}
-    file = own.file("slider_crank")
-    found = calibration.calibrate(file, data, Columns("force", time="t"), bounds, "F_Ox_N")
+    found = calibration.calibrate(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
     truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
     assert (found.result.outcome, found.result.rank, found.result.other_model) == ("explained", 4, None)
     assert found.result.reached.rms == pytest.approx(NOISE, rel=0.15)
@@ -65,21 +63,21 @@ def test_places_are_fitted_in_their_own_unit_and_written(data: Path, tmp_path: P
 
 def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
     """A crank longer than the rod has a dead point: starts there end nowhere, the others find the truth."""
-    columns, file = Columns("place", time="t"), own.file("slider_crank")
+    columns, machine = Columns("place", time="t"), own.machine("slider_crank")
     result, by_workers = (
-        calibration.calibrate(file, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
+        calibration.calibrate(machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
         for means in (HERE, Means(2))
     )
     assert by_workers.table() == result.table(), "every digit"
     assert result.fitted[0].low95 < 60.0 < result.fitted[0].high95
     assert result.starts == 8 > result.agreeing_starts
     with pytest.raises(ComputationError, match="narrow the bounds"):
-        calibration.calibrate(file, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
+        calibration.calibrate(machine, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
 
 
 def test_restart_forgets_earlier_values(data: Path) -> None:
     """Loops are closed near where they were before, which must not reach from one search into the next."""
-    machine = build_machine(own.file("slider_crank"))
+    machine = own.machine("slider_crank")
     measured = reading.read(data, Columns("place", time="t"), float(machine.data[machine.speed]), "mm")
     chosen = Chosen.of(machine, {"r_mm": (40.0, 80.0)})
     curve = MeasuredCurve(machine, chosen, measured, "s_mm")
@@ -103,7 +101,7 @@ def test_what_cannot_be_fitted_is_refused(data: Path) -> None:
     assert "--data must name a CSV file" in refusal("calibrate", path)
     assert "--flank does not apply" in refusal("calibrate", path, "--flank", "harmonic")
     with pytest.raises(InputError, match="--quantity must name"):
-        calibration.calibrate(own.file("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
+        calibration.calibrate(own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
 
 
 def test_units_of_columns_are_those_of_the_kind() -> None:

@@ -57,7 +57,7 @@ SYSTEM = m.system()
 
 def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
     """Newton and Euler by hand: H = 3 J omega x + Jt omega z turns with the table, so its rate is 3 J omega^2 y."""
-    model = Model(own.file(GYRO, "gyro"))
+    model = Model(own.machine(GYRO, "gyro"))
     phi = np.radians([0.0, 30.0, 100.0, 250.0])
     found, size, pull = model(phi), 3 * 0.03 * 4**2, 2 * 0.2 * 4**2
     assert found["M_Py"] == pytest.approx(np.full(4, size))
@@ -72,7 +72,7 @@ def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
 
 
 def test_results_name_the_axes() -> None:
-    result = turn(Model(own.file(GYRO, "gyro")), 8).result
+    result = turn(Model(own.machine(GYRO, "gyro")), 8).result
     named = {key: one.axes for key, one in result.quantities.items() if one.axes is not None}
     assert named == {"M_Py_Nm": "turned", "M_Pz_Nm": "turned"}
     assert "axes" not in result.table()["quantities"]["F_Px_N"]

@@ -16,7 +16,7 @@ NAME = "cam_follower"
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return Model(own.file(NAME))
+    return Model(own.machine(NAME))
 
 
 def test_curvature_and_pressure_angle_are_those_of_a_harmonic_lift(model: Model) -> None:

@@ -10,10 +10,10 @@ import pytest
 import scipy.integrate
 
 from derive.__main__ import main as derive
+from planter.engine.machine import load_machine
 from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
-from planter.mechanism.model import Model
 from planter.mechanism.motion import move
 from planter.mechanism.small import eigenvalues, equilibrium
 from planter.records import schema
@@ -188,4 +188,4 @@ def test_motion_that_would_not_end_is_given_up(folder: Path, stiff: bool, monkey
 
 def test_each_command_sends_to_the_other(folder: Path) -> None:
     with pytest.raises(InputError, match="swing moves by itself, no angle drives it; `planter move` takes it"):
-        Model(load(folder / "swing.toml"))
+        load_machine(str(folder / "swing.toml"))

@@ -22,7 +22,7 @@ def test_an_example_is_short(path: object) -> None:
 
 @pytest.mark.parametrize("name", ["transplanting_arm", "cam_follower", "slider_crank", "planetary_train"])
 def test_a_turn_keeps_the_laws(name: str) -> None:
-    laws = turn(Model(own.file(name)), 90).result.laws
+    laws = turn(Model(own.machine(name)), 90).result.laws
     assert {"W", "N", "N m"} <= {law.unit for law in laws} <= {"W", "N", "N m", "1", "m/s"}
     assert max(law.violation for law in laws) < 1e-9
 
@@ -48,13 +48,13 @@ def energy_of_the_arm(found: dict[str, np.ndarray], phi: np.ndarray) -> np.ndarr
 
 def test_the_motor_of_the_arm_gives_what_the_energy_takes() -> None:
     phi = np.linspace(0.3, 0.5, 2001)
-    found = Model(own.file("transplanting_arm"))(phi)
+    found = Model(own.machine("transplanting_arm"))(phi)
     slope = np.gradient(energy_of_the_arm(found, phi), phi, edge_order=2)[10:-10]
     assert found["M_in"][10:-10] == pytest.approx(slope, abs=2e-5)
 
 
 def test_without_friction_the_cam_carries_mass_weight_and_spring() -> None:
-    own_model = Model(own.file("cam_follower", mu=0.0))
+    own_model = Model(own.machine("cam_follower", mu=0.0))
     phi = np.radians(np.arange(0.0, 360.0, 5.0))
     found, omega = own_model(phi), 240 * np.pi / 30
     lift, slope, bend = 0.007 * (1 - np.cos(phi)), 0.007 * np.sin(phi), 0.007 * np.cos(phi)
@@ -67,12 +67,14 @@ def test_the_roller_lifts_off_above_the_speed_where_nothing_is_left() -> None:
     """At the top of the lift: m (g - h omega^2 / 2) + F_0 + k h = 0."""
     rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
     top = np.array([np.pi])
-    below, above = (Model(own.file("cam_follower", omega_rpm=rpm * share))(top)["N_cam"][0] for share in (0.999, 1.001))
+    below, above = (
+        Model(own.machine("cam_follower", omega_rpm=rpm * share))(top)["N_cam"][0] for share in (0.999, 1.001)
+    )
     assert below > 0 > above
 
 
 def lifting(**values: float) -> list[tuple[str, float]]:
-    return [(w.name, w.angle_deg) for w in turn(Model(own.file("cam_follower", **values))).result.warnings]
+    return [(w.name, w.angle_deg) for w in turn(Model(own.machine("cam_follower", **values))).result.warnings]
 
 
 def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
@@ -80,14 +82,14 @@ def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
     assert lifting() == []
     omega = 1100 * np.pi / 30
     off = np.degrees(np.arccos(-(0.65 * G + 22 + 1800 * 0.007) / (0.65 * 0.007 * omega**2 - 1800 * 0.007)))
-    (found,) = turn(Model(own.file("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
+    (found,) = turn(Model(own.machine("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
     assert found.angle_deg == pytest.approx(off, abs=1e-6)
     assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in found.message
 
 
 def test_a_pull_between_two_samples_or_all_over_the_turn_is_told() -> None:
     rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
-    model = Model(own.file("cam_follower", mu=0.0, omega_rpm=rpm * 1.00001))
+    model = Model(own.machine("cam_follower", mu=0.0, omega_rpm=rpm * 1.00001))
     assert model(np.radians([179.0, 181.0]))["N_cam"].min() > 0
     assert [w.angle_deg for w in turn(model, 45).result.warnings] == [pytest.approx(179.6, abs=0.4)]
     assert lifting(F_0_N=-900.0) == [("contact_would_pull", 0.0)]
@@ -102,7 +104,7 @@ def ellipse(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def test_the_planet_turns_as_pitch_curves_roll() -> None:
     """Both stages integrated from the ratio of the radii; both shafts' torques by hand (Newton-Euler)."""
     phi = np.linspace(0, 2 * np.pi, 361)
-    found = Model(own.file("planetary_train"))(phi)
+    found = Model(own.machine("planetary_train"))(phi)
     start = [0.0, 0.0, found["t2"][0]]
     path = scipy.integrate.solve_ivp(
         lambda angle, y: [(one := ellipse(np.radians(20) + angle)[1]), -ellipse(y[2])[1] * one, -one],
@@ -119,7 +121,7 @@ def test_the_planet_turns_as_pitch_curves_roll() -> None:
 
 def test_pitch_curves_that_do_not_roll_break_a_law() -> None:
     text = (own.EXAMPLES / "planetary_train.py").read_text().replace("2 * atan2(q.k", "2 * atan2(-q.k")
-    laws = {law.law: law.violation for law in turn(Model(own.file(text, "planetary_train")), 90).result.laws}
+    laws = {law.law: law.violation for law in turn(Model(own.machine(text, "planetary_train")), 90).result.laws}
     assert laws["sliding of the pitch curves at P, y, which vanishes"] > 0.01
     assert laws["sliding of the pitch curves at Q, y, which vanishes"] > 0.01
 

@@ -75,7 +75,9 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
 
 def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
-    found = optimise(load(file), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2), means=Means(1)).result
+    found = optimise(
+        build_machine(load(file)), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2), means=Means(1)
+    ).result
     assert found.design["r_mm"] == pytest.approx(30, abs=1e-9)
     assert found.design["e_mm"] == pytest.approx(0, abs=0.3), "flat there, and the ends fall between samples"
     assert found.objective == pytest.approx(60, rel=1e-5)
@@ -85,13 +87,13 @@ def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
 
 def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
     machine = load(file)
-    found = optimise(machine, "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
+    found = optimise(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
     best = np.inf
     phi = np.radians(np.arange(0.0, 360.0, 2.0))
     for r in (30.0, 31.0):
         for length in np.linspace(120, 200, 5):
             for e in (-15.0, 0.0, 15.0):
-                turned = Model(machine.moved_to({"r_mm": r, "l_mm": float(length), "e_mm": e}))
+                turned = Model(build_machine(machine.moved_to({"r_mm": r, "l_mm": float(length), "e_mm": e})))
                 if turned(np.array([np.pi]))["s"][0] >= 0.1:
                     best = min(best, np.abs(turned(phi)["M_in"]).max())
     assert found.result.objective <= best * (1 + 2e-3), "the grid of angles misses a peak by as much"
@@ -104,7 +106,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
     with pytest.raises(
         ComputationError, match=r"no design within the bounds satisfies s at 180 >= 500: the best .* reaches 1"
     ):
-        optimise(load(file), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1))
+        optimise(build_machine(load(file)), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.parametrize(
@@ -121,7 +123,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
 )
 def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | None, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        optimise(load(file), least, [hold] if hold else [], spec=SearchSpec(starts=1))
+        optimise(build_machine(load(file)), least, [hold] if hold else [], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.usefixtures("blank_figures")
@@ -180,9 +182,9 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
     settings = "individuals = 8\ngenerations = 6\nbits_per_variable = 12\nselection_ratio = 0.8\n"
     settings += "crossover_probability = 0.75\nmutation_probability = 0.05\n"
     goal = f'[genetic_algorithm]\n{settings}[objective]\nleast = "rms F_Ox"\nsamples = 60\n'
-    source = load(with_goal(file, tmp_path, goal))
+    source = build_machine(load(with_goal(file, tmp_path, goal)))
     found = {
-        method: optimise(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic_algorithm))
+        method: optimise(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic))
         for method in METHODS
     }
     best = found["ipopt"].result.objective

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.mechanism import other
+from planter.mechanism.simulation import simulate
+from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
 
 
@@ -33,7 +34,7 @@ def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
     for sign in (1, -1):
         data = machine.data.copy()
         data[index] += sign * step
-        at = other.simulate(machine.with_data(data), 24, [40.0]).at
+        at = simulate(machine.with_data(data), 24, [40.0]).result.at
         assert at is not None
         ends.append(at[0].quantities["X_f_mm"])
     difference = (ends[0] - ends[1]) / (2 * step) * machine.values[index].factor
@@ -43,20 +44,34 @@ def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
 def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
     machine = load_machine("yu2023", {"bars.L2_mm": 170.0})
     degrees = np.arange(0, 360, 10.0)
-    at = other.simulate(machine, 24, degrees.tolist()).at
-    assert at is not None
+    at = simulate(machine, 24, degrees.tolist()).result.at or []
     rows = [f"{one.angle_deg},{one.quantities['x_S_mm']}" for one in at]
     data = tmp_path / "tip.csv"
     data.write_text("\n".join(["angle [deg],x [mm]", *rows]) + "\n", encoding="utf-8")
     call = ("--column", "x", "--angle", "angle", "--quantity", "x_S_mm", "--fit", "L2_mm=150:190")
-    found = answer("calibrate", "yu2023", "--data", str(data), *call)
+    found = answer("calibrate", "yu2023", "--data", str(data), *call, "--out", str(tmp_path / "fit"))
     assert found["fitted"][0]["value"] == pytest.approx(170.0, abs=1e-4)
+    fitted = load_machine(str(tmp_path / "fit" / "calibrated.toml"))
+    assert fitted.data[fitted.index_of("bars.L2_mm")] == found["fitted"][0]["value"] * 1e-3
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_cycle_of_a_clutch_ends_where_its_link_is_back(tmp_path: Path) -> None:
+    found = answer("simulate", "shi2021", "--samples", "24", "--speed-rpm", "2", "--out", str(tmp_path))
+    _, columns = read_cycle_csv(tmp_path / "values.csv")
+    machine = load_machine("shi2021", speed_rpm=2.0)
+    assert columns["phi_deg"][-1] == pytest.approx(np.degrees(machine.turn) * 23 / 24)
+    assert columns["shift_mm"].max() == found["quantities"]["shift_mm"]["max"]
+    assert machine.data[machine.speed] == pytest.approx(np.pi / 15, rel=1e-12)
+    assert (found["repeats_after_turns"], found["not_repeating"]) == (1, {}), "velocities jump at the ends"
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "radius of the arc rack" in page
+    assert "set on the command line" in page
 
 
 def test_what_does_not_apply_is_refused() -> None:
     motor = ("--stall-Nm", "1", "--idle-rpm", "60", "--flywheel-kgm2", "1")
     assert "no torque of a motor" in refusal("drive", "yu2023", *motor)
     assert "--lift does not apply to yu2023" in refusal("simulate", "yu2023", "--lift")
-    assert "--out does not apply" in refusal("simulate", "yu2023", "--out", "folder")
     assert "--least" in refusal("sensitivity", "yu2023")
     assert "did you mean x_S" in refusal("sensitivity", "yu2023", "--all", "--least", "range x_SS")

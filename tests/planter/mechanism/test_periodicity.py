@@ -1,6 +1,7 @@
 """Turns that do not end in the state in which they began: what they tell, and what they must not."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -8,12 +9,14 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter.engine.machine import Machine
 from planter.engine.measures import parse_measure
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError
 from planter.mechanism import cam, course, optimisation
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.lifting import warnings
+from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.report.results import write_turn
 from planter.mechanism.swept import ROOM
@@ -48,9 +51,13 @@ def belt(ratio: Fraction, more: str = "") -> MechanismFile:
     return file(f"{text}{more}SYSTEM = m.system()\n", "belt")
 
 
+def belt_machine(ratio: Fraction, more: str = "") -> Machine:
+    return build_machine(belt(ratio, more))
+
+
 @pytest.mark.parametrize("ratio", [Fraction(1, 2), Fraction(-5, 4)])
 def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
-    result = turn(Model(belt(ratio))).result
+    result = turn(Model(belt_machine(ratio))).result
     jsonschema.validate(result.table(), json.loads((schema.FOLDER / "turn.json").read_text(encoding="utf-8")))
     assert {"chi_deg", "M_in_Nm", "P_M_in_W", "F_Ox_N"} <= result.not_repeating.keys()
     assert not {"chi_dot_rad_s", "chi_ddot_rad_s2"} & result.not_repeating.keys()
@@ -63,7 +70,7 @@ def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
 
 def test_turn_with_whole_ratio_repeats() -> None:
     """An angle that gains whole turns is no change; its mean is that of the turn, not that of 360 samples of it."""
-    result = turn(Model(belt(Fraction(-2)))).result
+    result = turn(Model(belt_machine(Fraction(-2)))).result
     assert (result.not_repeating, result.repeats_after_turns, result.warnings) == ({}, 1, [])
     assert result.quantities["chi_deg"].mean == pytest.approx(-360.0, rel=1e-12)
     assert result.quantities["chi_deg"].rms == pytest.approx(720 / np.sqrt(3), rel=1e-4)
@@ -71,7 +78,7 @@ def test_turn_with_whole_ratio_repeats() -> None:
 
 
 def test_turn_reports_a_length_that_grows() -> None:
-    result = turn(Model(belt(Fraction(1), CORD))).result
+    result = turn(Model(belt_machine(Fraction(1), CORD))).result
     assert result.not_repeating == {"cord_mm": pytest.approx(100 * np.pi)}
     assert result.repeats_after_turns is None
     assert result.work["M_in_J"] == pytest.approx(0, abs=1e-12)
@@ -80,41 +87,41 @@ def test_turn_reports_a_length_that_grows() -> None:
 def test_turn_whose_next_turn_fails_gives_no_means() -> None:
     """The square root ends at 400 deg."""
     more = 'from sympy import sqrt\nm.report("left", "1", "what is left", sqrt(Rational(7) - q.phi))\n'
-    result = turn(Model(belt(Fraction(1), more))).result
+    result = turn(Model(belt_machine(Fraction(1), more))).result
     assert set(result.not_repeating.values()) == {None}
     assert result.work == {"M_in_J": None}
     assert "left" in result.warnings[0].message
 
 
 def test_averages_of_what_does_not_repeat_are_refused() -> None:
-    half = belt(Fraction(1, 2), CORD)
+    source, half = belt(Fraction(1, 2), CORD), belt_machine(Fraction(1, 2), CORD)
     with pytest.raises(ComputationError, match="M_in"):
-        course.measure(half, parse_measure("rms M_in", "a"), None, None)
+        course.measure(source, parse_measure("rms M_in", "a"), None, None)
     with pytest.raises(ComputationError, match="M_in"):
         optimisation.optimise(half, "rms M_in", spec=SearchSpec(starts=1))
     with pytest.raises(ComputationError, match="cord"):
         cam.profile(Model(half), 0.001, "cord", "e")
-    assert course.measure(half, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
-    assert course.measure(half, parse_measure("min chi", "a"), None, None) == 0
+    assert course.measure(source, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
+    assert course.measure(source, parse_measure("min chi", "a"), None, None) == 0
     names = ("M_in_mean_Nm", "M_in_max_Nm", "chi_dot_mean_rad_s")
     ends = {"values.e_mm": (50.0, 50.0)}
-    rows = ROOM.subject(ROOM.frozen(half), {}, ends, names).evaluated(np.array([[50.0]]), 1)
+    rows = ROOM.subject(ROOM.frozen(source), {}, ends, names).evaluated(np.array([[50.0]]), 1)
     assert rows[0] == pytest.approx([np.nan, 0.981, np.pi], nan_ok=True)
 
 
 def test_contact_of_a_turn_that_does_not_repeat() -> None:
     """A force that is negative at both ends of the turn is so in two stretches, none of which passes its end."""
     more = "from sympy import sin\nN = m.report('N_c', 'N', 'contact', q.m * q.g * (sin(chi) - Rational(1, 2)))\n"
-    model = Model(belt(Fraction(1, 2), more))
-    angles = 2 * np.pi * np.arange(90) / 90
-    model.formulas.sidecar["pushing"] = ["N_c"]
+    machine = belt_machine(Fraction(1, 2), more)
+    pushing = tuple(replace(quantity, is_push=quantity.name == "N_c") for quantity in machine.quantities)
+    model, angles = Model(replace(machine, quantities=pushing)), 2 * np.pi * np.arange(90) / 90
     found = warnings(model, angles, model(angles), repeats=False)
     assert [one.angle_deg for one in found] == pytest.approx([0.0, 300.0], abs=1e-6)
 
 
 def test_curve_and_drawing_end_where_the_turn_does(tmp_path: Path) -> None:
-    half = turn(Model(belt(Fraction(1, 2))))
+    half = turn(Model(belt_machine(Fraction(1, 2))))
     assert not half.repeats
     assert half.ends["chi_deg"] == pytest.approx(180.0)
-    write_turn(tmp_path / "run", half, belt(Fraction(1, 2)))
+    write_turn(tmp_path / "run", half)
     assert "does_not_repeat" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")

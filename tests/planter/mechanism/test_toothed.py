@@ -27,7 +27,7 @@ SYSTEM = gears.system()
 
 
 def mesh(source: str, tag: str = "P", name: str = "") -> Mesh:
-    model = Model(own.file(source, name))
+    model = Model(own.machine(source, name))
     return Mesh(model, tag, tuple(model.formulas.sidecar["meshes"][tag]))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main as derive
+from planter.engine.machine import load_machine
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
@@ -57,7 +58,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def model(folder: Path, **values: float) -> Model:
-    return Model(load(folder / "generated" / "four_bar.toml", values))
+    return Model(load_machine(str(folder / "generated" / "four_bar.toml"), values))
 
 
 def rocker_angle(phi: np.ndarray, a: float, b: float, c: float, d: float) -> np.ndarray:

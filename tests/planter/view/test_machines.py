@@ -11,6 +11,7 @@ from shapely import Point, Polygon
 from derive.__main__ import main as derive
 from planter.clutch.report import scene as clutch
 from planter.clutch.rotor import Rotor
+from planter.engine.machine import load_machine
 from planter.gearing.teeth.making import toothed
 from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.pair import circles
@@ -18,7 +19,6 @@ from planter.gears.report import scene as gears
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
 from planter.mapping.report import scene as mapping
-from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.mechanism.report.figures import Course
 from planter.mechanism.report.scene import scene as own_scene
@@ -96,7 +96,7 @@ def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     folder = tmp_path_factory.mktemp("own")
     assert derive([str(EXAMPLES / "transplanting_arm.py"), "--out", str(folder)]) == 0
-    found = turn(Model(load(folder / "transplanting_arm.toml")))
+    found = turn(Model(load_machine(str(folder / "transplanting_arm.toml"))))
     course = Course(found.angles_deg, "phi / deg", turn=True)
     return own_scene("arm", course, found.seconds, found.columns, found.places)
 

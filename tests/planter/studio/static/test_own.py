@@ -11,6 +11,7 @@ import pytest
 
 from planter.errors import NotFiniteError
 from planter.kernels.programs import webassembly
+from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.show import Mechanism
 from planter.mechanism.turn import turn
@@ -37,7 +38,7 @@ def test_its_program_finds_the_turn(name: str) -> None:
     for values in designs(machine, 3):
         found = portable.at(values, portable.seen)
         singles = dict(zip(portable.singles, found["singles"], strict=True))
-        known = turn(Model(machine.file.moved_to({path.removeprefix("values."): v for path, v in values.items()})))
+        known = turn(Model(build_machine(machine.file.with_numbers(values))))
         for key, quantity in known.result.quantities.items():
             scale = max(abs(quantity.max), abs(quantity.min))
             assert singles[f"largest {key}"] == pytest.approx(quantity.max, abs=1e-12 * scale)
