@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 import typer
 
-from planter.engine.machine import load_machine
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.options import refuse_options
@@ -196,12 +195,14 @@ def optimise(
 
     console = Console(as_json)
     with console.outcome(), renewing(out):
+        from planter.engine.machine import load_machine
         from planter.parallel.task import Means
         from planter.planting import optimisation
 
-        other = (
-            load_other(machine, set_, speed_rpm) if least is None else load_machine(machine, changes(set_), speed_rpm)
-        )
+        if least is None and not hold:
+            other = load_other(machine, set_, speed_rpm)
+        else:
+            other = load_machine(machine, changes(set_), speed_rpm)
         if other is not None:
             besides = {"--model": model is not Model.exact, "--front": front,
                        "--teeth": teeth is not None, "--module": module is not None, "--module1": module1 is not None,

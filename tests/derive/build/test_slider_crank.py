@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
+from planter.engine.response import Response
 from planter.errors import ComputationError
 from planter.kernels import generated
 from planter.mechanism.model import Model
@@ -94,12 +95,11 @@ def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) ->
 
 def test_the_casadi_module_builds_and_agrees_with_the_arrays(folder: Path) -> None:
     arrays, own = generated.module("array/slider_crank", folder), model(folder)
-    assert own.course is not None
-    places = own.course.at(PHI)
-    found = arrays.lane(np, PHI, own.data, places, arrays.prologue(np, own.data))
+    data = own.machine.data
+    found = arrays.lane(np, PHI, data, Response(own.machine).coordinates(data, PHI), arrays.prologue(np, data))
     by_casadi = own(PHI)
-    for entry, values in zip(own.outputs, found, strict=True):
-        assert by_casadi[entry["name"]] == pytest.approx(values + 0 * PHI, rel=1e-10, abs=1e-10), entry["name"]
+    for quantity, values in zip(own.machine.quantities, found, strict=True):
+        assert by_casadi[quantity.name] == pytest.approx(values + 0 * PHI, rel=1e-10, abs=1e-10), quantity.name
 
 
 def test_one_side_without_composed_functions_is_a_clean_module(folder: Path) -> None:
