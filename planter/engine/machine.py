@@ -129,7 +129,7 @@ class Machine:
     powers of friction, `energies` quantities that add up to all energy, if they are reported.
     `document` is the file that it was read from, and `build` makes the machine of a file of its kind; pickles can be
     made of both. `least` is the sum of measures that the file minimises under `limits`, over true extremes or samples
-    as `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is what the drive's angle is called.
+    as `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the drive's angle.
     `stages` are further functions along the angle: `places` of points of bodies, `followers` and `meshes` of cams and
     gears.
     """

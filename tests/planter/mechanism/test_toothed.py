@@ -27,8 +27,8 @@ SYSTEM = gears.system()
 
 
 def mesh(source: str, tag: str = "P", name: str = "") -> Mesh:
-    model = Model(own.machine(source, name))
-    return Mesh(model, tag, tuple(model.formulas.sidecar["meshes"][tag]))
+    names = own.file(source, name).model.sidecar["meshes"][tag]
+    return Mesh(Model(own.machine(source, name)), tag, tuple(names))
 
 
 @pytest.mark.parametrize(("name", "tag"), [("elliptic_gears", "P"), ("planetary_train", "P"), ("planetary_train", "Q")])
