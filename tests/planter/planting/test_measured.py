@@ -100,7 +100,7 @@ def test_the_other_model_does_not_explain_the_data_nor_the_other_speed(found: di
 def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
     own = found["exact"]
     device = machines.device("wang2017")
-    page.write(tmp_path, device.machine, own, meanings(device.sidecar))
+    page.write(tmp_path, device.machine, own, meanings(device.sidecar), "carrier angle")
     machine = load(tmp_path / page.MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
     degrees = np.degrees(own.fits["exact"].curve.phi) + own.result.fitted[2].value
