@@ -10,29 +10,12 @@ from planter.mechanism import file
 from planter.tolerance.machine_room import MachineRoom
 
 if TYPE_CHECKING:
-    from planter.engine.machine import Machine
     from planter.engine.measures import Limit, Measure
     from planter.mechanism.file import MechanismFile
 
 
 class Room(MachineRoom):
     """Mechanisms that an angle drives."""
-
-    def takes(self, source: str) -> bool:
-        """Return whether a source is the file of a mechanism, or its name."""
-        from planter.mechanism import machines
-
-        return machines.takes(source)
-
-    def load(self, source: str, changes: Mapping[str, float]) -> MechanismFile:
-        """Return the file, some numbers set."""
-        return file.load(source, changes)
-
-    def build(self, machine: MechanismFile) -> Machine:
-        """Return the mechanism of a file. Raises InputError if no angle drives it."""
-        from planter.mechanism import machines
-
-        return machines.build_machine(machine)
 
     def frozen(self, machine: MechanismFile) -> dict[str, Any]:
         """Return its table, and where its functions are."""
@@ -53,4 +36,4 @@ class Room(MachineRoom):
         return goal.least, goal.limits, goal.machine.least_samples
 
 
-ROOM = Room()
+ROOM = Room(__package__)

@@ -98,19 +98,16 @@ def takes(source: str) -> bool:
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a pick-up; raises InputError and GeometryError as its file and train do."""
-    return build_file(file.load(source, changes))
+    return build_machine(file.load(source, changes))
 
 
-def build_file(machine: file.Pickup) -> Machine:
-    """Return the machine of a pick-up's file. Raises GeometryError as its train does."""
-    return build_machine(machine, build(machine))
-
-
-def build_machine(machine: file.Pickup, train: Train) -> Machine:
+def build_machine(machine: file.Pickup, train: Train | None = None) -> Machine:
     """Return a pick-up with its train as a machine: its values are the numbers that its motion and gears depend on.
 
-    The law of a path, and the bars that the path has, do not change with the values.
+    The law of a path, and the bars that the path has, do not change with the values. Raises GeometryError for a pick-up
+    that has no train.
     """
+    train = train or build(machine)
     fixed = {"L1": train.geometry.L1, "L2": train.geometry.L2, "phi5_far": train.phi5_far}
     fixed["transition"] = train.law.transition
     written, sidecar = machine.numbers(), load_formulas(MODEL).sidecar
@@ -135,7 +132,7 @@ def build_machine(machine: file.Pickup, train: Train) -> Machine:
     )
     return Machine(
         document=machine,
-        build=build_file,
+        build=build_machine,
         assumptions=tuple(sidecar["assumptions"]),
         values=values,
         data=np.array(data),

@@ -37,12 +37,6 @@ class Room(MachineRoom):
         """Return whether a source is a built-in name, or a file with the tables of such a machine."""
         return examples.belongs(source, KIND, OWN)
 
-    def load(self, source: str, changes: Mapping[str, float]) -> MachineFile:
-        """Return the file, or the built-in one of that name, some numbers set."""
-        from planter.planting import file
-
-        return file.load(source, changes)
-
     def build(self, machine: MachineFile) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""
         from planter.planting.model import Device
@@ -128,4 +122,4 @@ def _build_device(machine: MachineFile, choices: Mapping[str, str], inputs: Ends
     )
 
 
-ROOM = Room()
+ROOM = Room(__package__)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from planter.errors import InputError
@@ -23,7 +25,10 @@ if TYPE_CHECKING:
 
 
 class MachineRoom(ABC):
-    """Machines of files that the engine takes: inputs are their values, outputs measures of their quantities."""
+    """Machines of files that the engine takes: inputs are their values, outputs measures of their quantities.
+
+    Files are read by a function of the module `file` of a package, machines made by its module `machines`.
+    """
 
     choices: Mapping[str, Sequence[str]] = {}
     usual: Sequence[str] = ()
@@ -31,17 +36,26 @@ class MachineRoom(ABC):
     curves: Sequence[str] = ()
     paths: Sequence[tuple[str, str]] = ()
 
-    @abstractmethod
+    def __init__(self, package: str | None, load: str = "load") -> None:
+        self._package, self._load = package, load
+
+    def _import_module(self, name: str) -> ModuleType:
+        return import_module(f"{self._package}.{name}")
+
     def takes(self, source: str) -> bool:
         """Return whether a file, or a name, is a machine of this kind."""
+        is_taken: bool = self._import_module("machines").takes(source)
+        return is_taken
 
-    @abstractmethod
     def load(self, source: str, changes: Mapping[str, float]) -> Document:
         """Return the file of a machine, some numbers set."""
+        document: Document = getattr(self._import_module("file"), self._load)(source, changes)
+        return document
 
-    @abstractmethod
     def build(self, machine: Any) -> Machine:
         """Return the machine of a file."""
+        built: Machine = self._import_module("machines").build_machine(machine)
+        return built
 
     @abstractmethod
     def frozen(self, machine: Any) -> dict[str, Any]:
