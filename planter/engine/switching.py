@@ -9,8 +9,8 @@ import numpy as np
 from planter.engine.machine import Machine
 from planter.engine.response import DesignPoint, Response
 from planter.kernels import Array
-from planter.numerics import roots
 from planter.numerics.arrays import Integers
+from planter.numerics.crossings import find_crossings
 
 
 @dataclass(frozen=True)
@@ -26,38 +26,22 @@ class Switchings:
     """The events of a machine over designs; two of one event that lie within a step of the scan are missed."""
 
     def __init__(self, machine: Machine, count: int) -> None:
-        """Scan `count` steps of a cycle, which begin half a step before the angle zero.
-
-        Events often lie at whole steps, where rounding would decide in which of two steps their function has its zero.
-        """
+        """Scan `count` steps of a cycle."""
         self.machine, self.response = machine, Response(machine, (), with_events=True)
         size = len(self.response.quantities)
         self.kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
         self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])
-        self.grid = machine.turn * (np.arange(count + 1) - 0.5) / count
+        self.count = count
 
     def find(self, point: DesignPoint) -> tuple[Array, Integers]:
         """Return the angles (s,) at which events of the first side happen, in order, and the rows of these."""
         if not len(self.periods):
             return np.empty(0), np.empty(0, dtype=np.int64)
-        values = self.response.values(point, self.grid)
-        periods = self.periods[:, None]
-        turns = np.where(np.isinf(periods), np.where(values < 0, -1.0, 0.0), np.floor(values / periods))
-        rows, cells = np.nonzero(turns[:, 1:] != turns[:, :-1])
-        if not len(rows):
-            return np.empty(0), rows
-        periodic = np.where(np.isinf(self.periods), 0.0, self.periods)[rows]
-        levels = np.maximum(turns[rows, cells], turns[rows, cells + 1]) * periodic
-        lanes = np.arange(len(rows))
-
-        def function(phi: Array) -> tuple[Array, Array]:
-            values, rates = self.response.derivatives(point, phi)
-            return values[rows, lanes] - levels, rates[rows, lanes]
-
-        ends = values[rows, cells] - levels, values[rows, cells + 1] - levels
-        angles = np.mod(roots.newton(function, self.grid[cells], self.grid[cells + 1], ends), self.machine.turn)
-        order = np.argsort(angles, kind="stable")
-        return angles[order], rows[order]
+        response = self.response
+        return find_crossings(
+            lambda phi: response.values(point, phi), lambda phi: response.derivatives(point, phi), self.periods,
+            self.count, self.machine.turn,
+        )  # fmt: skip
 
     def find_all(self, point: DesignPoint) -> list[Switching]:
         """Return the events of all sides, by their angles."""

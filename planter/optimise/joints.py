@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics import roots
+from planter.numerics.angles import TURN
 from planter.numerics.arrays import Integers
+from planter.numerics.crossings import find_crossings
 from planter.optimise.response import Response
 
 GRID = 72
@@ -65,36 +66,12 @@ class Joints:
 
 
 def find(response: Response, at: Any) -> Joints:
-    """All joints of a design."""
-    events, low, high, level, ends = _brackets(response, at)
-    pick = np.arange(len(events))
-
-    def above(phi: Array) -> tuple[Array, Array]:
-        g, along = response.event_values(at, phi)
-        return g[events, pick] - level, along[events, pick]
-
-    angles = np.mod(roots.newton(above, low, high, ends), 2 * np.pi) if len(events) else np.empty(0)
-    order = np.array([j for j in np.argsort(angles, kind="stable") if not _repeats(j, angles, events)], dtype=np.int64)
-    return Joints(response, at, angles[order], events[order])
-
-
-def _repeats(j: int, angles: Array, events: Integers) -> bool:
-    """Whether a joint is the one found before it: rounding can show one at both ends of the turn."""
-    gap = np.abs(angles[:j] - angles[j])
-    return bool(((events[:j] == events[j]) & (np.minimum(gap, 2 * np.pi - gap) < ASIDE)).any())
-
-
-def _brackets(response: Response, at: Any) -> tuple[Integers, Array, Array, Array, tuple[Array, Array]]:
-    """Event, bracket, level and g less level at the bracket's ends: g passes it once between neighbours of a grid."""
-    grid = np.linspace(0, 2 * np.pi, GRID + 1)
-    g, _ = response.event_values(at, grid)
-    periods = np.array([event.period or np.inf for event in response.events])[:, None]
-    turns = np.where(np.isinf(periods), np.where(g < 0, -1.0, 0.0), np.floor(g / periods))
-    events, cells = np.nonzero(turns[:, 1:] != turns[:, :-1])
-    passed = np.maximum(turns[events, cells], turns[events, cells + 1])
-    level = np.where(passed == 0, 0.0, passed * np.where(np.isinf(periods), 0.0, periods)[events, 0])
-    ends = g[events, cells] - level, g[events, cells + 1] - level
-    return events, grid[cells], grid[cells + 1], level, ends
+    """Return all joints of a design."""
+    periods = np.array([event.period or np.inf for event in response.events])
+    angles, events = find_crossings(
+        lambda phi: response.event_values(at, phi)[0], lambda phi: response.event_values(at, phi), periods, GRID, TURN
+    )
+    return Joints(response, at, angles, events)
 
 
 @dataclass(frozen=True)
@@ -111,9 +88,9 @@ class Place:
 def places(response: Response, at: Any) -> list[Place]:
     """Joints of all sides over a turn, by angle: side 1, and the others each one period of the force later."""
     found = find(response, at)
-    sides = round(2 * np.pi / response.period)
+    sides = round(TURN / response.period)
     every = [
-        Place(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, 2 * np.pi)), velocity)
+        Place(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, TURN)), velocity)
         for side in range(1, sides + 1)
         for name, order, angle, velocity in zip(found.names, found.orders, found.angles, found.velocity, strict=True)
     ]
