@@ -13,22 +13,27 @@ from planter.engine.machine import Machine
 from planter.engine.measures import Kind, Limit, Measure
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import Flags, Integers
 from planter.optimise.proof.arithmetic import PI
 from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.curve import Enclosed, enclose_parts
+from planter.optimise.proof.curve import Enclosed, enclose_at, list_angles, list_samples
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.objective import Bounds, Extreme, bounds, variance
 
 NONNEGATIVE = ("range", "variance", "std", "rms")
 """Measures that are never below zero, of whatever quantity."""
 
+MOST_LANES = 768
+"""Lanes of boxes and angles above which it saves no more time to bound several boxes at once."""
+
 Enclose = Callable[[Sequence[tuple[str, bool]]], Enclosed]
 """Gives enclosures of quantities by name, or of their sizes."""
 
 
 class ProvableObjective:
-    """A sum of measures over `count` samples of a cycle, in display units, bounded over boxes [lower, upper] (p,).
+    """A sum of measures over samples of a cycle, in display units, bounded over boxes [lower, upper] (p,).
+
+    `count` is the number of samples that differ, and `batch` that of boxes which are best bounded at once.
 
     Designs count that satisfy the limits; a box in which one is certainly violated has no bound but infinity. Limits at
     angles that move are not heeded, which leaves bounds true. Angles at which quantities cannot be enclosed are left
@@ -38,29 +43,72 @@ class ProvableObjective:
     def __init__(
         self, machine: Machine, least: Sequence[Measure], count: int, enclose: Enclose, limits: Sequence[Limit] = ()
     ) -> None:
-        self.machine, self.least, self.count = machine, tuple(least), count
+        self.machine, self.least = machine, tuple(least)
         self.limits = tuple(_resolve(limit) for limit in limits if is_fixed(machine, limit.measure))
         self.heeds_all = len(self.limits) == len(limits)
         measures = (*self.least, *(limit.measure for limit in self.limits))
         self._quantities = list(dict.fromkeys((measure.name, measure.size) for measure in measures))
         self._angles = list(dict.fromkeys(measure.angle for measure in measures if measure.angle is not None))
         self._enclosed = enclose(self._quantities)
-        cycle = [Fraction(i, count) for i in range(count)]
+        cycle = list_samples(self._enclosed, count)
+        self.count = len(cycle)
         self._turns = [*cycle, *(Fraction(angle % 360) / 360 for angle in self._angles)]
+        self.batch = max(1, MOST_LANES // len(self._turns)) if len(self._enclosed.offsets) == 1 else 1
 
     def __call__(self, lower: Array, upper: Array) -> Bounds:
         """Return the bounds over a box. Raises Unbounded where there are none."""
-        space = Space(lower, upper)
+        (result,) = self.bound_boxes([(lower, upper)])
+        if isinstance(result, Unbounded):
+            raise result
+        return result
+
+    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
+        """Return the bounds over each of some boxes, or why there are none."""
+        batches = [boxes[k : k + self.batch] for k in range(0, len(boxes), self.batch)]
         with np.errstate(all="ignore"):
-            places, jets = enclose_parts(self._enclosed, space, self._turns)
-            samples = Samples(self.machine, self.count, self._angles, places, self._convert(jets), space)
-            if any(_is_violated(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
-                nothing = np.zeros(len(lower))
-                return Bounds(np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True)
-            terms = [samples.bound_term(measure) for measure in self.least]
-            smooth = [term.smooth for term in terms if term.smooth is not None]
-            extremes = [extreme for term in terms for extreme in term.extremes]
-            result = bounds(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
+            return [result for batch in batches for result in self._bound_batch(batch)]
+
+    def _bound_batch(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
+        """Return the bounds over boxes, each of which takes as many lanes as there are angles."""
+        count = len(self._turns)
+        ends = [np.repeat(np.array(side).T, count, axis=1) for side in zip(*boxes, strict=True)]
+        space = Space(*(ends if len(boxes) > 1 else boxes[0]))
+        try:
+            jets = enclose_at(self._enclosed, space, self._turns * len(boxes))
+        except Unbounded as error:
+            return [error] if len(boxes) == 1 else [result for box in boxes for result in self._bound_batch([box])]
+        return [
+            self._bound_lanes(box, jets, space.jumping, slice(k * count, (k + 1) * count))
+            for k, box in enumerate(boxes)
+        ]
+
+    def _bound_lanes(
+        self, box: tuple[Array, Array], jets: Sequence[Jet], jumping: Flags, lanes: slice
+    ) -> Bounds | Unbounded:
+        """Return the bounds over a box from some lanes of jets, those without bounds left out."""
+        space = Space(*box)
+        jets = [replace(jet.taken(lanes), space=space) for jet in jets]
+        places = np.flatnonzero(np.all([jet.is_bounded for jet in jets], axis=0))
+        space.jumping = jumping[lanes][places]
+        jets = [jet.taken(places) for jet in jets]
+        try:
+            if len(places) < len(self._turns) and self._enclosed.is_empty(*box, list_angles(self._turns)):
+                return _exclude(space)
+            if not len(places):
+                raise Unbounded("a quantity may have no bound at any angle")
+            return self._bound(
+                space, Samples(self.machine, self.count, self._angles, places, self._convert(jets), space)
+            )
+        except Unbounded as error:
+            return error
+
+    def _bound(self, space: Space, samples: Samples) -> Bounds:
+        if any(_is_violated(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
+            return _exclude(space)
+        terms = [samples.bound_term(measure) for measure in self.least]
+        smooth = [term.smooth for term in terms if term.smooth is not None]
+        extremes = [extreme for term in terms for extreme in term.extremes]
+        result = bounds(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
         if not (np.isfinite(result.least) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
         is_whole = all(term.is_whole for term in terms)
@@ -178,6 +226,12 @@ class Samples:
             speed = space.parameters()[self.machine.moved.index(index)]
             return turn / speed if space.centre[self.machine.moved.index(index)] > 0 else turn / -speed
         return turn / abs(float(self.machine.data[index]))
+
+
+def _exclude(space: Space) -> Bounds:
+    """Return the bounds over a box in which no design counts."""
+    nothing = np.zeros(len(space.lower))
+    return Bounds(np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True)
 
 
 def is_fixed(machine: Machine, measure: Measure) -> bool:

@@ -36,5 +36,26 @@ def extract_outputs(
     return result
 
 
+def find_periodic(module: ModuleType, stage: str, argument: str, size: int) -> list[bool]:
+    """Return of which entries (size,) of an argument a function takes nothing but sine and cosine."""
+    (function,) = ast.parse(inspect.getsource(getattr(module, stage))).body
+    names, unsafe = dict[str, int](), set[int]()
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Subscript):
+            index = node.value.slice
+            if isinstance(node.value.value, ast.Name) and node.value.value.id == argument:
+                names[ast.unparse(node.targets[0])] = int(ast.unparse(index))
+    waves = {"xp.sin", "xp.cos"}
+    taken = {
+        id(node.args[0])
+        for node in ast.walk(function)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in waves
+    }
+    for node in ast.walk(function):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in names and id(node) not in taken:
+            unsafe.add(names[node.id])
+    return [index in names.values() and index not in unsafe for index in range(size)]
+
+
 def _find_names(node: ast.AST) -> set[str]:
     return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}

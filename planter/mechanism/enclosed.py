@@ -7,20 +7,24 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
+from planter.engine.loops import TURN, Loops
 from planter.engine.machine import Machine
-from planter.engine.response import Response
-from planter.errors import ComputationError
-from planter.kernels import generated
-from planter.kernels.array_code import extract_outputs
+from planter.kernels import Array, generated
+from planter.kernels.array_code import extract_outputs, find_periodic
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball, Unbounded
 from planter.optimise.proof.branches import Unbranched
-from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.linear import solve
+from planter.optimise.proof.paving import has_rootless_lane
 from planter.optimise.proof.roots import roots
 
+FARTHEST = 1e3
+"""Size of a coordinate beyond which no assembly is looked for [m or rad]."""
 MOST_NEWTON_STEPS = 9
 """Newton steps of generated code have numbers of one digit."""
 
@@ -39,7 +43,7 @@ class EnclosedMechanism:
     def __init__(self, machine: Machine, formulas: Formulas, quantities: Sequence[tuple[str, bool]]) -> None:
         self.machine = machine
         self.sizes = tuple(is_size for _, is_size in quantities)
-        self._response = Response(machine, [])
+        self._unclosed = set[bytes]()  # centres of the boxes that were enclosed last at which loops do not close
         self._module = module = generated.module(f"array.{formulas.name}", formulas.folder)
         names = formulas.outputs("lane")
         self._inputs: list[str] = formulas.sidecar["functions"]["lane"]["inputs"]
@@ -82,10 +86,9 @@ class EnclosedMechanism:
         loops = self.machine.loops
         if loops is None:
             return []
-        try:
-            start = self._response.coordinates(self.machine.data_at(space.centre), phi.mid)
-        except ComputationError as error:
-            raise Unbounded(error.message) from None
+        start = self._find_coordinates(loops, space, phi.mid)
+        if np.isnan(start).all():
+            raise Unbounded("loops do not close at the centre of a box")
         smooth = space.asking(Unbranched.none(len(phi.mid)))
         angles, data = smooth.constant(phi), self._data(smooth)
 
@@ -96,6 +99,41 @@ class EnclosedMechanism:
             return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
         return roots(smooth, start, residual)
+
+    def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
+        """Return whether loops close at no design of a box [lower, upper] (p,) at one of the angles phi (n,) [rad].
+
+        It is looked into where they do not close at the centre, after `follow` has found that.
+        Angles of which the gaps only take sine and cosine are looked for in a turn, other coordinates up to `FARTHEST`.
+        """
+        loops = self.machine.loops
+        if loops is None or Space(lower, upper).centre.tobytes() not in self._unclosed:
+            return False
+        space, size = Space(lower, lower), loops.size
+        data = [space.constant(Ball.exact([value])) for value in self.machine.data]
+        for index, low, high in zip(self.machine.moved, lower, upper, strict=True):
+            data[index] = space.constant(Ball.between(np.array([low]), np.array([high])))
+
+        def enclose_gaps(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
+            coordinates = [space.constant(ball) for ball in q]
+            closure = self._module.closure(Enclosing(space), space.constant(phi[lanes]), data, coordinates)
+            rows = [space.lift(row).value[ANYWHERE] for row in closure]
+            return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
+
+        periodic = find_periodic(self._module, "closure", "loops", size)
+        most = np.where(periodic, np.pi * (1 + 1e-9), FARTHEST)
+        return has_rootless_lane(enclose_gaps, -most, most, len(phi.mid))
+
+    def _find_coordinates(self, loops: Loops, space: Space, phi: Array) -> Array:
+        """Return coordinates (c, lanes) at the centres of boxes, NaN where a walk from 0 on along closed loops ends."""
+        centres, boxes = np.unique(space.centre.reshape(len(space.centre), -1), axis=1, return_inverse=True)
+        angles, places = np.unique(phi, return_inverse=True)
+        walk = loops.walk(np.array([self.machine.data_at(x) for x in centres.T]).T, np.append(angles, TURN))
+        _, returned = walk.gains()
+        self._unclosed = {x.tobytes() for x in centres.T[~returned]}
+        reached = np.where(returned, np.inf, np.where(walk.assembled & ~walk.alive, walk.reached, -1.0))
+        boxes = np.broadcast_to(boxes.ravel(), phi.shape)
+        return np.where(phi <= reached[boxes], walk.places[:, places, boxes], np.nan)
 
 
 def _solve(xp: Enclosing, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:

@@ -44,7 +44,7 @@ def with_proof(
     design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
     incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, objective_bounds))
     box = (machine.lower, machine.upper)
-    proof = prove_bound(objective_bounds, box, objective_bounds.floor, incumbent, seconds, listener)
+    proof = prove_bound(objective_bounds, box, incumbent, seconds, listener)
     return replace(found, result=replace(found.result, proof=proof))
 
 

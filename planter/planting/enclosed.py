@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from planter.gearing.stage import Stage
-from planter.kernels import generated
+from planter.kernels import Array, generated
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball
@@ -48,6 +48,10 @@ class EnclosedForce:
     def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
         """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
         return lambda xp, lanes: self._shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
+
+    def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
+        """Return False: every design of a box counts."""
+        return False
 
     def _shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))

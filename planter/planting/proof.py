@@ -10,15 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from planter.engine.proof import ProvableObjective
 from planter.kernels import Array
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
-from planter.optimise.proof.curve import samples
-from planter.optimise.proof.jets import Jet, Space
-from planter.optimise.proof.objective import Bounds, Extreme, bounds, variance
 from planter.planting import search as planting_search
 from planter.planting.enclosed import EnclosedForce
 from planter.planting.model import Device
-from planter.planting.objective import weights
+from planter.planting.objective import build_measures
 from planter.planting.optimisation import Optimisation
 from planter.planting.search import Optimum
 from planter.progress import Listener
@@ -32,7 +30,7 @@ def with_proof(found: Optimisation, seconds: float = SECONDS, progress: Listener
     named = device.named(optimum.design)
     incumbent = Incumbent(optimum.design, named, optimum.objective, int(optimum.sampling), scope)
     box = bounding.searched(optimum.design)
-    proof = prove_bound(bounding, box, bounding.floor, incumbent, seconds, progress)
+    proof = prove_bound(bounding, box, incumbent, seconds, progress)
     return replace(found, result=replace(found.result, proof=proof))
 
 
@@ -46,29 +44,14 @@ def _incumbent(found: Optimisation, progress: Listener | None) -> Optimum:
     return planting_search.run(device, "ipopt", samples, own.seed, progress=progress, near=[own.design])
 
 
-class Objective:
+class Objective(ProvableObjective):
     """Objective (31) of a device over N samples, bounded over boxes of designs [lower, upper] (p,)."""
 
     def __init__(self, device: Device, count: int) -> None:
-        self.device, self.count = device, count
-        self.force, self.weights = EnclosedForce(device), weights(device.machine)
-
-    def __call__(self, lower: Array, upper: Array) -> Bounds:
-        (force,) = samples(self.force, Space(lower, upper), self.count)
-        weight = self.weights.weight_range
-        extremes = [Extreme(force * factor, largest=weight >= 0) for factor in (weight, -weight)]
-        return bounds(self._spread(variance(force)), extremes)
-
-    @property
-    def floor(self) -> float:
-        """What no objective is below: neither range nor variance is negative."""
-        return 0.0 if min(self.weights.weight_range, self.weights.weight_variance) >= 0 else -np.inf
+        self.device, self.force = device, EnclosedForce(device)
+        super().__init__(device.force.machine, build_measures(device.machine), count, lambda _: self.force)
 
     def searched(self, design: Array) -> tuple[Array, Array]:
         """The device's box, parameters without effect held at their value in `design` (p,)."""
         gone = np.isin(self.device.names, self.force.without)
         return np.where(gone, design, self.device.lower), np.where(gone, design, self.device.upper)
-
-    def _spread(self, squared: Jet) -> Jet:
-        spread = squared if self.weights.kind == "paper" else squared.sqrt()
-        return spread * self.weights.weight_variance

@@ -78,17 +78,19 @@ class Enclosing:
     def arctan2(self, y: Any, x: Any) -> Jet:
         """Return the angle of a point: that of a fixed direction near it, and the angle from there.
 
-        Raises Unbounded where the point may be the origin, or where the angle may jump by a turn.
+        NaN in lanes where the point may be the origin, or where the angle may jump by a turn. Raises Unbounded where
+        that is so in every lane.
         """
         y, x = self.space.lift(y), self.space.lift(x)
         high, wide = y.value[ANYWHERE], x.value[ANYWHERE]
-        if not np.all((wide.low > 0) | (high.low > 0) | (high.high < 0)):
+        is_apart = (wide.low > 0) | (high.low > 0) | (high.high < 0)
+        if not is_apart.any():
             raise Unbounded("an angle may jump by a turn")
         angle = np.arctan2(y.value.mid[CENTRE], x.value.mid[CENTRE])
         cos, sin = np.cos(angle), np.sin(angle)
         along, across = x * cos + y * sin, y * cos - x * sin
         direction = np.arctan2(sin, cos)
-        fixed = Ball(direction, np.full_like(direction, 2 * LIBM))
+        fixed = Ball(np.where(is_apart, direction, np.nan), np.full_like(direction, 2 * LIBM))
         return (across / along).arctan() + self.space.constant(fixed)
 
     @staticmethod

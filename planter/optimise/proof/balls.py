@@ -30,7 +30,10 @@ LIBM = 2.0**-49
 
 
 class Unbounded(ComputationError):
-    """A function has no bound over a box: a denominator or a root's argument may vanish."""
+    """A function has no bound over a box: a denominator or a root's argument may vanish.
+
+    Where that is so in some lanes only, balls there are NaN.
+    """
 
 
 @dataclass(frozen=True)
@@ -90,11 +93,9 @@ class Ball:
         return self * other.inverse()
 
     def inverse(self) -> Ball:
-        """1 / x. Raises Unbounded where x may be zero."""
-        room = np.abs(self.mid) * (1 - 4 * U) - self.rad
-        if not np.all(room > 0):
-            raise Unbounded("a denominator may vanish")
-        mid = 1 / self.mid
+        """Return 1 / x, NaN in lanes where x may be zero. Raises Unbounded where that is so in every lane."""
+        room = _require_positive(np.abs(self.mid) * (1 - 4 * U) - self.rad, "a denominator may vanish")
+        mid = 1 / np.where(room > 0, self.mid, np.nan)
         return Ball(mid, (self.rad / room + SLACK) * np.abs(mid) * GROWN + TINY)
 
     def power(self, exponent: int) -> Ball:
@@ -108,11 +109,9 @@ class Ball:
         return Ball(mid, rad * GROWN + TINY)
 
     def sqrt(self) -> Ball:
-        """Raises Unbounded where x may be negative or zero."""
-        room = self.mid * (1 - 4 * U) - self.rad
-        if not np.all(room > 0):
-            raise Unbounded("the argument of a root may vanish")
-        mid = np.sqrt(self.mid)
+        """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
+        room = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish")
+        mid = np.sqrt(np.where(room > 0, self.mid, np.nan))
         return Ball(mid, (self.rad / (mid + np.sqrt(room)) + SLACK * mid) * GROWN + TINY)
 
     def sin(self) -> Ball:
@@ -135,11 +134,9 @@ class Ball:
         return Ball(mid, mid * (self.rad * np.exp(self.rad) * (1 + LIBM) + LIBM) * (1 + 2 * LIBM) * GROWN + TINY)
 
     def log(self) -> Ball:
-        """Raises Unbounded where x may be negative or zero."""
-        room = self.mid * (1 - 4 * U) - self.rad
-        if not np.all(room > 0):
-            raise Unbounded("the argument of a logarithm may vanish")
-        mid = np.log(self.mid)
+        """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
+        room = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a logarithm may vanish")
+        mid = np.log(np.where(room > 0, self.mid, np.nan))
         return Ball(mid, (self.rad / room + LIBM * np.abs(mid)) * (1 + LIBM) * GROWN + TINY)
 
     def nonnegative(self) -> Ball:
@@ -169,6 +166,15 @@ def _error(one: Ball, two: Ball) -> Array:
     """Of a product, its rounding and its part in that of the sum included."""
     size = np.abs(two.mid)
     found: Array = (np.abs(one.mid) + one.rad) * (two.rad + SLACK * size) + one.rad * size
+    return found
+
+
+def _require_positive(room: Array, message: str) -> Array:
+    """Return what is positive, NaN elsewhere. Raises Unbounded, with a message, if no lane, the last axis, is."""
+    is_positive = np.asarray(room > 0)
+    if not is_positive.all(axis=tuple(range(is_positive.ndim - 1))).any():
+        raise Unbounded(message)
+    found: Array = np.where(is_positive, room, np.nan)
     return found
 
 

@@ -3,20 +3,39 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from planter.kernels import Array
 from planter.optimise.proof.balls import Unbounded
+from planter.optimise.proof.objective import Bounds
 from planter.optimise.proof.results import GlobalBound
-from planter.optimise.proof.search import Bounded, Bounding, Search
+from planter.optimise.proof.search import Bounded, Search
 from planter.progress import Listener, Progress
 
 SECONDS = 480.0
 """Time for a proof, if nothing else is said [s]."""
 GOAL = 1e-6
 """Gap of what counts as proved, as a share of the objective."""
+
+
+class BoxObjective(Protocol):
+    """An objective bounded over boxes of designs: over one, or over up to `batch` at once, which takes less time."""
+
+    batch: int
+
+    @property
+    def floor(self) -> float:
+        """What no objective is below."""
+
+    def __call__(self, lower: Array, upper: Array) -> Bounds:
+        """Return the bounds over a box. Raises Unbounded where there are none."""
+
+    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> Sequence[Bounds | Unbounded]:
+        """Return the bounds over each of some boxes, or why there are none."""
 
 
 @dataclass(frozen=True)
@@ -55,21 +74,22 @@ class _Clock:
 
 
 def prove_bound(
-    bounding: Bounding, box: tuple[Array, Array], floor: float, incumbent: Incumbent, seconds: float = SECONDS,
+    bounding: BoxObjective, box: tuple[Array, Array], incumbent: Incumbent, seconds: float = SECONDS,
     listener: Listener | None = None,
 ) -> GlobalBound:  # fmt: skip
     """Return the bound over a box [lower, upper] (p,) that is reached in so many seconds.
 
-    `floor` is a bound that is known beforehand, and all that is known if the incumbent itself cannot be enclosed.
+    It is the floor of the objective if the incumbent itself cannot be enclosed.
     """
     try:
         reached = bounding(incumbent.x, incumbent.x).reached
     except Unbounded as error:
-        reached, result = incumbent.objective, Bounded(floor, np.inf, 1, 0.0, error.message)
+        reached, result = incumbent.objective, Bounded(bounding.floor, np.inf, 1, 0.0, error.message)
     else:
         reached = reached if np.isfinite(reached) else incumbent.objective
         clock = _Clock(reached, seconds, listener)
-        result = Search(bounding, *box, floor).run(reached - GOAL * abs(incumbent.objective), seconds, clock)
+        search = Search(bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes)
+        result = search.run(reached - GOAL * abs(incumbent.objective), seconds, clock)
         clock.end(result)
     least = min(result.least, reached)  # every other design may be known to be worse, or to violate a limit
     gap, is_bounded = reached - least, bool(np.isfinite(least))

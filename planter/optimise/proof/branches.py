@@ -30,8 +30,11 @@ class Branches:
     answers: list[Array] = field(default_factory=list)
     others: list[tuple[int, int, float]] = field(default_factory=list)
     """(lane, question, another answer)."""
-    may_jump: bool = False
-    """Whether some value may jump where an answer changes."""
+    jumping: Flags = field(init=False)
+    """Lanes (lanes,) in which some value may jump where an answer changes."""
+
+    def __post_init__(self) -> None:
+        self.jumping = np.zeros(self.lanes, dtype=bool)
 
     @classmethod
     def none(cls, lanes: int) -> Self:
@@ -39,14 +42,15 @@ class Branches:
 
     def below(self, value: Ball, strictly: bool, jumps: bool = True) -> Flags:
         """Whether values are below zero (or at it); `jumps` where the response may, as the answer changes."""
-        never = value.low >= 0 if strictly else value.low > 0
+        never = ~(value.low < 0 if strictly else value.low <= 0)  # so a ball without bounds asks nothing
         always = value.high < 0 if strictly else value.high <= 0
         usual = np.where(value.mid < 0, 1.0, 0.0)
         found: Flags = self._asked(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
         return found
 
     def floor(self, value: Ball) -> Array:
-        return self._asked(np.floor(value.high), np.floor(value.low), np.floor(value.mid))
+        high, low, mid = (np.nan_to_num(np.floor(side)) for side in (value.high, value.low, value.mid))
+        return self._asked(high, low, mid)
 
     def _asked(self, largest: Array, least: Array, usual: Array, jumps: bool = True) -> Array:
         """The answer of each lane, between the least and the largest."""
@@ -56,7 +60,7 @@ class Branches:
         if given is None and not open_.any():
             self.answers.append(np.broadcast_to(least, (self.lanes,)))
             return least
-        self.may_jump |= jumps and bool(open_.any())
+        self.jumping |= open_ & jumps
         free = np.ones(self.lanes, dtype=bool) if given is None else np.isnan(given)
         answer = np.where(free, np.broadcast_to(usual, free.shape), 0 if given is None else given)
         self.answers.append(answer)

@@ -9,16 +9,15 @@ from typing import Protocol
 
 import numpy as np
 
+from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import PI, Enclosing
 from planter.optimise.proof.balls import Ball, U, Unbounded, chosen
 from planter.optimise.proof.branches import Branches
-from planter.optimise.proof.jets import Jet, Space, concatenate
+from planter.optimise.proof.jets import Jet, Space
 
 MOST_LANES = 8
 """Pieces of a lane, on average, above which a box is too wide to follow them."""
-PARTS, MOST_FAILURES = 8, 3
-"""Parts of samples that are tried where all at once fail, and how many of them may fail to be tried in parts again."""
 
 
 class Enclosed(Protocol):
@@ -40,49 +39,35 @@ class Enclosed(Protocol):
         They are smooth but where they ask the space of the function's first argument.
         """
 
+    def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
+        """Return whether at some of the angles phi (lanes,) [rad] no design of a box [lower, upper] (p,) counts."""
+
 
 def samples(response: Enclosed, space: Space, count: int) -> list[Jet]:
     """Each quantity at phi = 2 pi i / count over a box, a lane for each of the angles that differ by the period."""
+    return enclose_at(response, space, list_samples(response, count))
+
+
+def list_samples(response: Enclosed, count: int) -> list[Fraction]:
+    """Return those of the angles i / count [turns] that differ by the period."""
     whole = (count * response.period).denominator == 1
-    distinct = int(count * response.period) if whole else count
-    return enclose_at(response, space, [Fraction(i, count) for i in range(distinct)])
+    return [Fraction(i, count) for i in range(int(count * response.period) if whole else count)]
 
 
 def enclose_at(response: Enclosed, space: Space, turns: Sequence[Fraction]) -> list[Jet]:
     """Return each quantity over a box at angles [turns], a lane for each."""
     count = len(turns)
-    phi = _angles([turn + offset for offset in response.offsets for turn in turns])
-    sides = range(1, len(response.offsets))
+    phi = list_angles([turn + offset for offset in response.offsets for turn in turns])
+    sides, shares = range(1, len(response.offsets)), _pieces(response, space, phi)
+    space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
     return [
         sum((share.taken(slice(k * count, (k + 1) * count)) for k in sides), share.taken(slice(0, count)))
-        for share in _pieces(response, space, phi)
+        for share in shares
     ]
 
 
-def enclose_parts(response: Enclosed, space: Space, turns: Sequence[Fraction]) -> tuple[Integers, list[Jet]]:
-    """Return which of some angles [turns] can be enclosed over a box, in their order, and each quantity there.
-
-    What cannot be enclosed at once is tried in parts, unless most of them fail. Raises Unbounded if none is left.
-    """
-    waiting, parts, reason = [np.arange(len(turns))], list[tuple[Integers, list[Jet]]](), ""
-    while waiting:
-        failed = []
-        for places in waiting:
-            try:
-                parts.append((places, enclose_at(response, space, [turns[int(k)] for k in places])))
-            except Unbounded as error:
-                failed.append(places)
-                reason = reason or error.message
-        wide = [places for places in failed if len(places) > 1] if len(failed) <= MOST_FAILURES else []
-        waiting = [part for places in wide for part in np.array_split(places, min(PARTS, len(places)))]
-    if not parts:
-        raise Unbounded(reason)
-    parts.sort(key=lambda part: int(part[0][0]))
-    rows = zip(*(jets for _, jets in parts), strict=True)
-    return np.concatenate([places for places, _ in parts]), [concatenate(row) for row in rows]
-
-
-def _angles(turns: Sequence[Fraction]) -> Ball:
+def list_angles(turns: Sequence[Fraction]) -> Ball:
+    """Return angles [rad] for angles in turns."""
     share = np.array([float(2 * turn) for turn in turns])
     return PI * Ball(share, U * np.abs(share))
 
@@ -92,11 +77,12 @@ def _pieces(response: Enclosed, space: Space, phi: Ball) -> list[Jet]:
     lanes, script = np.arange(len(phi.mid)), np.empty((0, len(phi.mid)))
     parts: list[tuple[Integers, list[Jet]]] = []
     shares = response.follow(space, phi)
+    space.jumping = np.zeros(len(phi.mid), dtype=bool)
     while len(lanes):
         branches = Branches(len(lanes), script)
-        asked = space.asking(branches)
-        jets = shares(Enclosing(asked), lanes)
-        space.may_jump |= branches.may_jump and not response.is_continuous
+        jets = shares(Enclosing(space.asking(branches, lanes)), lanes)
+        if not response.is_continuous:
+            np.logical_or.at(space.jumping, lanes, branches.jumping)
         parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))
         further, script = branches.further()
         lanes = lanes[further]

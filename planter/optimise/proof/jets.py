@@ -8,7 +8,8 @@ f'(c) + H (x - c): what arithmetic by parts overestimates is cut back to that af
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -24,43 +25,61 @@ CENTRE, ANYWHERE = 0, 1
 
 
 class Space:
-    """A box of designs, [lower, upper] (p,), in which jets live; parameters of no width are constants.
+    """A box of designs, [lower, upper] (p,), or one for each lane (p, lanes), in which jets live.
 
-    `may_jump` is set where jets enclose values, but not slopes, of what may jump within the box.
+    Parameters of no width are constants. `half` (p, 1 or lanes) is half the width. `may_jump` is set where jets enclose
+    values, but not slopes, of what may jump within the box, and `jumping` (lanes,) where it does.
     """
 
     def __init__(self, lower: Array, upper: Array, branches: Branches | None = None) -> None:
         self.lower, self.upper = lower, upper
         self.centre = lower + (upper - lower) / 2
         half = np.maximum(upper - self.centre, self.centre - lower)
-        self.half = np.where(upper > lower, half * GROWN + TINY, 0.0)
+        self.half = np.where(upper > lower, half * GROWN + TINY, 0.0).reshape(len(lower), -1)
         self.branches = Branches.none(1) if branches is None else branches
-        self.may_jump = False
+        self.jumping: Flags = np.zeros(1, dtype=bool)
+        self.is_cutting = True
         self._reach: dict[tuple[int, ...], Array] = {}
 
-    def asking(self, branches: Branches) -> Space:
-        """The same box, whose questions go to `branches`."""
-        return Space(self.lower, self.upper, branches)
+    @property
+    def may_jump(self) -> bool:
+        return bool(self.jumping.any())
+
+    def asking(self, branches: Branches, lanes: Any = slice(None)) -> Space:
+        """Return the same box, or those of some lanes, whose questions go to `branches`."""
+        return Space(self.lower[..., lanes], self.upper[..., lanes], branches) if self.lower.ndim > 1 else Space(
+            self.lower, self.upper, branches
+        )  # fmt: skip
+
+    @contextmanager
+    def at_points(self) -> Iterator[None]:
+        """Take jets as those of functions at single designs each, of which the rest of the box tells nothing."""
+        self.is_cutting = False
+        try:
+            yield
+        finally:
+            self.is_cutting = True
 
     def parameters(self) -> list[Jet]:
         return [self._parameter(k) for k in range(len(self.lower))]
 
     def _parameter(self, k: int) -> Jet:
-        if self.half[k] == 0:
-            return self.constant(Ball.exact([self.lower[k]]))
-        mid = np.full((2, 1), self.centre[k])
-        value = Ball(mid, np.array([[0.0], [self.half[k]]]))
+        if not self.half[k].any():
+            return self.constant(Ball.exact(np.atleast_1d(self.lower[k])))
+        mid = np.tile(self.centre[k], (2, 1))
+        value = Ball(mid, np.stack([0 * self.half[k], self.half[k]]))
         return Jet(self, (k,), value, Ball.exact(np.ones((2, 1, 1))), Ball.exact(np.zeros((1, 1))))
 
     def constant(self, value: Ball) -> Jet:
         """What the design does not change: balls (lanes,)."""
-        both = _both(value, value)
+        both = join_parts(value, value)
         nothing = Ball.exact(np.zeros((2, 0, 1))), Ball.exact(np.zeros((0, 1)))
         return Jet(self, (), both, *nothing)
 
     def lift(self, value: Any) -> Jet:
         """Return numbers as a jet; a jet stays what it is."""
         if isinstance(value, Jet):
+            assert value.space is self
             return value
         return self.constant(Ball.exact(np.atleast_1d(np.asarray(value, dtype=float))))
 
@@ -68,16 +87,22 @@ class Space:
         """A number that is held exactly."""
         return self.constant(Ball.exact([float(number)]))
 
-    def reach(self, felt: tuple[int, ...]) -> Array:
-        """(k, K): what a packed Hessian's absolute values make of a gradient, from the centre to the box's faces."""
+    def reach(self, felt: tuple[int, ...], hessian: Array) -> Array:
+        """Return what a Hessian's absolute values (K, lanes), packed, make of a gradient (k, lanes) up to the faces."""
+        if self.half.shape[1] > 1:
+            rows, columns = packing(len(felt))
+            square = np.empty((len(felt), len(felt)), dtype=np.int64)
+            square[rows, columns] = square[columns, rows] = np.arange(len(rows))
+            found: Array = (hessian[square] * self.half[list(felt)]).sum(axis=1)
+            return found
         if felt not in self._reach:
             rows, columns = packing(len(felt))
-            found = np.zeros((len(felt), len(rows)))
+            reach = np.zeros((len(felt), len(rows)))
             for place, (i, j) in enumerate(zip(rows, columns, strict=True)):
-                found[i, place] = self.half[felt[j]]
-                found[j, place] = self.half[felt[i]]
-            self._reach[felt] = found
-        return self._reach[felt]
+                reach[i, place] = self.half[felt[j], 0]
+                reach[j, place] = self.half[felt[i], 0]
+            self._reach[felt] = reach
+        return self._reach[felt] @ hessian
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +121,13 @@ class Jet:
     @property
     def lanes(self) -> int:
         return max(self.value.mid.shape[-1], self.gradient.mid.shape[-1], self.hessian.mid.shape[-1])
+
+    @property
+    def is_bounded(self) -> Flags:
+        """Which lanes (lanes,) have bounds."""
+        balls = [_full(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)]
+        sides = [side.reshape(-1, self.lanes) for ball in balls for side in (ball.mid, ball.rad)]
+        return np.asarray(np.isfinite(np.concatenate(sides)).all(axis=0))
 
     def repeated(self, count: int) -> Jet:
         """Return the same over so many lanes, if it has but one."""
@@ -119,26 +151,26 @@ class Jet:
 
     def cut(self) -> Jet:
         """With value and gradient anywhere no larger than the second-order form has them."""
-        if not self.felt:
+        if not self.felt or not self.space.is_cutting:
             return self
-        half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt) @ self.hessian.most
+        half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt, self.hessian.most)
         slope = self.gradient[CENTRE]
         gradient = Ball(slope.mid, (slope.rad + moved) * GROWN + TINY)
         centre = self.value[CENTRE]
-        change = half @ (slope.most + moved / 2)
+        change = _weigh(half, slope.most + moved / 2)
         value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWN + TINY)
         return Jet(
-            self.space, self.felt, _both(centre, tighter(self.value[ANYWHERE], value)),
-            _both(slope, tighter(self.gradient[ANYWHERE], gradient)), self.hessian,
+            self.space, self.felt, join_parts(centre, tighter(self.value[ANYWHERE], value)),
+            join_parts(slope, tighter(self.gradient[ANYWHERE], gradient)), self.hessian,
         )  # fmt: skip
 
     @property
     def least(self) -> Array:
         """Lower bounds over the box, (lanes,)."""
         half, (rows, columns) = self.space.half[list(self.felt)], packing(len(self.felt))
-        weights = np.where(rows == columns, 0.5, 1.0) * half[rows] * half[columns]
+        weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]
         bent = np.where((rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.most)
-        change = (half @ self.gradient[CENTRE].most + weights @ bent) * GROWN + TINY
+        change = (_weigh(half, self.gradient[CENTRE].most) + _weigh(weights, bent)) * GROWN + TINY
         centre = self.value[CENTRE]
         formed = Ball(centre.mid, (centre.rad + change) * GROWN + TINY).low
         return np.maximum(formed, self.value[ANYWHERE].low)
@@ -205,7 +237,7 @@ class Jet:
         for end in range(len(about), 1, -1):
             for k in range(1, end):
                 about[k] = about[k] + centre * about[k - 1]
-        taylor, step = about[::-1], self.value - Ball(_both(centre, centre).mid, np.zeros_like(self.value.mid))
+        taylor, step = about[::-1], self.value - Ball(join_parts(centre, centre).mid, np.zeros_like(self.value.mid))
         value, first, second = (_derivative(taylor, step, n) for n in range(3))
         return self.through(value, first, second[ANYWHERE])
 
@@ -306,6 +338,12 @@ def _derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
     return found
 
 
+def _weigh(weights: Array, values: Array) -> Array:
+    """Return sums over rows (k, lanes), by weights (k, 1) of all lanes, or (k, lanes)."""
+    found: Array = weights[:, 0] @ values if weights.shape[1] == 1 else (weights * values).sum(axis=0)
+    return found
+
+
 def packed(size: int) -> int:
     return size * (size + 1) // 2
 
@@ -325,17 +363,6 @@ def _embedding(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, I
     a, b = rows[i], rows[j]
     high, low = np.maximum(a, b), np.minimum(a, b)
     return rows, high * (high + 1) // 2 + low
-
-
-def concatenate(jets: Sequence[Jet]) -> Jet:
-    """Return the lanes of some jets one after another, as a function of the parameters of all."""
-    if len(jets) == 1:
-        return jets[0]
-    felt = tuple(sorted({k for jet in jets for k in jet.felt}))
-    parts = [jet.over(felt).taken(np.arange(jet.lanes)) for jet in jets]
-    rows = [[jet.value for jet in parts], [jet.gradient for jet in parts], [jet.hessian for jet in parts]]
-    joined = [Ball(np.concatenate([b.mid for b in row], -1), np.concatenate([b.rad for b in row], -1)) for row in rows]
-    return Jet(parts[0].space, felt, *joined)
 
 
 def _together(one: Jet, two: Jet) -> tuple[Jet, Jet]:
@@ -358,7 +385,8 @@ def _full(ball: Ball, lanes: int) -> Ball:
     return Ball(np.broadcast_to(ball.mid, shape), np.broadcast_to(ball.rad, shape))
 
 
-def _both(centre: Ball, anywhere: Ball) -> Ball:
+def join_parts(centre: Ball, anywhere: Ball) -> Ball:
+    """Return a ball with parts at the centre of a box and anywhere in it."""
     return Ball(_stacked(centre.mid, anywhere.mid), _stacked(centre.rad, anywhere.rad))
 
 

@@ -74,8 +74,8 @@ def bounds(smooth: Jet, extremes: Sequence[Extreme]) -> Bounds:
         reached = reached + Ball.exact(high.max() if extreme.largest else high.min())
     space = smooth.space
     half = space.half[list(total.felt)]
-    bent = (half[:, None] * (space.reach(total.felt) @ total.hessian.most)).max(axis=-1)
-    found = Bounds(float(least.min(axis=falling).max()), float(reached.high), slopes, bent + half * slopes.rad)
+    bent = (half * space.reach(total.felt, total.hessian.most)).max(axis=-1)
+    found = Bounds(float(least.min(axis=falling).max()), float(reached.high), slopes, bent + half[:, 0] * slopes.rad)
     return _whole(total, found)
 
 

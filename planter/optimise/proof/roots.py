@@ -9,52 +9,66 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
 from planter.optimise.proof.balls import GROWN, Ball, Unbounded
-from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, packed
-from planter.optimise.proof.linear import eliminate, find_preconditioner, scale_rows, solve
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_parts, packed
+from planter.optimise.proof.linear import ROUNDS, BallSolver, invert_centre, multiply
 
 Residual = Callable[[Sequence[Jet]], tuple[Sequence[Jet], Sequence[Sequence[Jet]]]]
 """a (k,) -> f(a) (k,) and its Jacobian (k, k), both over the box."""
 WIDER = 1.5
 """How much wider than a Newton step each trial is."""
 MOST_STEPS = 30
+SMALL_STEP = 1e-9
+"""Relative size of the last Newton step: the error after it goes with its square."""
+NARROW = 0.02
+"""Derivatives whose radii are below this share of the largest are not narrowed further."""
 
 
 def roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
-    """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box.
+    """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box, of jets in `space`.
 
-    Newton's step N(A) = s - f'(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root at
-    each design. Let b be functions whose values, or whose values and gradients, are those of a at one design x*: then
-    b - f'(b)^-1 f(b) have gradients, or gradients and Hessians, of a there, since the error of a Newton step goes with
-    the square of that before. So the derivatives anywhere are enclosed by steps on all constants a(x*), and then on all
-    lines a(x*) + a'(x*) (x - x*).
+    Newton's step N(A) = s - f_a(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root
+    at each design. Its derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'). On the right is,
+    at each design x*, the gradient of f(a(x*), x), with constants in place of roots, and the Hessian of f along the
+    lines a(x*) + a'(x*) (x - x*). Derivatives narrow the values that they are formed of, so all is done twice.
 
-    Raises Unbounded where no balls are found that are mapped into themselves.
+    NaN in lanes where no balls are found that are mapped into themselves; raises Unbounded where that is so in every
+    lane.
     """
     at = _refine(space, start, residual)
-    values = [_enclose(space, at, residual, part) for part in (CENTRE, ANYWHERE)]
-    steps = [_step([space.constant(value) for value in part], residual) for part in values]
-    lines, felts = [], []
-    for k, jet in enumerate(steps[ANYWHERE]):
-        slope, value = jet.gradient[ANYWHERE], values[ANYWHERE][k]
-        moved = 2 * (space.half[list(jet.felt)] @ slope.most) * GROWN
-        bent = Ball.exact(np.zeros((packed(len(jet.felt)), 1)))
-        wide = Ball(value.mid + 0 * moved, (value.rad + moved) * GROWN)
-        lines.append(Jet(space, jet.felt, _twice(wide), _twice(slope), bent))
-        felts.append(jet.felt)
-    ends = _step(lines, residual)
-    return [
-        Jet(
-            space, felt, _pair(values[CENTRE][k], values[ANYWHERE][k]),
-            _pair(steps[CENTRE][k].over(felt).gradient[CENTRE], steps[ANYWHERE][k].gradient[ANYWHERE]),
-            ends[k].over(felt).hessian,
-        ).cut()
-        for k, felt in enumerate(felts)
-    ]  # fmt: skip
+    excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
+    scale, felt = invert_centre(slopes), tuple(sorted({k for jet in excess for k in jet.felt}))
+
+    def scaled(a: Sequence[Jet]) -> tuple[list[Jet], list[list[Jet]]]:
+        """Return f(a) and its Jacobian, multiplied by the inverse of the Jacobian at the centre."""
+        excess, slopes = residual(a)
+        return [row[0].over(felt) for row in multiply(scale, [[jet] for jet in excess])], multiply(scale, slopes)
+
+    middle, values = (_enclose(space, at, scaled, part) for part in (CENTRE, ANYWHERE))
+    excess, jacobian = scaled([space.constant(value) for value in middle])
+    centre = _divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
+    flat, jets = Ball.exact(np.zeros((packed(len(felt)), 1))), list[Jet]()
+    for _ in range(ROUNDS):
+        excess, jacobian = scaled([space.constant(value) for value in values])
+        rates = _divide([jet.gradient[ANYWHERE] for jet in excess], scaled(jets)[1] if jets else jacobian, ANYWHERE)
+        lines = [
+            Jet(space, felt, join_parts(value, value), join_parts(rate, rate), flat)
+            for value, rate in zip(values, rates, strict=True)
+        ]
+        with space.at_points():
+            bends = _divide([jet.hessian for jet in scaled(lines)[0]], jacobian, ANYWHERE)
+        jets = [
+            Jet(space, felt, join_parts(*value), join_parts(*rate), bend).cut()
+            for *value, rate, bend in zip(middle, values, zip(centre, rates, strict=True), bends, strict=True)
+        ]
+        if all((rate.rad <= NARROW * np.abs(rate.mid).max(initial=0)).all() for rate in rates):
+            break
+        values = [jet.value[ANYWHERE] for jet in jets]
+    return jets
 
 
-def _step(at: Sequence[Jet], residual: Residual) -> list[Jet]:
-    excess, slopes = residual(at)
-    return [a - change for a, change in zip(at, solve(at[0].space, slopes, excess), strict=True)]
+def _divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -> list[Ball]:
+    """Return the solution of equations with a matrix of jets, anywhere in the box or at its centre, and a right -b."""
+    return [-y for y in BallSolver([[jet.value[part] for jet in row] for row in matrix]).solve(right)]
 
 
 def _refine(space: Space, start: Array, residual: Residual) -> Array:
@@ -70,7 +84,7 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
         except np.linalg.LinAlgError:
             raise Unbounded("a Jacobian is singular") from None
         at = at - step
-        if (np.abs(step) <= 1e-15 * np.abs(at)).all():
+        if not (np.abs(step) > SMALL_STEP * np.abs(at)).any():
             break
     return at
 
@@ -83,34 +97,23 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     """
     points = [Ball.exact(row) for row in start]
     excess, slopes = residual([space.constant(point) for point in points])
-    scale = find_preconditioner([[jet.value[part].mid for jet in row] for row in slopes], start.shape[1])
-    right = scale_rows(scale, [[jet.value[part]] for jet in excess])
-    first = eliminate(
-        scale_rows(scale, [[jet.value[part] for jet in row] for row in slopes]), [row[0] for row in right]
-    )
+    right = [jet.value[part] for jet in excess]
+    first = BallSolver([[jet.value[CENTRE] for jet in row] for row in slopes]).solve(right)
     rad = np.array([np.abs(ball.mid) + ball.rad for ball in first])
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
-    result: list[Ball] = []
     for _ in range(MOST_STEPS):
         rad = np.where(settled, rad, WIDER * rad + 1e-15 * np.abs(start))
         balls = [space.constant(Ball(point.mid, own)) for point, own in zip(points, rad, strict=True)]
         _, slopes = residual(balls)
-        matrix = scale_rows(scale, [[jet.value[part] for jet in row] for row in slopes])
         try:
-            changes = eliminate(matrix, [row[0] for row in right])
+            changes = BallSolver([[jet.value[part] for jet in row] for row in slopes]).solve(right)
         except Unbounded:
             break
         result = [point - change for point, change in zip(points, changes, strict=True)]
         moved = np.array([np.abs(ball.mid - point.mid) + ball.rad for ball, point in zip(result, points, strict=True)])
         settled = np.asarray((moved * GROWN < rad).all(axis=0))
-        if settled.all():
-            return result
-    raise Unbounded("no ball is mapped into itself by a Newton step")
-
-
-def _twice(ball: Ball) -> Ball:
-    return _pair(ball, ball)
-
-
-def _pair(centre: Ball, anywhere: Ball) -> Ball:
-    return Ball(np.stack([centre.mid, anywhere.mid]), np.stack([centre.rad, anywhere.rad]))
+        if (settled | ~np.isfinite(moved).all(axis=0)).all():
+            break
+    if not settled.any():
+        raise Unbounded("no ball is mapped into itself by a Newton step")
+    return [Ball(np.where(settled, ball.mid, np.nan), ball.rad) for ball in result]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import heapq
 import itertools
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from planter.optimise.proof.objective import Bounds
 
 Bounding = Callable[[Array, Array], Bounds]
 """(lower, upper) -> bounds of an objective over that box; raises Unbounded where there are none."""
+
+BoundBoxes = Callable[[Sequence[tuple[Array, Array]]], Sequence[Bounds | Unbounded]]
+"""Boxes [lower, upper] -> for each, the bounds of an objective over it, or why there are none."""
 Told = Callable[[float, int, float], None]
 """Told the bound so far, the number of boxes and the seconds."""
 
@@ -32,6 +35,11 @@ class Box:
     upper: Array
     widest: int | None
     obstacle: str = ""
+
+    def shrink(self, share: float) -> tuple[Array, Array]:
+        """Return a share of the box about its centre."""
+        centre, half = self.lower + (self.upper - self.lower) / 2, (self.upper - self.lower) / 2
+        return centre - share * half, centre + share * half
 
     def halves(self) -> list[tuple[Array, Array]]:
         if self.widest is None:
@@ -61,17 +69,24 @@ SHRUNK = (0.25, 0.0625)
 
 
 class Search:
-    """Bounds an objective over a box [lower, upper] (p,) from below; `floor` is a bound known beforehand."""
+    """Bounds an objective over a box [lower, upper] (p,) from below; `floor` is a bound known beforehand.
 
-    def __init__(self, bounding: Bounding, lower: Array, upper: Array, floor: float = -np.inf) -> None:
+    `bound_boxes` bounds it over up to `batch` boxes at once, where that takes less time than one after another.
+    """
+
+    def __init__(
+        self, bounding: Bounding, lower: Array, upper: Array, floor: float = -np.inf, batch: int = 1,
+        bound_boxes: BoundBoxes | None = None,
+    ) -> None:  # fmt: skip
         self.bounding, self.floor = bounding, floor
         self.lower, self.upper = lower, upper
+        self.batch, self.bound_boxes = batch, bound_boxes or self._bound_each
         self.boxes, self.met = 0, np.inf
 
     def run(self, goal: float, seconds: float, told: Told | None = None) -> Bounded:
         """Until the bound is at `goal`, or the time is up."""
         begun, order = time.perf_counter(), itertools.count()
-        whole = self._bounded(self.lower, self.upper, self.floor)
+        (whole,) = self._bound([(self.lower, self.upper, self.floor)])
         open_ = [(whole.least, next(order), whole)]
         while True:
             least, _, box = open_[0]
@@ -80,36 +95,60 @@ class Search:
                 told(least, self.boxes, spent)
             if least >= goal or spent >= seconds or box.widest is None:
                 return Bounded(least, float(self.met), self.boxes, spent, box.obstacle)
-            heapq.heappop(open_)
-            for lower, upper in box.halves():
-                half = self._bounded(lower, upper, least)
+            halves: list[tuple[Array, Array, float]] = []
+            while open_ and open_[0][0] < goal and open_[0][2].widest is not None and len(halves) < max(2, self.batch):
+                least, _, box = heapq.heappop(open_)
+                halves += [(lower, upper, least) for lower, upper in box.halves()]
+            for half in self._bound(halves):
                 heapq.heappush(open_, (half.least, next(order), half))
 
-    def _bounded(self, lower: Array, upper: Array, least: float) -> Box:
-        """A box with its bound; directions along which the objective only rises or only falls put on their side."""
-        while True:
-            self.boxes += 1
-            try:
-                found = self.bounding(lower, upper)
-            except Unbounded as error:
-                return Box(least, lower, upper, self._widest(lower, upper), error.message)
-            least, self.met = max(least, found.least), min(self.met, found.reached)
-            open_ = upper > lower
-            rising, falling = open_ & (found.slopes.low >= 0), open_ & (found.slopes.high <= 0) & (found.slopes.low < 0)
-            if found.may_jump or not (rising | falling).any():
-                loose = np.where(open_, found.looseness, -1)
-                return Box(least, lower, upper, int(loose.argmax()) if open_.any() else None)
-            lower, upper = np.where(falling, upper, lower), np.where(rising, lower, upper)
+    def _bound(self, boxes: Sequence[tuple[Array, Array, float]]) -> list[Box]:
+        """Return boxes [lower, upper] that no objective is below some number in, with their bounds.
 
-    def _widest(self, lower: Array, upper: Array) -> int | None:
-        """Where to halve a box without bounds: as a part of it tells, or else along its relatively widest side."""
-        centre, half = lower + (upper - lower) / 2, (upper - lower) / 2
-        for share in SHRUNK:
+        Directions along which the objective only rises or only falls are put on their side.
+        """
+        waiting, bounded, unbounded = list(boxes), list[Box](), list[Box]()
+        while waiting:
+            self.boxes += len(waiting)
+            pairs, waiting = zip(waiting, self.bound_boxes([box[:2] for box in waiting]), strict=True), []
+            for (lower, upper, least), result in pairs:
+                if isinstance(result, Unbounded):
+                    unbounded.append(Box(least, lower, upper, None, result.message))
+                    continue
+                least, self.met = max(least, result.least), min(self.met, result.reached)
+                open_, slopes = upper > lower, result.slopes
+                rising, falling = open_ & (slopes.low >= 0), open_ & (slopes.high <= 0) & (slopes.low < 0)
+                if result.may_jump or not (rising | falling).any():
+                    loose = np.where(open_, result.looseness, -1)
+                    bounded.append(Box(least, lower, upper, int(loose.argmax()) if open_.any() else None))
+                else:
+                    waiting.append((np.where(falling, upper, lower), np.where(rising, lower, upper), least))
+        return bounded + self._find_sides(unbounded)
+
+    def _bound_each(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
+        results: list[Bounds | Unbounded] = []
+        for lower, upper in boxes:
             try:
-                loose = self.bounding(centre - share * half, centre + share * half).looseness
-            except Unbounded:
-                continue
-            return int(loose.argmax())
+                results.append(self.bounding(lower, upper))
+            except Unbounded as error:
+                results.append(error)
+        return results
+
+    def _find_sides(self, boxes: Sequence[Box]) -> list[Box]:
+        """Return boxes without bounds with where to halve them.
+
+        That is as a part of a box tells, or else along its relatively widest side.
+        """
+        sides: dict[int, int] = {}
+        for share in SHRUNK:
+            tried = [k for k in range(len(boxes)) if k not in sides]
+            parts = [boxes[k].shrink(share) for k in tried]
+            for k, result in zip(tried, self.bound_boxes(parts) if parts else [], strict=True):
+                if not isinstance(result, Unbounded) and result.looseness.any():
+                    sides[k] = int(result.looseness.argmax())
+        return [replace(box, widest=sides.get(k, self._find_widest(box))) for k, box in enumerate(boxes)]
+
+    def _find_widest(self, box: Box) -> int | None:
         whole = self.upper - self.lower
-        share_of = np.divide(upper - lower, whole, out=np.zeros_like(lower), where=whole > 0)
+        share_of = np.divide(box.upper - box.lower, whole, out=np.zeros_like(whole), where=whole > 0)
         return int(share_of.argmax()) if share_of.any() else None
