@@ -77,8 +77,8 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     )
     required = _Required(problem, u)
     slope = slope + required.gradients.T @ m.required
-    force = problem.reference.look.range / problem.scale if rows else 1.0
-    signed = np.concatenate([m.upper, m.lower]) * force
+    unit = problem.reference.look.range / problem.scale if rows else 1.0
+    signed = np.concatenate([m.upper, m.lower]) * unit
     shares = np.array([m.upper.sum() - weight, m.lower.sum() - weight]) if rows else np.empty(0)
     bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
     top, bottom = found.upper.max(initial=-np.inf), found.lower.min(initial=np.inf)
@@ -86,7 +86,7 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     room = np.concatenate(problem.box.room(u))
     return Residuals(
         stationarity=_size(slope) / problem.scale,
-        shares=_size(shares) * force,
+        shares=_size(shares) * unit,
         feasibility=max(_size(np.minimum(room, 0)), required.violation),
         sign=_size(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
         complementarity=max(

@@ -27,9 +27,9 @@ class Look:
     mean: float = math.nan
 
     @classmethod
-    def at(cls, force: Array) -> Look:
+    def at(cls, values: Array) -> Look:
         """Of samples (n,) of a turn."""
-        return cls(float(force.var()), float(force.max()), float(force.min()), float(force.mean()))
+        return cls(float(values.var()), float(values.max()), float(values.min()), float(values.mean()))
 
     @property
     def range(self) -> float:

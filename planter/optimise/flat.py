@@ -1,6 +1,6 @@
 """Which of many equal optima is told: the one nearest to the design to start from.
 
-Along some directions an objective may not change at all: a pair of gears scaled as a whole leaves the force as it was.
+Along some directions an objective may not change at all: a pair of gears scaled as a whole leaves the curve as it was.
 Where a search happens to end along them is chance; the rule makes it a fact of the problem.
 """
 

@@ -1,4 +1,4 @@
-"""Joints of the force curve: the angles where its derivatives jump, and how they move with the design."""
+"""Joints of a curve: the angles where its derivatives jump, and how they move with the design."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Joints:
 
     @property
     def folded(self) -> Array:
-        """The angles taken into the first period of the force, (m,)."""
+        """The angles taken into the first period of the curve, (m,)."""
         return np.mod(self.angles, self.response.period)
 
     @cached_property
@@ -86,7 +86,7 @@ class Place:
 
 
 def places(response: Response, at: Any) -> list[Place]:
-    """Joints of all sides over a turn, by angle: side 1, and the others each one period of the force later."""
+    """Joints of all sides over a turn, by angle: side 1, and the others each one period of the curve later."""
     found = find(response, at)
     sides = round(TURN / response.period)
     every = [

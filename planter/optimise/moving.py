@@ -1,4 +1,4 @@
-"""The force along points that move with the design: a sample stands still, a peak or a joint does not.
+"""The curve along points that move with the design: a sample stands still, a peak or a joint does not.
 
 With the angle psi(x) of a point, f(x) = F(psi(x), x) has
 

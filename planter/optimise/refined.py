@@ -1,4 +1,4 @@
-"""The turn without a grid: true extremes of the force over phi, true integrals for its mean and variance.
+"""The turn without a grid: true extremes of the curve over phi, true integrals for its mean and variance.
 
 The period is split at all joints into panels on which F is smooth, and the panels into pieces with Gauss-Legendre
 nodes. Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel, or the joint itself where F has a
@@ -42,19 +42,19 @@ APART = 1e-8
 
 @dataclass(frozen=True)
 class Extremes:
-    """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `force` (m,) [N].
+    """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `values` (m,).
 
     `joint` (m,) is the index among the joints of one that is a kink, else -1.
     """
 
     angles: Array
     peaks: Flags
-    force: Array
+    values: Array
     joint: Integers
 
 
 class Panels:
-    """The force over one period at a design, split at its joints."""
+    """The curve over one period at a design, split at its joints."""
 
     def __init__(self, response: Response, x: Array) -> None:
         self.response, self.at = response, response.prologue(x)
@@ -64,10 +64,10 @@ class Panels:
         self.nodes, self.weights, self.panel = self._quadrature()
         ends = np.stack([self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE], axis=1).ravel()
         probes = np.concatenate([self.nodes, ends])
-        force, rate = response.rate(self.at, np.mod(probes, response.period))
-        self.force, self.node_rates = force[: len(self.nodes)], rate[: len(self.nodes)]
-        self.end_force, self.end_rates = (ends[len(self.nodes) :].reshape(-1, 2) for ends in (force, rate))
-        self.variance = Variance(self.force, self.weights)
+        values, rate = response.rate(self.at, np.mod(probes, response.period))
+        self.values, self.node_rates = values[: len(self.nodes)], rate[: len(self.nodes)]
+        self.end_values, self.end_rates = (ends[len(self.nodes) :].reshape(-1, 2) for ends in (values, rate))
+        self.variance = Variance(self.values, self.weights)
 
     def _breaks(self) -> tuple[Array, Integers]:
         """Ends of the panels over one period, first and last the same joint, and the joint at each panel's start."""
@@ -103,10 +103,10 @@ class Panels:
     @cached_property
     def look(self) -> Look:
         mean = self.variance.mean
-        force = np.append(self.extremes.force, mean)
+        values = np.append(self.extremes.values, mean)
         if (self.joints.orders == 0).any():
-            force = np.append(force, self.end_force)
-        return Look(self.variance.value, float(force.max()), float(force.min()), mean)
+            values = np.append(values, self.end_values)
+        return Look(self.variance.value, float(values.max()), float(values.min()), mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.rates(self.at, np.mod(phi, self.response.period))
@@ -122,7 +122,7 @@ class Panels:
 
     @cached_property
     def node_slopes(self) -> Array:
-        """Gradients of the force at the nodes, (n, p)."""
+        """Gradients of the curve at the nodes, (n, p)."""
         return self.response.slopes(self.at, np.mod(self.nodes, self.response.period))[1][:, 1:]
 
     @cached_property
@@ -140,8 +140,8 @@ class Panels:
             return np.zeros((len(self.response.names),) * 2)
         velocity = self.joints.velocity[self.order]
         jump = self.end_rates[:, 0] - np.roll(self.end_rates[:, 1], 1)
-        force = self.response.value(self.at, np.mod(self.breaks[:-1], self.response.period))
-        weights = 2 * (force - self.variance.mean) * jump / self.response.period
+        values = self.response.value(self.at, np.mod(self.breaks[:-1], self.response.period))
+        weights = 2 * (values - self.variance.mean) * jump / self.response.period
         total: Array = (weights[:, None] * velocity).T @ velocity
         return total
 
@@ -156,7 +156,7 @@ class Panels:
 
 
 class Refined:
-    """A turn of the force by its true extremes and integrals. Implements `Turn`."""
+    """A turn of the curve by its true extremes and integrals. Implements `Turn`."""
 
     def __init__(self, response: Response) -> None:
         self.response = response
@@ -172,13 +172,13 @@ class Refined:
         panels = self.panels(x)
         found = panels.extremes
         _, gradients, _ = panels.row_slopes(found.angles, found.joint)
-        return Conditions(found.force[found.peaks], gradients[found.peaks], found.force[~found.peaks],
+        return Conditions(found.values[found.peaks], gradients[found.peaks], found.values[~found.peaks],
                           gradients[~found.peaks], panels.variance_gradient,
                           np.empty((0, len(x))))  # fmt: skip
 
 
 class RefinedRows:
-    """One row for each window between fixed angles: its greatest force, or its least. Implements `Local`.
+    """One row for each window between fixed angles: its greatest value, or its least. Implements `Local`.
 
     The windows of maxima are parted by `valleys`, those of minima by `peaks`: the angles of the extremes where the rows
     were made. All windows together cover the period, so no new extreme can be missed. Two peaks in one window give its
@@ -206,12 +206,12 @@ class RefinedRows:
 
     def values(self, x: Array) -> Values:
         state = self._state(x)
-        return Values(state.panels.variance.value, state.force[state.tops], state.force[~state.tops], np.empty(0))
+        return Values(state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0))
 
     def slopes(self, x: Array) -> Slopes:
         state = self._state(x)
         found = state.panels.extremes
-        self._seen.append((float(found.angles[found.force.argmax()]), float(found.angles[found.force.argmin()])))
+        self._seen.append((float(found.angles[found.values.argmax()]), float(found.angles[found.values.argmin()])))
         _, gradients, _ = state.slopes
         empty = np.empty((0, len(x)))
         return Slopes(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
@@ -223,7 +223,7 @@ class RefinedRows:
 
 
 class _State:
-    """All rows at one design: angle, force, joint or -1, and whether it is a smooth peak, which moves on its own."""
+    """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which moves on its own."""
 
     def __init__(self, rows: RefinedRows, x: Array) -> None:
         self.panels = rows.panels(x)
@@ -234,7 +234,7 @@ class _State:
             _best(self.panels, rows.peaks, found, False),
             _still(self.panels, rows.lower),
         ]
-        self.angles, self.force, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
+        self.angles, self.values, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
         self.tops = np.arange(len(self.angles)) < len(rows.valleys) + len(rows.upper)
 
     @cached_property
@@ -271,19 +271,19 @@ def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[A
     sign = 1 if peaks else -1
     inside = np.flatnonzero(found.peaks == peaks)
     window = np.searchsorted(edges, found.angles[inside]) % max(len(edges), 1)
-    angles, force, joint, smooth = _still(panels, edges)
+    angles, values, joint, smooth = _still(panels, edges)
     for i, w in zip(inside, window, strict=True):
-        if sign * found.force[i] > sign * force[w]:
-            angles[w], force[w], joint[w] = found.angles[i], found.force[i], found.joint[i]
+        if sign * found.values[i] > sign * values[w]:
+            angles[w], values[w], joint[w] = found.angles[i], found.values[i], found.joint[i]
             smooth[w] = joint[w] < 0
-    return angles, force, joint, smooth
+    return angles, values, joint, smooth
 
 
 def _still(panels: Panels, angles: Array) -> tuple[Array, Array, Integers, Flags]:
     """Rows at fixed angles."""
     count = len(angles)
-    force = panels.response.value(panels.at, angles) if count else np.empty(0)
-    return angles.copy(), force, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
+    values = panels.response.value(panels.at, angles) if count else np.empty(0)
+    return angles.copy(), values, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
 
 
 def apart(angles: Array, distance: float) -> Array:

@@ -58,7 +58,7 @@ class Hold:
 
 
 class Samples:
-    """A turn of the force as N samples. Implements `Turn` and `Kinks`."""
+    """A turn of the curve as N samples. Implements `Turn` and `Kinks`."""
 
     def __init__(self, response: Response, samples: int) -> None:
         self.response = response
@@ -70,9 +70,9 @@ class Samples:
 
     def local(self, x: Array) -> SampledRows:
         """All samples near an extreme as rows; nothing held."""
-        force = self.response.value(self.response.prologue(x), self.angles)
-        margin = SHARE * np.ptp(force)
-        upper, lower = np.flatnonzero(force >= force.max() - margin), np.flatnonzero(force <= force.min() + margin)
+        values = self.response.value(self.response.prologue(x), self.angles)
+        margin = SHARE * np.ptp(values)
+        upper, lower = np.flatnonzero(values >= values.max() - margin), np.flatnonzero(values <= values.min() + margin)
         return SampledRows(self.response, self.angles, upper, lower)
 
     def near(self, x: Array) -> list[tuple[Hold, float]]:
@@ -92,13 +92,13 @@ class Samples:
 
     def conditions(self, x: Array) -> Conditions:
         at = self.response.prologue(x)
-        force, slopes = self.response.slopes(at, self.angles)
+        values, slopes = self.response.slopes(at, self.angles)
         gradients = slopes[:, 1:]
         samples = np.array([pin.sample for pin, distance in self.near(x) if abs(distance) <= ON], dtype=np.int64)
         before, after = (self._aside(at, samples, side) for side in (-1, 1))
         gradients[samples] = before
-        weights = Variance(force).slope
-        rows, both = np.append(force, force[samples]), np.vstack([gradients, after])
+        weights = Variance(values).slope
+        rows, both = np.append(values, values[samples]), np.vstack([gradients, after])
         kinks = weights[samples, None] * (after - before)
         return Conditions(rows, both, rows, both, weights @ gradients, kinks)
 
@@ -125,18 +125,18 @@ class SampledRows:
         return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
 
     def look(self, x: Array) -> Look:
-        return Look.at(self._state(x).force)
+        return Look.at(self._state(x).values)
 
     def grown(self, x: Array, high: float, low: float) -> SampledRows:
         """With the samples that are beyond [low, high] as further rows."""
-        force = self._state(x).force
-        upper = np.union1d(self.upper, np.flatnonzero(force > high))
-        lower = np.union1d(self.lower, np.flatnonzero(force < low))
+        values = self._state(x).values
+        upper = np.union1d(self.upper, np.flatnonzero(values > high))
+        lower = np.union1d(self.lower, np.flatnonzero(values < low))
         return SampledRows(self.response, self.angles, upper, lower, self.holds)
 
     def values(self, x: Array) -> Values:
         state = self._state(x)
-        return Values(state.variance.value, state.force[self.upper], state.force[self.lower], state.gaps)
+        return Values(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
 
     def slopes(self, x: Array) -> Slopes:
         state = self._state(x)
@@ -166,13 +166,13 @@ class _State:
         phi = rows.angles.copy()
         phi[self.picked] += self.gaps[self.pins] + ASIDE
         self.phi = phi
-        self.force, self.jacobian = self.response.slopes(self.at, phi)
+        self.values, self.jacobian = self.response.slopes(self.at, phi)
         self.gradients = self.jacobian[:, 1:].copy()
         self.gradients[self.picked] = moving.gradients(self.jacobian[self.picked], self.velocity[self.pins])
 
     @cached_property
     def variance(self) -> Variance:
-        return Variance(self.force)
+        return Variance(self.values)
 
     @cached_property
     def acceleration(self) -> Array:
