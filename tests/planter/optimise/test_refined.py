@@ -37,7 +37,7 @@ def test_closed_forms():
     panels = Panels(toys.third_harmonic(), np.array([-1 / 6]))
     found = panels.extremes
     assert np.degrees(found.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
-    assert found.force == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
+    assert found.values == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
     assert found.peaks.tolist() == [False, True, False, True, False, True]
     assert panels.variance.value == pytest.approx(37 / 72, rel=1e-14)
 
@@ -45,9 +45,9 @@ def test_closed_forms():
 def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     toy = toys.corner(height=-4.0)
     found = Panels(toy, np.array([0.2])).extremes
-    top = found.force.argmax()
+    top = found.values.argmax()
     assert (found.angles[top], found.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
-    assert found.force[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
+    assert found.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
 
 
 @pytest.mark.parametrize(
