@@ -238,10 +238,6 @@ class Pickup(Document):
             return self.path.tolerance_mm / 1000
         return max(2 * self._resolution, LEAST_MM / 1000)
 
-    def table(self) -> dict[str, Any]:
-        """The nested table of the file; what is not in it is not there."""
-        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
-
     def written_table(self) -> dict[str, Any]:
         """Return the table with the whole path of its points, to be written anywhere."""
         table = self.table()

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.engine.goal import resolve_measure
-from planter.engine.measures import parse_sum
-from planter.engine.sensitivity import SensitivityFound, build_goal, compute_sensitivity, move_all
+from planter.engine.sensitivity import SensitivityFound, build_goal
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.mechanism.sensitivity import compute
 from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
 from planter.planting import lifted, plausible
@@ -141,10 +140,7 @@ def sensitivity(
     It is that in the design, or, with `all_values`, in all numbers of the machine's file.
     """
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
-    machine = device.force.machine
-    terms = build_measures(device.machine) if least is None else parse_sum(least)
-    measures = [resolve_measure(machine, measure) for measure in terms]
-    return compute_sensitivity(move_all(machine) if all_values else machine, measures, count)
+    return compute(device.force.machine, least, count, all_values)
 
 
 def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
