@@ -262,7 +262,7 @@ class Rows:
                 "slopes_sum", [*machine.symbols, weights], ca.cse([ca.densify(ca.vertcat(*products))]),
                 [*INPUTS, "weights"], ["sums"],
             )  # fmt: skip
-            stacked = Stacked(function, ["phi", "q", "weights"], ["d", "h", "q", "weights"], summed=True)
+            stacked = Stacked(function, ["phi", "q", "weights"], ["d", "h", "q", "weights"], True, True)
             self._sums[places] = stacked, pattern
         return self._sums[places]
 

@@ -33,20 +33,22 @@ class Kernel:
     Raises CallError for a missing, unknown, misshapen or non-finite input, ComputationError for a non-finite output.
     """
 
-    def __init__(self, function: ca.Function, lanes: Sequence[str] = (), summed: bool = False) -> None:
+    def __init__(
+        self, function: ca.Function, lanes: Sequence[str] = (), summed: bool = False, few_passes: bool = False
+    ) -> None:
         self.function = function
         self.names: list[str] = function.name_in()
         self.outputs: list[str] = function.name_out()
         self.lanes = tuple(lanes)
         self._wanted = frozenset(self.names)
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
-        self.work = Work(function, self.lanes, summed)
+        self.work = Work(function, self.lanes, summed, few_passes)
         self._way = backends.virtual_machine(self.work)
         self._compiling: threading.Thread | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As its function: where it is loaded it is evaluated by the virtual machine until it is compiled there."""
-        return Kernel, (self.function, self.lanes, self.work.summed)
+        return Kernel, (self.function, self.lanes, self.work.summed, self.work.few_passes)
 
     @property
     def way(self) -> str:

@@ -22,9 +22,11 @@ class Stacked:
     """
 
     def __init__(
-        self, function: ca.Function, lanes: Sequence[str], stacked: Sequence[str], summed: bool = False
-    ) -> None:
-        self.kernel, self.stacked = Kernel(function, lanes, summed), tuple(stacked)
+        self, function: ca.Function, lanes: Sequence[str], stacked: Sequence[str], summed: bool = False,
+        few_passes: bool = False,
+    ) -> None:  # fmt: skip
+        """`few_passes` are for a function that is not called often enough to pay for the compiler's time."""
+        self.kernel, self.stacked = Kernel(function, lanes, summed, few_passes), tuple(stacked)
         self._inputs = {name: function.numel_in(i) for i, name in enumerate(self.kernel.names)}
         self._outputs = {name: function.numel_out(i) for i, name in enumerate(self.kernel.outputs)}
         self._run: Any = None

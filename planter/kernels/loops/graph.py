@@ -60,14 +60,14 @@ class Graph:
     stores: tuple[Store, ...]
 
     @classmethod
-    def of(cls, function: ca.Function, lanes: Sequence[str]) -> Graph:
+    def of(cls, function: ca.Function, lanes: Sequence[str], most: int | None = None) -> Graph:
         """The graph of a function; an MXFunction is expanded first.
 
         Raises NotPrintable for a function that has no such form: a sparse input or output, a solver inside, a
-        reserved name.
+        reserved name, more than `most` instructions.
         """
         _check(function, lanes)
-        return _Walk(_expanded(function), lanes).graph()
+        return _Walk(_expanded(function, most), lanes).graph()
 
     @property
     def invariant(self) -> list[Assignment]:
@@ -94,12 +94,14 @@ def _check(function: ca.Function, lanes: Sequence[str]) -> None:
         raise NotPrintable(f"{function.name()}: {', '.join(sparse)} must be dense")
 
 
-def _expanded(function: ca.Function) -> ca.Function:
-    """The function as scalar operations, with equal subexpressions once."""
+def _expanded(function: ca.Function, most: int | None) -> ca.Function:
+    """The function as scalar operations, at most so many, with equal subexpressions once."""
     try:
         flat = function if function.is_a("SXFunction") else function.expand()
     except RuntimeError as error:
         raise NotPrintable(f"{function.name()} has no scalar form") from error
+    if most is not None and flat.n_instructions() > most:
+        raise NotPrintable(f"{function.name()} has {flat.n_instructions()} instructions, more than {most}")
     inputs = flat.sx_in()
     outputs = flat.call(inputs)
     return ca.Function(flat.name(), inputs, ca.cse(outputs), flat.name_in(), flat.name_out())

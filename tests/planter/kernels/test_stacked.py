@@ -6,8 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import CallError, Kernel, backends
+from planter.kernels import CallError, Kernel, backends, loops, work
 from planter.kernels.stacked import Stacked
+from tests.support.lanes import needs_compiler
 
 
 def build_function() -> ca.Function:
@@ -36,3 +37,12 @@ def test_a_stack_of_another_shape_is_refused() -> None:
     stacked = Stacked(build_function(), ["phi", "q"], ["d", "q"])
     with pytest.raises(CallError, match="input q has the shape"):
         stacked(phi=np.zeros((1, 4)), d=np.zeros((3, 2)), q=np.zeros((2, 2, 4)))
+
+
+@needs_compiler
+def test_a_loop_of_too_many_operations_is_left_to_casadi(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "MOST_PRINTED", 5)
+    stacked = Stacked(build_function(), ["phi", "q"], ["d", "q"])
+    assert backends.foreseen(stacked.kernel.work) == "casadi-c"
+    with pytest.raises(loops.NotPrintable, match="more than 5"):
+        _ = stacked.kernel.work.loop
