@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.parallel.task import HERE, Means
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
     from planter.optimise.hybrid import Method
     from planter.optimise.range_and_spread import Sampling
+    from planter.parallel.task import Means
     from planter.terminal.console import Console
 
 LeastOption = Annotated[
@@ -43,12 +43,12 @@ HoldOption = Annotated[
 class SearchOptions:
     """What a call says of the search; None leaves it to the file or to defaults, and makes no proof."""
 
-    method: Method | None = None
-    samples: Sampling | None = None
-    seed: int = 0
-    starts: int | None = None
-    prove_seconds: float | None = None
-    means: Means = HERE
+    method: Method | None
+    samples: Sampling | None
+    seed: int
+    starts: int | None
+    prove_seconds: float | None
+    means: Means
 
 
 def search(
