@@ -6,17 +6,23 @@ the proof is then the best design over the file's samples, which is searched fro
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from planter.engine.goal import Goal
+from planter.engine.measures import Limit, Measure
 from planter.engine.proof import ProvableObjective, check_provable
 from planter.engine.search import GoalOptimum, SearchSpec, minimise
 from planter.kernels import Array
 from planter.mechanism.enclosed import EnclosedMechanism
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import Found, StatedGoal
 from planter.optimise.constraints import KEPT
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
+from planter.optimise.proof.shared import share_boxes
+from planter.parallel.task import HERE, Means
 from planter.progress import Listener
 
 
@@ -28,9 +34,12 @@ def require_provable(goal: StatedGoal, least: str | None) -> None:
 
 def with_proof(
     file: MechanismFile, found: Found, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
-    listener: Listener | None = None,
+    listener: Listener | None = None, means: Means = HERE,
 ) -> Found:  # fmt: skip
-    """Return an optimum of a file with the proof of the best design over samples, in so many seconds."""
+    """Return an optimum of a file with the proof of the best design over samples, in so many seconds.
+
+    `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
+    """
     machine = goal.machine
     count = file.turn.samples if spec.sampling == "refined" else spec.sampling
     x, objective = _find_incumbent(found, goal, replace(spec, sampling=count), spec, listener)
@@ -38,14 +47,26 @@ def with_proof(
     limits = [  # as the search takes them, to its tolerance
         replace(limit, number=limit.number + limit.sign * KEPT * sampled.step(limit)) for limit in goal.limits
     ]
-    objective_bounds = ProvableObjective(
-        machine, goal.least, count, lambda quantities: EnclosedMechanism(machine, file.model, quantities), limits
-    )
+    build = partial(build_objective, file, goal.least, limits, count)
+    bounding = build()
     design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
-    incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, objective_bounds))
+    incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, bounding))
     box = (machine.lower, machine.upper)
-    proof = prove_bound(objective_bounds, box, incumbent, seconds, listener)
+    with share_boxes(bounding, build, means) as shared:
+        proof = prove_bound(shared, box, incumbent, seconds, listener)
     return replace(found, result=replace(found.result, proof=proof))
+
+
+def build_objective(
+    file: MechanismFile, least: Sequence[Measure], limits: Sequence[Limit], count: int
+) -> ProvableObjective:  # fmt: skip
+    """Return a sum of measures over `count` samples as a proof bounds it."""
+    machine = build_machine(file)
+
+    def enclose(quantities: Sequence[tuple[str, bool]]) -> EnclosedMechanism:
+        return EnclosedMechanism(machine, file.model, quantities)
+
+    return ProvableObjective(machine, least, count, enclose, limits)
 
 
 def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:

@@ -79,7 +79,7 @@ def search(
         proof.require_provable(goal, least)
     found = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
     if options.prove_seconds is not None and isinstance(file, MechanismFile):
-        found = proof.with_proof(file, found, goal, spec, options.prove_seconds, console.progress)
+        found = proof.with_proof(file, found, goal, spec, options.prove_seconds, console.progress, options.means)
     if out is not None:
         from planter.mechanism.report import results
 

@@ -68,11 +68,12 @@ class Jobs:
                 self._collect(POLL_S)
                 if waiting is not None:
                     waiting()
+            yield self._kept[self._taken].result
+            del self._kept[self._taken]
             self._taken += 1
-            yield self._kept[self._taken - 1].result
 
     def results(self, first: int = 0) -> list[Any]:
-        """Return the results so far of the jobs from `first` on, in their order."""
+        """Return the results so far of the jobs from `first` on that `in_order` has not passed yet, in their order."""
         self._collect(0)
         answers = (self._kept[number] for number in sorted(self._kept) if number >= first)
         return [answer.result for answer in answers if not answer.is_error]

@@ -7,14 +7,19 @@ the proof is then the best design over the machine file's samples, which is sear
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from planter.engine.proof import ProvableObjective
 from planter.kernels import Array
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
+from planter.optimise.proof.shared import share_boxes
+from planter.parallel.task import HERE, Means
 from planter.planting import search as planting_search
 from planter.planting.enclosed import EnclosedForce
+from planter.planting.file import Machine
+from planter.planting.functions import Model
 from planter.planting.model import Device
 from planter.planting.objective import build_measures
 from planter.planting.optimisation import Optimisation
@@ -22,16 +27,28 @@ from planter.planting.search import Optimum
 from planter.progress import Listener
 
 
-def with_proof(found: Optimisation, seconds: float = SECONDS, progress: Listener | None = None) -> Optimisation:
-    """The same with the proof of the best design over samples, in so many seconds."""
+def with_proof(
+    found: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = HERE
+) -> Optimisation:
+    """Return an optimum with the proof of the best design over samples, in so many seconds.
+
+    `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
+    """
     device, optimum = found.devices[found.result.model], _incumbent(found, progress)
-    bounding = Objective(device, int(optimum.sampling))
+    build = partial(build_objective, device.machine, device.model, int(optimum.sampling))
+    bounding = build()
     scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
     named = device.named(optimum.design)
     incumbent = Incumbent(optimum.design, named, optimum.objective, int(optimum.sampling), scope)
     box = bounding.searched(optimum.design)
-    proof = prove_bound(bounding, box, incumbent, seconds, progress)
+    with share_boxes(bounding, build, means) as shared:
+        proof = prove_bound(shared, box, incumbent, seconds, progress)
     return replace(found, result=replace(found.result, proof=proof))
+
+
+def build_objective(machine: Machine, model: Model, count: int) -> Objective:
+    """Return the objective of a machine over `count` samples as a proof bounds it."""
+    return Objective(Device(machine, model), count)
 
 
 def _incumbent(found: Optimisation, progress: Listener | None) -> Optimum:

@@ -199,6 +199,7 @@ def optimise(
         from planter.parallel.task import Means
         from planter.planting import optimisation
 
+        means = Means(workers, cluster)
         if least is None and not hold:
             other = load_other(machine, set_, speed_rpm)
         else:
@@ -209,8 +210,7 @@ def optimise(
                        "--module2": module2 is not None}  # fmt: skip
             sampling = None if samples is None else optimisation.sampling_of(samples)
             seconds = prove_seconds if prove else None
-            options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds,
-                                    Means(workers, cluster))  # fmt: skip
+            options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds, means)
             refuse_options(other, besides)
             search(console, other, least, hold or (), options, out)
             return
@@ -229,8 +229,7 @@ def optimise(
                 report.write_partial(out, device, so_far, interrupted)
 
         try:
-            found = run.optimise(device, whole, method.value, samples, seed, starts, console.progress, keep,
-                                 Means(workers, cluster))  # fmt: skip
+            found = run.optimise(device, whole, method.value, samples, seed, starts, console.progress, keep, means)
         except Interrupted as stop:
             if stop.partial is not None:
                 keep(stop.partial, interrupted=True)
@@ -245,7 +244,7 @@ def optimise(
             if prove:
                 from planter.planting import proof
 
-                found = proof.with_proof(found, prove_seconds, console.progress)
+                found = proof.with_proof(found, prove_seconds, console.progress, means)
                 if out is not None:
                     report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))
