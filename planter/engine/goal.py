@@ -25,6 +25,8 @@ from planter.optimise.constraints import Constraints, Named
 
 SIDES = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides on which a measure needs a variable: +1 for the greatest value, -1 for the least."""
+SHARES = {"max": (1,), "min": (1,), "range": (1, -1)}
+"""How often the value on each of these sides counts in the measure."""
 EVERYWHERE = ("all", "max", "min")
 """Measures whose limits are those of every node."""
 CYCLE, ANGLES, EVENTS = "cycle", "angles", "events"
@@ -267,7 +269,7 @@ class Goal:
     @property
     def _linear(self) -> Array:
         """Weights (q,) of the variables in the objective."""
-        weights = [side * m.weight for m, side in self.variables[: self._objective_size]]
+        weights = [share * m.weight for m in self.least for share in SHARES.get(m.kind, (1,) * len(self._sides(m)))]
         return np.array([*weights, *[0.0] * (len(self.variables) - len(weights))])
 
     @staticmethod

@@ -1,12 +1,13 @@
 """Measures of quantities over a cycle, sums of them, and limits, in the language of files and options.
 
-    SUM     = TERM { "+" TERM }            TERM  = [WEIGHT] MEASURE
+    SUM     = ["-"] TERM { ("+" | "-") TERM }      TERM = [WEIGHT] MEASURE
     LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
     MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
     CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
-the display unit of the quantity. The text of what is parsed reads back to the same.
+the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
+they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME".
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
@@ -33,11 +34,13 @@ AVERAGES: tuple[Kind, ...] = ("mean", "variance", "std", "rms", "work")
 """Measures that only a cycle has that ends in the state in which it began."""
 EXTREMES: tuple[Kind, ...] = ("max", "min", "range", "all")
 """Measures that are an extreme, or two."""
+WITHOUT_SIZE: tuple[Kind, ...] = ("mean", "variance", "std", "work", "min", "range")
+"""Measures that have corners of absolute values, which no search takes."""
 CLAUSES = ("at", "where", "while")
 SIGNS = ("<=", ">=", "<", ">")
 
 SUM_SYNTAX = (
-    "it must be a sum of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
+    "it must be a sum (+ or -) of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
     + ", ".join(KINDS)
     + ", or of NAME at DEG or NAME "
     'where NAME is least|greatest, such as "range F_Ox + 0.5 rms M_in"'
@@ -106,7 +109,8 @@ class Measure:
     during: tuple[Condition, ...] = ()
 
     def __str__(self) -> str:
-        words = ["" if self.weight == 1 else _text(self.weight), self.kind if self.kind in KINDS else ""]
+        weight = {1.0: "", -1.0: "-"}.get(self.weight) if abs(self.weight) == 1 else _text(self.weight)
+        words = [weight, self.kind if self.kind in KINDS else ""]
         words += ["abs" if self.size else "", self.name]
         if self.angle is not None:
             words.append(f"at {_text(self.angle)}{' s' if self.in_time else ''}")
@@ -152,17 +156,27 @@ def parse_sum(text: str, label: str = "--least") -> tuple[Measure, ...]:
     """Return the measures of a sum that is to be minimised. Raises InputError, which begins with `label`."""
     reader = _Reader(text, label, SUM_SYNTAX)
     terms = [reader.read_measure(weighted=True)]
-    while reader.accept("+"):
-        terms.append(reader.read_measure(weighted=True))
+    while sign := reader.accept("+", "-"):
+        term = reader.read_measure(weighted=True)
+        terms.append(replace(term, weight=-term.weight) if sign == "-" else term)
     reader.end()
     for term in terms:
         if term.kind == "all":
             reader.refuse(f"{term.name} needs a measure")
-        if term.size and term.kind in ("mean", "variance", "std", "work"):
+        if term.size and term.kind in WITHOUT_SIZE:
             reader.refuse(f"{term.kind} takes no abs, which has corners")
-        if term.weight < 0:
-            reader.refuse(f"the weight {term.weight:g} is negative")
+        if term.kind == "min" and term.weight > 0:
+            reader.refuse(f"a least value can only be made greater: write -min {term.name}")
+        if term.weight < 0 and (term.kind in ("max", "range") or (term.kind == "at" and term.size)):
+            kind = "abs" if term.kind == "at" else term.kind
+            reader.refuse(f"{kind} {term.name} can only be made smaller: its weight must not be negative")
     return tuple(terms)
+
+
+def format_sum(terms: Sequence[Measure]) -> str:
+    """Return the text of a sum."""
+    text = " + ".join(map(str, terms))
+    return re.sub(r" \+ -\s?", " - ", text)
 
 
 def parse_limit(text: str, label: str = "--hold") -> Limit:
@@ -173,7 +187,7 @@ def parse_limit(text: str, label: str = "--hold") -> Limit:
     reader.end()
     if measure.size and sign == ">=":
         reader.refuse("only abs NAME <= is a limit")
-    if measure.size and measure.kind in ("mean", "variance", "std", "work"):
+    if measure.size and measure.kind in WITHOUT_SIZE:
         reader.refuse(f"{measure.kind} takes no abs, which has corners")
     if (measure.kind, sign) in (("max", ">="), ("min", "<="), ("range", ">=")):
         reader.refuse("only max <=, min >= and range <= are limits")
@@ -290,9 +304,10 @@ class _Reader:
         return self.token.kind == "word" and following.kind == "word" and following.text not in CLAUSES
 
     def _read_weight(self) -> float:
-        if self.token.kind != "number" and self.token.text not in ("-", "+"):
-            return 1.0
-        weight = self._read_number()
+        sign = -1.0 if self.accept("-", "+") == "-" else 1.0
+        if self.token.kind != "number":
+            return sign
+        weight = sign * self._read_number()
         self.accept("*")
         return weight
 
@@ -315,7 +330,7 @@ class _Reader:
     def _read_unit(self) -> str:
         """Read a unit, which ends at `and`, a sign, a plus or the end."""
         begin = self.index
-        while self.token.kind not in ("sign", "end") and self.token.text not in ("and", "+"):
+        while self.token.kind not in ("sign", "end") and self.token.text not in ("and", "+", "-"):
             self.index += 1
         unit = self.text[self.tokens[begin].start : self.token.start].strip()
         try:

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from planter.engine.goal import SIDES
+from planter.engine.goal import SHARES, SIDES
 from planter.engine.machine import Machine
 from planter.engine.measures import Kind, Limit, Measure
 from planter.errors import InputError
@@ -163,8 +163,8 @@ class Samples:
         if not len(lanes):
             return BoundedTerm(None, (), False)
         jet = self.jets[measure.name, measure.size].taken(lanes)
-        if measure.kind in SIDES:  # a sum counts a least value negatively, as `Goal` does
-            ends = tuple(Extreme(jet * (side * measure.weight)) for side in SIDES[measure.kind])
+        if measure.kind in SIDES:  # minus a least value is the greatest of minus the values
+            ends = tuple(Extreme(jet * (share * measure.weight)) for share in SHARES[measure.kind])
             return BoundedTerm(None, ends, is_whole)
         try:
             return BoundedTerm(self._average(measure, jet) * measure.weight, (), is_whole)
@@ -241,7 +241,8 @@ def is_fixed(machine: Machine, measure: Measure) -> bool:
 
 def _is_nonnegative(measure: Measure) -> bool:
     """Return whether a term of a sum is nowhere below zero."""
-    return measure.kind in NONNEGATIVE or (measure.size and measure.kind in ("max", "at"))
+    is_size = measure.kind in NONNEGATIVE or (measure.size and measure.kind in ("max", "at"))
+    return is_size and measure.weight >= 0
 
 
 def _resolve(limit: Limit) -> Limit:

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.engine.goal import Goal
 from planter.engine.machine import Machine
-from planter.engine.measures import Measure
+from planter.engine.measures import Measure, format_sum
 from planter.engine.response import Response
 from planter.errors import InputError
 from planter.kernels import Array
@@ -75,7 +75,7 @@ def compute_sensitivity(
         insensitive=found.named,
         machine=machine.name,
         kind="sampled" if samples else "true",
-        least=" + ".join(map(str, least)),
+        least=format_sum(least),
         scaled=_by_name(names, gradient * find_widths(machine)),
         combinations=_combinations(names, columns, found.effective_parameters),
     )

@@ -14,7 +14,7 @@ import numpy as np
 
 from planter.engine.goal import find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity
-from planter.engine.measures import Measure
+from planter.engine.measures import Measure, format_sum
 from planter.engine.response import Response
 from planter.kernels import Array
 
@@ -110,7 +110,7 @@ class SampledGoal:
     @property
     def text(self) -> str:
         """The sum as the file has it."""
-        return " + ".join(map(str, self.measures))
+        return format_sum(self.measures)
 
     @cached_property
     def function(self) -> ca.Function:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from planter.engine import search
 from planter.engine.goal import CYCLE, Goal, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
-from planter.engine.measures import AVERAGES, Limit, Measure, parse_limit, parse_sum
+from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.search import GoalOptimum, SearchSpec, minimise
 from planter.errors import InputError
 from planter.files.document import Document
@@ -88,7 +88,7 @@ def optimise(
     stated = {"document": machine.document, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": machine.build, **stated})
     optimum = minimise(machine, goal.least, goal.limits, spec, listener, task, means)
-    return _record(machine, least or " + ".join(map(str, machine.least)), spec, optimum, begun)
+    return _record(machine, least or format_sum(machine.least), spec, optimum, begun)
 
 
 def prepare_descents(

@@ -24,7 +24,7 @@ LeastOption = Annotated[
         metavar="SUM",
         help="for a mechanism of your own, instead of the sum in its file: what to minimise, such as "
         '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, or NAME at DEG, or NAME where '
-        "NAME is least; each also while NAME <= NUMBER)",
+        "NAME is least; each also while NAME <= NUMBER); -min NAME makes a least value greater",
         show_default=False,
     ),
 ]

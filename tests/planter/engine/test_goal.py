@@ -6,7 +6,10 @@ import pytest
 from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_limit, parse_sum
+from planter.engine.response import Response
+from planter.engine.search import SearchSpec, minimise
 from planter.errors import InputError
+from planter.kernels import Array
 from planter.mechanism.machines import build_machine
 from tests.support import own
 
@@ -87,3 +90,21 @@ def test_extremes_between_nodes_become_nodes(machine: Machine) -> None:
     assert goal.refined(x, 1e-10) is None
     assert coarse < dense <= goal.evaluate(x) + 1e-12
     assert goal.evaluate(x) == pytest.approx(dense, rel=1e-5)
+
+
+def test_least_value_counts_as_it_is_and_is_made_greater() -> None:
+    """The sum is that of the samples, whatever a search does; its optimum has no greater least value beside it."""
+    machine = build_machine(own.file("cam_follower")).with_moved({"values.k_N_m": (1000.0, 2500.0)})
+    measures = [resolve_measure(machine, one) for one in parse_sum("std M_in - 0.5 min N_cam")]
+    goal = Goal(machine, measures, (), 40, with_events=False)
+    model, phi = Response(machine, ["M_in", "N_cam"]), 2 * np.pi * np.arange(40) / 40
+
+    def evaluate(x: Array) -> float:
+        torque, force = model.values(model.at(x), phi)
+        return float(torque.std() - 0.5 * force.min())
+
+    for stiffness in (1200.0, 2000.0):
+        assert goal.evaluate(np.array([stiffness])) == pytest.approx(evaluate(np.array([stiffness])), rel=1e-12)
+    found = minimise(machine, measures, (), SearchSpec(40, "ipopt", 2))
+    best = min(evaluate(np.array([k])) for k in np.linspace(1000, 2500, 31))
+    assert evaluate(found.x) <= best + 1e-9

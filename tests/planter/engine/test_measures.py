@@ -12,6 +12,7 @@ from planter.engine.measures import (
     Extremum,
     Limit,
     Measure,
+    format_sum,
     parse_limit,
     parse_measure,
     parse_sum,
@@ -21,7 +22,9 @@ from planter.errors import InputError
 TEXTS = {
     "max F": Measure("max", "F"),
     "0.5 rms M_in": Measure("rms", "M_in", weight=0.5),
-    "2 * range abs F_Ax": Measure("range", "F_Ax", size=True, weight=2),
+    "2 * max abs F_Ax": Measure("max", "F_Ax", size=True, weight=2),
+    "-min F": Measure("min", "F", weight=-1),
+    "-0.5 std s": Measure("std", "s", weight=-0.5),
     "1e-3 mean s": Measure("mean", "s", weight=1e-3),
     "s at -300 deg": Measure("at", "s", angle=-300),
     "range": Measure("all", "range"),
@@ -71,9 +74,10 @@ def test_text_reads_back_to_the_same() -> None:
         with contextlib.suppress(InputError):
             assert parse_limit(str(limit)) == limit
             limits += 1
-        weighted = dataclasses.replace(measure, weight=abs(rng.gauss(0, 10)))
+        sign = -1 if measure.kind == "min" else 1
+        weighted = dataclasses.replace(measure, weight=sign * abs(rng.gauss(0, 10)))
         with contextlib.suppress(InputError):
-            assert parse_sum(f"{weighted} + {weighted}") == (weighted, weighted)
+            assert parse_sum(format_sum([weighted, weighted])) == (weighted, weighted)
             sums += 1
     assert min(limits, sums) > 300, "what has no corners is no limit, or no sum"
 
@@ -93,7 +97,10 @@ def test_text_reads_back_to_the_same() -> None:
         ("", ["the end"]),
         ("F", ["F needs a measure"]),
         ("std abs F", ["std takes no abs"]),
-        ("-1 max s", ["the weight -1 is negative"]),
+        ("-1 max s", ["max s can only be made smaller"]),
+        ("max F - range s", ["range s can only be made smaller"]),
+        ("min s", ["write -min s"]),
+        ("range abs s", ["range takes no abs"]),
     ],
 )
 def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:

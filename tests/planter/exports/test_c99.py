@@ -60,9 +60,9 @@ class Sum:
 
     def total(self, text: str) -> tuple[float, Array]:
         value, gradient = 0.0, np.zeros(len(self.x))
-        for term in text.split(" + "):
+        for term in text.replace(" - ", " + -").split(" + "):
             words = term.split()
-            weight = float(words.pop(0)) if words[0][0].isdigit() else 1.0
+            weight = float(words.pop(0)) if words[0].lstrip("-")[0].isdigit() else 1.0
             if "at" in words:
                 v, g = (part[0] for part in self.sampled(words[0], np.radians([float(words[2])])))
             else:

@@ -108,7 +108,7 @@ def goal_of(name: str, least: str) -> tuple[Goal, ProvableObjective]:
 
 SUMS = (
     "range F_Ox + 0.5 rms M_in + max abs F_Oy + y_tip at 50",
-    "min F_Oy + std F_Ox + 0.1 variance F_Oy + mean x_tip + work M_in + work P_M_in",
+    "-min F_Oy + std F_Ox + 0.1 variance F_Oy + mean x_tip + work M_in + work P_M_in",
 )
 
 
@@ -177,7 +177,7 @@ def test_boxes_that_violate_a_limit_hold_no_design() -> None:
 
 
 def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    sums = "range F_Ox + rms M_in", "max F_Ox + std M_in + min F_Oy + variance F_Ay"
+    sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
     whole, follow = [bound_arm(least) for least in sums], EnclosedMechanism.follow
 
     def fail(self: EnclosedMechanism, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
