@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 from planter.engine import search
 from planter.engine.goal import CYCLE, Goal, find_display_unit, resolve_limit, resolve_measure
@@ -12,7 +14,6 @@ from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.search import GoalOptimum, SearchSpec, minimise
 from planter.errors import InputError
-from planter.files.document import Document
 from planter.kernels import Array
 from planter.mechanism.periodicity import require_repeating
 from planter.mechanism.results import ActiveLimit, Evaluations, Held, Optimum, Proof
@@ -85,18 +86,22 @@ def optimise(
     goal = StatedGoal.read(machine, least, holds)
     goal.require_least()
     spec = spec or SearchSpec(machine.sampling)
-    stated = {"document": machine.document, "least": least, "holds": list(holds), "sampling": spec.sampling}
-    task = Task(prepare_descents, {"build": machine.build, **stated})
+    numbers = {name: getattr(machine, name) for name in ("data", "moved", "lower", "upper")}
+    stated = {"numbers": numbers, "least": least, "holds": list(holds), "sampling": spec.sampling}
+    task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
     optimum = minimise(machine, goal.least, goal.limits, spec, listener, task, means)
     return _record(machine, least or format_sum(machine.least), spec, optimum, begun)
 
 
 def prepare_descents(
-    build: Callable[[Document], Machine], document: Document, least: str | None, holds: Sequence[str],
+    build: Callable[[], Machine], numbers: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
 ) -> Callable[[Array], Descent]:  # fmt: skip
-    """Return the function that descends from a design (p,) to what a file, a sum and limits ask for, in a worker."""
-    goal = StatedGoal.read(build(document), least, holds)
+    """Return the function that descends from a design (p,) to what a sum and limits ask for, in a worker.
+
+    `build` gives the machine as its file has it, whose `numbers` are replaced.
+    """
+    goal = StatedGoal.read(replace(build(), **numbers), least, holds)
     return search.prepare_descents(goal.machine, goal.least, goal.limits, sampling)
 
 
@@ -162,4 +167,4 @@ def _record(machine: Machine, least: str, spec: SearchSpec, optimum: GoalOptimum
         seconds=time.perf_counter() - begun,
     )
     document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
-    return Found(x, machine.build(document), result)
+    return Found(x, replace(machine, document=document, data=machine.data_at(x)), result)

@@ -9,6 +9,7 @@ import pytest
 
 from derive.__main__ import main as derive
 from planter.engine.goal import Goal, resolve_measure
+from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
 from planter.engine.search import Programme, SearchSpec
 from planter.errors import ComputationError, InputError
@@ -18,6 +19,9 @@ from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise
 from planter.optimise.hybrid import METHODS
 from planter.parallel.task import Means
+from planter.planting.file import Machine as PlantingFile
+from planter.planting.model import Device
+from planter.planting.simulation import simulate
 from planter.records import schema
 from tests.support.cli import answer, refusal
 
@@ -203,3 +207,14 @@ def test_goals_of_files_are_refused_by_their_place(file: Path, tmp_path: Path, g
     with pytest.raises(InputError) as caught:
         load(with_goal(file, tmp_path, goal))
     assert part in caught.value.message
+
+
+def test_device_has_an_optimum_of_any_sum() -> None:
+    machine = load_machine("wang2017").with_moved({"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)})
+    found = optimise(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
+    document = found.machine.document
+    assert isinstance(document, PlantingFile)
+    turned = simulate(Device(document), 12).result
+    assert found.result.objective == pytest.approx(turned.support_force.range_N, rel=1e-9)
+    assert found.result.objective < found.result.start_objective
+    assert turned.design["m31"] == found.result.design["m31"]
