@@ -22,7 +22,7 @@ LeastOption = Annotated[
     str | None,
     typer.Option(
         metavar="SUM",
-        help="for a mechanism of your own, instead of the sum in its file: what to minimise, such as "
+        help="instead of the objective in the file: a sum to minimise, such as "
         '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, or NAME at DEG, or NAME where '
         "NAME is least; each also while NAME <= NUMBER); -min NAME makes a least value greater",
         show_default=False,
@@ -32,8 +32,7 @@ HoldOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="LIMIT",
-        help='for a mechanism of your own, beside the limits in its file: a limit, such as "abs F_Ax <= 300 N" '
-        "(repeatable)",
+        help='beside the limits in the file: a limit, such as "abs F_Ax <= 300 N" (repeatable)',
         show_default=False,
     ),
 ]
