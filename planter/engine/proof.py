@@ -18,7 +18,7 @@ from planter.optimise.proof.arithmetic import PI
 from planter.optimise.proof.balls import Ball, Unbounded
 from planter.optimise.proof.curve import Enclosed, enclose_at, list_angles, list_samples
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
-from planter.optimise.proof.objective import Bounds, Extreme, bounds, variance
+from planter.optimise.proof.objective import Bounds, Extreme, bounds, mean_square, variance
 
 NONNEGATIVE = ("range", "variance", "std", "rms")
 """Measures that are never below zero, of whatever quantity."""
@@ -211,7 +211,7 @@ class Samples:
             return jet.mean()
         if measure.kind == "work":
             return jet.mean() * self._length(measure)
-        square = (jet**2).mean() if measure.kind == "rms" else variance(jet)
+        square = mean_square(jet) if measure.kind == "rms" else variance(jet)
         if jet.lanes < self.count:
             square = square * (self.space.whole(jet.lanes) / self.space.whole(self.count))
         return square if measure.kind == "variance" else square.sqrt()

@@ -108,6 +108,11 @@ class Ball:
         rad = exponent * steep * self.rad + (exponent + 1) * U * np.abs(mid)
         return Ball(mid, rad * GROWN + TINY)
 
+    def square(self) -> Ball:
+        """Return x^2, whose ends are squares of those of x, or zero."""
+        least, most = np.maximum(_down(np.abs(self.mid) - self.rad), 0), self.most
+        return Ball.between(np.maximum(_down(least * least), 0), -_down(-most * most))
+
     def sqrt(self) -> Ball:
         """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
         room = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish")

@@ -89,9 +89,15 @@ def _whole(total: Jet, found: Bounds) -> Bounds:
 
 def variance(samples: Jet) -> Jet:
     """Return the population variance over the lanes."""
-    about = samples - samples.mean()
-    square = (about**2).mean()
-    return square.holding(square.value.nonnegative())
+    return mean_square(samples - samples.mean())
+
+
+def mean_square(samples: Jet) -> Jet:
+    """Return the mean of squares over the lanes."""
+    value, mean = samples.value.square().sum(), (samples**2).mean()
+    share = Ball(value.mid[:, None], value.rad[:, None]) / Ball.exact(float(samples.lanes))
+    low, high = np.maximum(mean.value.low, share.low), np.minimum(mean.value.high, share.high)
+    return mean.holding(Ball.between(low, high))
 
 
 def _candidates(extreme: Extreme) -> Integers:

@@ -118,7 +118,9 @@ class Search:
                 least, self.met = max(least, result.least), min(self.met, result.reached)
                 open_, slopes = upper > lower, result.slopes
                 rising, falling = open_ & (slopes.low >= 0), open_ & (slopes.high <= 0) & (slopes.low < 0)
-                if result.may_jump or not (rising | falling).any():
+                if result.may_jump and least < np.inf and open_.any() and not result.looseness[open_].any():
+                    unbounded.append(Box(least, lower, upper, None))
+                elif result.may_jump or not (rising | falling).any():
                     loose = np.where(open_, result.looseness, -1)
                     bounded.append(Box(least, lower, upper, int(loose.argmax()) if open_.any() else None))
                 else:
@@ -135,7 +137,7 @@ class Search:
         return results
 
     def _find_sides(self, boxes: Sequence[Box]) -> list[Box]:
-        """Return boxes without bounds with where to halve them.
+        """Return boxes whose bounds tell nothing of their sides, with where to halve them.
 
         That is as a part of a box tells, or else along its relatively widest side.
         """

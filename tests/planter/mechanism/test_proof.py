@@ -26,6 +26,7 @@ from planter.optimise.proof.curve import samples
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.objective import Bounds
 from planter.optimise.proof.results import GlobalBound
+from planter.report.proof import describe_proof
 from tests.support import own
 from tests.support.cli import answer, refusal
 
@@ -277,6 +278,19 @@ def test_optimise_proves_a_mechanism_of_ones_own() -> None:
     assert proof["proved"], proof["statement"]
     assert proof["lower_bound"] <= proof["objective"] <= found["objective"]
     assert 0 <= proof["gap"] <= 1e-6 * proof["objective"]
+
+
+@pytest.mark.parametrize("bound", [3.5, None])
+def test_a_page_tells_a_proof_with_and_without_a_bound(bound: float | None) -> None:
+    proof = GlobalBound(
+        kind="sampled", samples=COUNT, design={"k_N_m": 641.5}, objective=4.0, lower_bound=bound,
+        gap=None if bound is None else 0.5, boxes=7, seconds=1.0, proved=False, statement="not proved",
+    )  # fmt: skip
+    html = "".join(block.html("proof") for block in describe_proof(proof.table()))
+    assert "641.5" in html
+    assert "k / N/m" in html
+    assert ("3.5" in html) == (bound is not None)
+    assert html.count("\N{EN DASH}</dd>") == (2 if bound is None else 0)
 
 
 def test_objectives_without_a_proof_are_refused_first() -> None:

@@ -28,6 +28,7 @@ OPERATIONS: dict[str, Operation] = {
     "quotient": (lambda a, b: a / b, lambda x, y: x / y, (ONE, TWO)),
     "sum of products": (lambda a, b: products((a, b), (b, b), (a, a)), lambda x, y: x * y + y * y + x * x, (ONE, TWO)),
     "square": (lambda a: a.power(2), lambda x: x * x, (ONE,)),
+    "square by its ends": (lambda a: a.square(), lambda x: x * x, (ONE,)),
     "fourth power": (lambda a: a.power(4), lambda x: x**4, (ONE,)),
     "root": (lambda a: a.sqrt(), lambda x: x.sqrt(), (POSITIVE,)),
     "sine": (lambda a: a.sin(), lambda x: x.sin(), (ONE,)),
