@@ -110,6 +110,15 @@ def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache
     assert np.ptp(after[2] - before[2]) > 1e-6
 
 
+def test_the_path_over_ground_is_that_of_simulate() -> None:
+    """A machine that travels does not come back: the turn is the one from 0 to 360 deg."""
+    machine = file.load("compact", {"objective.samples": 24})
+    own = machine.with_numbers({"operation.speed_rpm": 36.0})
+    path = simulation.simulate(Device(own)).cycle.columns()["tip_x_mm"]
+    subject = ROOM.subject(ROOM.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"])
+    np.testing.assert_allclose(subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=1e-12)
+
+
 PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
 REFUSED = {
     "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp is not allowed: did you mean"),
