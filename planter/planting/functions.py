@@ -131,9 +131,3 @@ class Functions:
     @cached_property
     def inputs(self) -> list[ca.SX]:
         return [self.phi, self.x, self.c, self.h]
-
-    def total(self, name: str) -> ca.SX:
-        return self.both[2][self._index(name)]
-
-    def _index(self, name: str) -> int:
-        return [entry["name"] for entry in self.sidecar["vectors"]["totals"]].index(name)
