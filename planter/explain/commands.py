@@ -46,7 +46,8 @@ def explain(
             from planter.explain import page
 
             explained = mechanism.explain_mechanism(name, changes(set_))
-            explained = explained if out is None else page.write_mechanism(explained, out)
+            if out is not None:
+                explained = page.write_mechanism(explained, mechanism.draw_sheet(name, changes(set_)), out)
             console.result(explained, lambda: tables.mechanism(explained))
             return
         if name is not None and key is not None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from planter import rooms
 from planter.engine.description import Description, describe
 from planter.engine.machine import Quantity, find_machine_room
 from planter.errors import InputError
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import paths, units
+from planter.view.sheet import Sheet
 
 
 def takes(source: str) -> bool:
@@ -31,6 +33,15 @@ def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMec
         ],
         files=[],
     )
+
+
+def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
+    """Return the drawing with the symbols that can be seen on it; None where a room has none of the source."""
+    for module in rooms.brought("sheets"):
+        if module.takes(source):
+            sheet: Sheet | None = module.draw(source, changes)
+            return sheet
+    return None
 
 
 def find_meanings(mechanism: ExplainedMechanism, key: str) -> Explained:
@@ -62,7 +73,7 @@ def _values(description: Description) -> Iterator[Meaning]:
             allowed=None
             if bounds is None
             else f"from {bounds[0]:g} to {bounds[1]:g} {units.unit(value.path)}".rstrip(),
-            value=float(number / value.factor),
+            value=float(f"{number / value.factor:.15g}"),
             origin=description.origins.get(value.path),
         )
 

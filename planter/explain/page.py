@@ -11,6 +11,7 @@ from planter.files import csv_rows
 from planter.report import bundle, files
 from planter.report.html import FigureSvg, Items, Section, Table, Text, page
 from planter.view.labelling import figure
+from planter.view.sheet import Sheet
 
 HEADER = ("symbol", "unit", "meaning", "key in the file", "column")
 MECHANISM_FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")
@@ -37,17 +38,21 @@ def write(drawn: Drawn, out: Path) -> ExplainedMachine:
     return found
 
 
-def write_mechanism(found: ExplainedMechanism, out: Path) -> ExplainedMechanism:
-    """Write `report.html`, `symbols.csv` and `summary.json` of a mechanism; return it with their names.
+def write_mechanism(found: ExplainedMechanism, sheet: Sheet | None, out: Path) -> ExplainedMechanism:
+    """Write `report.html`, `symbols.csv`, `summary.json` and the drawing of a mechanism; return it with their names.
 
     Raises InputError, naming the path, for a folder that cannot be written.
     """
     files.output_folder(out)
-    found = replace(found, files=["report.html", "symbols.csv", "summary.json"])
+    names = ["report.html", "symbols.csv", "summary.json"]
+    figures = {} if sheet is None else bundle.drawn({sheet.name: figure(sheet)})
+    found = replace(found, files=[*names, *(f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png"))])
     values = [[one.name, one.unit, one.meaning, one.key, one.value, one.allowed, one.origin] for one in found.values]
     quantities = [[one.name, one.unit, one.meaning, one.key, one.kind, one.source] for one in found.quantities]
     functions = [[one.name, ", ".join(one.inputs), one.outputs, one.operations] for one in found.functions]
+    drawing = [Section("Drawing", [FigureSvg(figures[sheet.name].svg, sheet.title)])] if sheet is not None else []
     sections = [
+        *drawing,
         Section("Statement", [Text(f"{found.title}, from {found.source}. It assumes:"), Items(found.assumptions)]),
         Section("Values", [Table(("symbol", "unit", "meaning", "key", "value there", "bounds", "origin"), values)]),
         Section("Quantities", [Table(("symbol", "unit", "meaning", "key", "kind", "source"), quantities)]),
@@ -60,7 +65,7 @@ def write_mechanism(found: ExplainedMechanism, out: Path) -> ExplainedMechanism:
         csv_rows.written((), MECHANISM_FIELDS, rows),
         files.summary_text(found.table()),
     )
-    bundle.write(out, dict(zip(found.files, texts, strict=True)), {})
+    bundle.write(out, dict(zip(names, texts, strict=True)), figures)
     return found
 
 

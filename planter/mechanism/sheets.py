@@ -1,0 +1,139 @@
+"""A mechanism of one's own with its symbols: what of its values and angles can be seen, found by comparing numbers.
+
+A length of the file is drawn where two points of a body are as far apart all through the turn, or a point as far from
+an axis of the world, and follow when the length is changed; an angle where a body points that way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+
+import numpy as np
+
+from planter.kernels import Array
+from planter.mechanism import machines
+from planter.mechanism.file import load
+from planter.mechanism.model import Model
+from planter.mechanism.show import Mechanism
+from planter.numerics.angles import wrapped
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot
+
+SHOWN_DEG = 50.0
+"""Angle of the drive at which a mechanism is drawn, where most of them are open."""
+COMPARED = np.radians(np.arange(7.0, 360.0, 48.5))
+"""Angles at which distances and directions are compared, besides the one that is drawn."""
+SAME = 1e-9
+"""Share of the mechanism's size within which two lengths are the same."""
+CHANGE = 1e-3
+"""Share by which a length is changed to tell what follows it from what is as long by chance."""
+RADIUS = 0.12
+"""Radius of an angle's arc, in parts of the drawing."""
+
+Bodies = dict[str, dict[str, Array]]
+"""Points (2, n) [m] by body and name, at the angle that is drawn and at those that are compared."""
+
+takes = machines.takes
+
+
+def draw(source: str, changes: Mapping[str, float]) -> Sheet | None:
+    """Return the drawing of a file's mechanism, None for one that moves by itself or has no points in a plane.
+
+    Raises InputError as the file does, ComputationError where the mechanism cannot be moved.
+    """
+    file = load(source, changes)
+    if "speed" not in file.model.sidecar:
+        return None
+    model, shown = Model(machines.build_machine(file)), Mechanism(file)
+    scene = shown.scenes({control.path: control.value for control in shown.controls}, "exact")[0]
+    moment = int(np.argmin(np.abs(scene.places - SHOWN_DEG)))
+    angles = np.append(np.radians(scene.places[moment]), COMPARED)
+    if not (bodies := find_points(model.places(angles))):
+        return None
+    marks = find_marks(model, angles, bodies)
+    return Sheet("mechanism", f"{file.name} at {scene.places[moment]:g} deg", scene, marks, moment)
+
+
+def find_points(places: Mapping[str, Array]) -> Bodies:
+    """Return the points of the bodies of a plane mechanism from the coordinates (n,) that its functions give."""
+    bodies: Bodies = {}
+    for name, x in places.items():
+        axis, _, rest = name.partition("_")
+        if axis == "x" and f"z_{rest}" not in places:
+            body, _, point = rest.partition("__")
+            bodies.setdefault(body, {})[point] = np.array([x, places[f"y_{rest}"]])
+    return bodies
+
+
+def find_marks(model: Model, angles: Array, bodies: Bodies) -> list[Mark]:
+    """Return lengths, angles and points, each name once."""
+    points = np.hstack([at for body in bodies.values() for at in body.values()])
+    size = float(np.ptp(points, axis=1).max())
+    every: list[Mark] = [*_lengths(model, angles, bodies, size), *_angles(model, angles, bodies, size)]
+    marks: dict[str, Mark] = {}
+    for mark in [*every, *_spots(bodies)]:
+        marks.setdefault(mark.names[0], mark)
+    return list(marks.values())
+
+
+def _lengths(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterator[Length]:
+    """Yield, for each length of the file, the first distance that has it and follows it."""
+    spans = dict(_spans(bodies))
+    for index, value in enumerate(model.machine.values):
+        number = float(model.machine.data[index])
+        if value.unit != "m" or not number:
+            continue
+        alike = [key for key, ends in spans.items() if _is_long(ends, number, size)]
+        changed = model.machine.data.copy()
+        changed[index] *= 1 + CHANGE
+        moved = dict(_spans(find_points(Model(model.machine, changed).places(angles)))) if alike else {}
+        for key in alike:
+            if _is_long(moved[key], changed[index], size):
+                start, end = spans[key]
+                yield Length([value.name], 1e3 * start[:, 0], 1e3 * end[:, 0])
+                break
+
+
+def _spans(bodies: Bodies) -> Iterator[tuple[tuple[str, ...], tuple[Array, Array]]]:
+    """Yield pairs of points (2, n): of a body, then each with its feet on the axes of the world."""
+    for body, points in bodies.items():
+        for (first, start), (second, end) in combinations(points.items(), 2):
+            yield (body, first, second), (start, end)
+    for body, points in bodies.items():
+        for name, at in points.items():
+            for axis, foot in zip("xy", (at * [[0], [1]], at * [[1], [0]]), strict=True):
+                yield (body, name, axis), (foot, at)
+
+
+def _is_long(ends: tuple[Array, Array], length: float, size: float) -> bool:
+    return bool(np.abs(np.hypot(*(ends[1] - ends[0])) - abs(length)).max() <= SAME * size)
+
+
+def _angles(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterator[Angle]:
+    """Yield the angles along which two points of a body stand, from x on."""
+    results = model(angles)
+    turned = {model.machine.angle: angles} | {
+        one.name: results[one.name] for one in model.machine.results if one.unit == "rad"
+    }
+    for points in bodies.values():
+        for start, end in combinations(points.values(), 2):
+            if np.hypot(*(end - start)).min() <= SAME * size:
+                continue
+            for first, second in ((start, end), (end, start)):
+                way = np.arctan2(*(second - first)[::-1])
+                names = [name for name, value in turned.items() if np.abs(wrapped(value - way)).max() <= SAME]
+                if names:
+                    turn = float(np.degrees(way[0]))
+                    yield Angle(names, 1e3 * first[:, 0], 0.0, turn, 1e3 * RADIUS * size)
+
+
+def _spots(bodies: Bodies) -> Iterator[Spot]:
+    """Yield all points; bodies that meet share theirs, others of one name are told apart by their bodies."""
+    owners: dict[str, dict[bytes, str]] = {}
+    for body, points in bodies.items():
+        for name, at in points.items():
+            owners.setdefault(name, {}).setdefault(np.round(at, 12).tobytes(), body)
+    for name, places in owners.items():
+        for body in places.values():
+            label = name if len(places) == 1 else f"{body}: {name}"
+            yield Spot([label], 1e3 * bodies[body][name][:, 0])
