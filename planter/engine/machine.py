@@ -242,6 +242,11 @@ class Machine:
         ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
         return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
 
+    @property
+    def searched(self) -> dict[str, Any]:
+        """The fields that a search may set otherwise than the file does: values, which of them move, between what."""
+        return {name: getattr(self, name) for name in ("data", "moved", "lower", "upper")}
+
     def with_data(self, data: Array) -> Machine:
         """Return the machine with other values (v,) in SI."""
         return replace(self, data=np.asarray(data, dtype=float))

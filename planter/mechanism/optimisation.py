@@ -67,6 +67,20 @@ class StatedGoal:
         require_repeating(self.machine, [measure.name for measure in measures if measure.kind in AVERAGES])
 
 
+def vary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> Machine:
+    """Return a machine that is searched in other values than its file says, by path between ends in their units.
+
+    Without ranges it is the machine itself. Raises InputError for what is no value, or an end that its file refuses.
+    """
+    for path, (low, high) in ranges.items():
+        if not low < high:
+            raise InputError(f"--vary {path}={low:g}:{high:g} is not allowed: LOW must be below HIGH")
+        full = machine.values[machine.index_of(path)].path
+        for end in (low, high):
+            machine.document.with_numbers({full: end})
+    return machine.with_moved(ranges) if ranges else machine
+
+
 def optimise(
     machine: Machine,
     least: str | None = None,
@@ -86,22 +100,21 @@ def optimise(
     goal = StatedGoal.read(machine, least, holds)
     goal.require_least()
     spec = spec or SearchSpec(machine.sampling)
-    numbers = {name: getattr(machine, name) for name in ("data", "moved", "lower", "upper")}
-    stated = {"numbers": numbers, "least": least, "holds": list(holds), "sampling": spec.sampling}
+    stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
     optimum = minimise(machine, goal.least, goal.limits, spec, listener, task, means)
     return _record(machine, least or format_sum(machine.least), spec, optimum, begun)
 
 
 def prepare_descents(
-    build: Callable[[], Machine], numbers: Mapping[str, Any], least: str | None, holds: Sequence[str],
+    build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
 ) -> Callable[[Array], Descent]:  # fmt: skip
     """Return the function that descends from a design (p,) to what a sum and limits ask for, in a worker.
 
-    `build` gives the machine as its file has it, whose `numbers` are replaced.
+    `build` gives the machine as its file has it, `searched` are the fields that the search has set otherwise.
     """
-    goal = StatedGoal.read(replace(build(), **numbers), least, holds)
+    goal = StatedGoal.read(replace(build(), **searched), least, holds)
     return search.prepare_descents(goal.machine, goal.least, goal.limits, sampling)
 
 
@@ -136,7 +149,7 @@ def _hold(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> Hel
 
 def _record(machine: Machine, least: str, spec: SearchSpec, optimum: GoalOptimum, begun: float) -> Found:
     goal, x, certificate = optimum.goal, optimum.x, optimum.certificate
-    design = [float(value) for value in x / machine.scale]
+    design = [float(f"{value:.15g}") for value in x / machine.scale]
     paths, stated = [machine.values[index].path for index in machine.moved], machine.document.numbers()
     prices = {one.name: one for one in certificate.active_constraints}
     holds = [_hold(goal, x, limit, str(limit) in prices) for limit in goal.limits]

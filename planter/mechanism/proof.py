@@ -6,9 +6,10 @@ the proof is then the best design over the file's samples, which is searched fro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from planter.engine.goal import Goal
 from planter.engine.measures import Limit, Measure
@@ -47,7 +48,7 @@ def with_proof(
     limits = [  # as the search takes them, to its tolerance
         replace(limit, number=limit.number + limit.sign * KEPT * sampled.step(limit)) for limit in goal.limits
     ]
-    build = partial(build_objective, file, goal.least, limits, count)
+    build = partial(build_objective, file, machine.searched, goal.least, limits, count)
     bounding = build()
     design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
     incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, bounding))
@@ -58,10 +59,10 @@ def with_proof(
 
 
 def build_objective(
-    file: MechanismFile, least: Sequence[Measure], limits: Sequence[Limit], count: int
+    file: MechanismFile, searched: Mapping[str, Any], least: Sequence[Measure], limits: Sequence[Limit], count: int
 ) -> ProvableObjective:  # fmt: skip
-    """Return a sum of measures over `count` samples as a proof bounds it."""
-    machine = build_machine(file)
+    """Return a sum of measures over `count` samples as a proof bounds it, in the values that are searched."""
+    machine = replace(build_machine(file), **searched)
 
     def enclose(quantities: Sequence[tuple[str, bool]]) -> EnclosedMechanism:
         return EnclosedMechanism(machine, file.model, quantities)

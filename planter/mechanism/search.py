@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -36,6 +36,14 @@ HoldOption = Annotated[
         show_default=False,
     ),
 ]
+VaryOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATH=LOW:HIGH",
+        help="search in this value of the file between these ends, instead of in the values with bounds (repeatable)",
+        show_default=False,
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -48,6 +56,7 @@ class SearchOptions:
     starts: int | None
     prove_seconds: float | None
     means: Means
+    vary: Mapping[str, tuple[float, float]]
 
 
 def search(
@@ -68,6 +77,7 @@ def search(
         seed=options.seed,
         genetic=machine.genetic or DEFAULT_GENETIC,
     )
+    machine = optimisation.vary(machine, options.vary)
     file = machine.document
     if options.prove_seconds is not None and not isinstance(file, MechanismFile):
         raise InputError(

@@ -78,6 +78,20 @@ def changes(texts: Sequence[str] | None, own: Mapping[str, float | None] | None 
     return found | {name: value for name, value in (own or {}).items() if value is not None}
 
 
+def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return the ends of each range `PATH=LOW:HIGH` of an option, by path. Raises InputError for other texts."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        name, _, ends = text.partition("=")
+        try:
+            low, high = map(float, ends.split(":"))
+        except ValueError:
+            allowed = "it must be PATH=LOW:HIGH, as mass.planet_kg=0.8:1.6"
+            raise InputError(f"{option} {legible.line(text, 200)} is not allowed: {allowed}") from None
+        ranges[name.strip()] = (low, high)
+    return ranges
+
+
 def listing(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
     """A command whose help says which values its parameters take, looked up when it is asked for help."""
 

@@ -22,6 +22,7 @@ from planter.terminal.options import (
     SetOption,
     SpeedOption,
     WorkersOption,
+    read_ranges,
 )
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ def calibrate(
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
         second = None if check is None or check_rpm is None else Check(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
-        bounds = _bounds(fit or ())
+        bounds = read_ranges("--fit", fit or ())
         from planter.mechanism.calibration import calibrate as fit_machine
         from planter.mechanism.calibration import run_calibrate
         from planter.planting import measured
@@ -138,18 +139,3 @@ def _to_figures(
         with kept(result.table()):
             report.write_result(out, device, result)
     console.result(result, lambda: tables.calibration(console, result))
-
-
-def _bounds(texts: list[str] | tuple[()]) -> dict[str, tuple[float, float]]:
-    """Inputs with their bounds, as `PATH=LOW:HIGH` has them."""
-    found: dict[str, tuple[float, float]] = {}
-    for text in texts:
-        name, _, ends = text.partition("=")
-        try:
-            low, high = map(float, ends.split(":"))
-        except ValueError:
-            raise InputError(
-                f"--fit {text} is not allowed: it must be PATH=LOW:HIGH, as mass.planet_kg=0.8:1.6"
-            ) from None
-        found[name.strip()] = (low, high)
-    return found

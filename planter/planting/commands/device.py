@@ -10,7 +10,7 @@ import typer
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.options import refuse_options
-from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, search
+from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, VaryOption, search
 from planter.planting.commands.options import (
     DeviceArgument,
     SamplesOption,
@@ -34,6 +34,7 @@ from planter.terminal.options import (
     SpeedOption,
     WorkersOption,
     changes,
+    read_ranges,
 )
 
 FIGURES = ("joint_forces", "pitch_curves", "rotation", "support_force", "tip_path")
@@ -173,6 +174,7 @@ def optimise(
     ] = False,
     least: LeastOption = None,
     hold: HoldOption = None,
+    vary: VaryOption = None,
     prove: Annotated[
         bool,
         typer.Option(
@@ -199,8 +201,8 @@ def optimise(
         from planter.parallel.task import Means
         from planter.planting import optimisation
 
-        means = Means(workers, cluster)
-        if least is None and not hold:
+        means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
+        if not (least or hold or ranges):
             other = load_other(machine, set_, speed_rpm)
         else:
             other = load_machine(machine, changes(set_), speed_rpm)
@@ -210,7 +212,9 @@ def optimise(
                        "--module2": module2 is not None}  # fmt: skip
             sampling = None if samples is None else optimisation.sampling_of(samples)
             seconds = prove_seconds if prove else None
-            options = SearchOptions(None if method is None else method.value, sampling, seed, starts, seconds, means)
+            options = SearchOptions(
+                None if method is None else method.value, sampling, seed, starts, seconds, means, ranges
+            )
             refuse_options(other, besides)
             search(console, other, least, hold or (), options, out)
             return
