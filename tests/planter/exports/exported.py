@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import re
 import subprocess
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
@@ -59,9 +60,9 @@ def c_files(name: str) -> tuple[Path, ...]:
 class Library:
     """The C of a mechanism, compiled without passes and called."""
 
-    def __init__(self, name: str, *changes: tuple[str, str]) -> None:
-        self.name = f"my_{name}_2"
-        header, source = (path.read_text(encoding="utf-8") for path in c_files(name)[:2])
+    def __init__(self, files: Sequence[Path], *changes: tuple[str, str]) -> None:
+        self.name = files[0].stem
+        header, source = (path.read_text(encoding="utf-8") for path in files[:2])
         for old, new in changes:
             assert old in source
             source = source.replace(old, new, 1)
@@ -74,7 +75,8 @@ class Library:
         subprocess.run([*command, "-o", str(library)], check=True, capture_output=True, text=True)
         self.raw = ctypes.CDLL(str(library))
         self.sizes = {key: int(value) for key, value in re.findall(rf"{self.name.upper()}_(\w+) = (\d+)", header)}
-        self.fields = re.search(r"double (objective.*);\n\} \w+_found", header)[1].split(", ")  # type: ignore[index]
+        fields = re.search(r"double (objective.*);\n\} \w+_found", header)
+        self.fields = fields[1].split(", ") if fields else []
         self.memory = ctypes.create_string_buffer(1 << 23)
         self.raw[f"{self.name}_prepare"](self.memory)
         self.x = self.vector("design", "PARAMETERS")
@@ -85,15 +87,21 @@ class Library:
         return np.array((ctypes.c_double * self.sizes[size]).in_dll(self.raw, f"{self.name}_{name}"))
 
     @property
+    def count(self) -> int:
+        """How many quantities there are: of equal sides, each has its own."""
+        totals = self.sizes.get("TOTALS", 0)
+        return self.sizes["SIDE"] * (2 if totals else 1) + totals
+
+    @property
     def names(self) -> list[str]:
         """Names of the quantities."""
-        count = self.sizes["SIDE"]
+        count = self.count
         texts = (ctypes.c_char_p * count).in_dll(self.raw, f"{self.name}_quantity")
         return [text.decode() for text in texts]
 
     def quantities(self, phi: Array, x: Array | None = None) -> tuple[int, Array]:
         """The status, and quantities (m, n) at angles (n,)."""
-        q = np.empty((self.sizes["SIDE"], len(phi)))
+        q = np.empty((self.count, len(phi)))
         vectors = [np.ascontiguousarray(v) for v in (self.x if x is None else x, self.data, phi)]
         x_, data, angles = (ctypes.c_void_p(v.ctypes.data) for v in vectors)
         run = self.raw[f"{self.name}_quantities"]
@@ -110,4 +118,4 @@ class Library:
 
 @cache
 def library(name: str) -> Library:
-    return Library(name)
+    return Library(c_files(name))

@@ -98,7 +98,7 @@ def test_a_tampered_constant_is_noticed() -> None:
     head = "const double my_transplanting_arm_2_machine[MY_TRANSPLANTING_ARM_2_MACHINE] = {"
     text = c_files(name)[1].read_text()
     first = text.partition(head)[2].partition(",")[0]
-    tampered = Library(name, (f"{head}{first},", f"{head}{1.001 * float(first)!r},"))
+    tampered = Library(c_files(name), (f"{head}{first},", f"{head}{1.001 * float(first)!r},"))
     status, found = tampered.quantities(ANGLES)
     assert status == 0
     assert largest_error(found, tampered.names, model_values(name, ANGLES)) > 1e-5
@@ -114,7 +114,7 @@ def test_dead_point_and_stuck_friction_are_statuses() -> None:
     assert crank.quantities(ANGLES)[0] == 0
     index = [value.path for value in (machine("slider_crank").values)].index("values.mu")
     place = index - sum(i < index for i in machine("slider_crank").moved)
-    rough = Library("slider_crank")
+    rough = Library(c_files("slider_crank"))
     rough.data[place] = 40.0
     assert rough.quantities(np.linspace(0.0, 6.28, 90))[0] == STUCK
 

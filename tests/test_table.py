@@ -1,0 +1,666 @@
+"""Every capability on every machine: each cell compares a number of a command with another route to it.
+
+The rows are what the commands do with a machine, the columns the built-in machines and the statements of
+docs/examples. What a machine cannot have is refused, for a reason that stands in REFUSED.
+"""
+
+from __future__ import annotations
+
+import csv
+import ctypes
+import json
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image, ImageSequence
+from scipy.optimize import minimize_scalar
+
+from derive.emit.folder import texts
+from derive.emit.target import built_in
+from derive.systems.clutch import model as clutch
+from derive.systems.mapping import model as mapping
+from derive.systems.pickup import model as pickup
+from derive.systems.planting import derivation
+from planter.cli.app import application
+from planter.engine.machine import Machine, load_machine
+from planter.exports import cuda
+from planter.files import examples, units
+from planter.interchange.fmi import libraries
+from planter.kernels import Array
+from planter.mechanism import sheets
+from planter.view.portable import Movable
+from planter.view.sheet import Length
+from planter.view.subject import opened
+from tests.planter.exports.exported import Library
+from tests.support import own
+from tests.support.cli import answer, run
+from tests.support.cuda_on_threads import build_on_threads
+from tests.support.reference import evaluate
+
+SAMPLES = 24
+ANGLE = 50.0
+"""Where single values are compared [deg]."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A machine, a quantity of it, a value of its file that moves the quantity, and by how much of itself."""
+
+    name: str
+    quantity: str
+    value: str
+    share: float = 0.05
+
+    @property
+    def source(self) -> str:
+        return str(own.generated(self.name) / f"{self.name}.toml") if self.is_own else self.name
+
+    @property
+    def is_own(self) -> bool:
+        return (own.EXAMPLES / f"{self.name}.py").is_file()
+
+    def machine(self, **changes: float) -> Machine:
+        return load_machine(self.source, {self.value: changes["to"]} if changes else {})
+
+    @property
+    def number(self) -> float:
+        """The value, in the unit of the file."""
+        machine = self.machine()
+        index = machine.index_of(self.value)
+        return float(machine.data[index]) / machine.values[index].factor
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.number * (1 - self.share), self.number * (1 + self.share)
+
+    @property
+    def key(self) -> str:
+        return self.machine().find_quantity(self.quantity).key
+
+    def angles(self, count: int = SAMPLES) -> Array:
+        """So many even steps of a cycle [rad]."""
+        return self.machine().turn * np.arange(count) / count
+
+    def rows(self, phi: Array | None = None, to: float | None = None) -> Array:
+        """The quantity (n,) at angles [rad] by the other route, with the value set."""
+        machine = self.machine() if to is None else self.machine(to=to)
+        return evaluate(machine, self.quantity, self.angles() if phi is None else phi)
+
+    def rms(self, to: float) -> float:
+        return float(np.sqrt(np.mean(self.rows(to=to) ** 2)))
+
+
+OF_A_DEVICE = ("wang2017", "compact")
+"""Planting devices, which have families of gears, stages and a model as printed."""
+COLUMNS = {
+    column.name: column
+    for column in (
+        Column("wang2017", "M_L", "design.m31", 0.01),
+        Column("compact", "F_E", "design.alpha3_deg"),
+        Column("slider_crank", "M_in", "values.r_mm"),
+        Column("transplanting_arm", "M_in", "values.k_N_m"),
+        Column("cam_follower", "M_in", "values.h_mm"),
+        Column("planetary_train", "M_in", "values.k"),
+        Column("elliptic_gears", "W", "values.k"),
+        Column("yu2023", "x_S", "bars.L1_mm"),
+        Column("sun2019-corrected", "X", "pose[1].x_mm", 0.005),
+        Column("shi2021", "M_link", "sleeve.engaging_force_N"),
+    )
+}
+FREE = ("manipulator", "andrews", "whipple")
+"""Statements that no angle drives: where a turn is not needed, they have the capability too."""
+NOT_COLUMNS = {
+    "wang2017-wide": "wang2017 in wider bounds", "sun2019": "a second pose of sun2019-corrected, as printed",
+    "slider_crank_paper": "a paper on slider_crank",
+}  # fmt: skip
+Check = Callable[[Column, Path], None]
+CELLS: dict[str, Check] = {}
+COMMANDS: dict[str, set[str]] = {}
+"""Names of the commands that a row covers."""
+
+
+def row(*commands: str) -> Callable[[Check], Check]:
+    def add(check: Check) -> Check:
+        name = check.__name__.removeprefix("check_")
+        CELLS[name], COMMANDS[name] = check, set(commands)
+        return check
+
+    return add
+
+
+@cache
+def command(*words: str) -> Any:
+    """The answer of a command, once."""
+    return answer(*words)
+
+
+def close(found: object, expected: object, rtol: float = 1e-9) -> None:
+    """Compare, to a share of the largest number."""
+    expected = np.asarray(expected, dtype=float)
+    np.testing.assert_allclose(
+        np.asarray(found, dtype=float), expected, rtol=0, atol=rtol * max(np.abs(expected).max(), 1e-9)
+    )
+
+
+@row("simulate", "turn")
+def check_simulate(column: Column, folder: Path) -> None:
+    (at,) = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["at"]
+    close(at.get("quantities", at)[column.key], column.rows(np.radians([ANGLE]))[0])
+
+
+@row("simulate")
+def check_summary(column: Column, folder: Path) -> None:
+    designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["designer"]
+    peaks = {one["name"]: one for one in (*designer.get("peaks", ()), *designer.get("forces", ()))}
+    if designer["motor"] is not None and column.quantity in ("M_L", "M_in"):
+        peak, place = designer["motor"]["max_Nm"], designer["motor"]["max_phi_deg"]
+    else:
+        one = peaks[column.quantity]
+        peak, place = one.get("max", one.get("max_N")), one["max_phi_deg"]
+    near = np.radians(place + np.append(np.linspace(-2, 2, 81), [-1e-7, 1e-7]))
+    close(peak, column.rows(near).max(), 1e-5)
+    assert column.rows().max() <= peak * (1 + 1e-9) + 1e-9
+
+
+@row("sensitivity")
+def check_sensitivity(column: Column, folder: Path) -> None:
+    found = command(
+        "sensitivity", column.source, "--all", "--samples", str(SAMPLES), "--least", f"rms {column.quantity}"
+    )
+    names = [name for name in found["gradient"] if column.value.endswith(name)]
+    step = 1e-4 * column.number
+    slope = (column.rms(column.number + step) - column.rms(column.number - step)) / (2 * step)
+    close(found["objective"], column.rms(column.number))
+    close(found["gradient"][names[0]], slope, 1e-5)
+
+
+def optimum(column: Column, *more: str) -> Any:
+    low, high = column.ends
+    words = ("--samples", str(SAMPLES), "--method", "ipopt", "--starts", "2", "--least", f"rms {column.quantity}")
+    return command("optimise", column.source, *words, "--vary", f"{column.value}={low!r}:{high!r}", *more)
+
+
+@row("optimise")
+def check_optimise(column: Column, folder: Path) -> None:
+    found = optimum(column)
+    (x,) = found["design"].values()
+    least = minimize_scalar(column.rms, bounds=column.ends, method="bounded", options={"maxiter": 25})
+    best = min(least.fun, *map(column.rms, column.ends))
+    close(found["objective"], column.rms(x))
+    assert found["objective"] <= best * (1 + 1e-6)
+
+
+@row("optimise")
+def check_limit(column: Column, folder: Path) -> None:
+    """A limit half-way between the largest values at both ends."""
+    peaks = [float(column.rows(to=end).max()) for end in column.ends]
+    limit = sum(peaks) / 2
+    found = optimum(column, "--hold", f"max {column.quantity} <= {limit!r}")
+    (x,) = found["design"].values()
+    assert found["met"]
+    assert column.rows(to=x).max() <= limit + 1e-6 * abs(limit)
+    assert found["objective"] >= optimum(column)["objective"] * (1 - 1e-9)
+
+
+@row("optimise")
+def check_certificate(column: Column, folder: Path) -> None:
+    found = optimum(column)
+    certificate, (x,) = found["certificate"], found["design"].values()
+    low, high = column.ends
+    at = {"lower": abs(x - low), "upper": abs(x - high)}
+    binding = {side for side, gap in at.items() if gap < 1e-6 * (high - low)}
+    assert {one.rpartition(" ")[2] for one in certificate["active_bounds"]} == binding
+    assert certificate["kkt_residual"] < 1e-6
+    assert (certificate["starts"], certificate["agreeing_starts"] >= 1) == (2, True)
+
+
+@row("optimise")
+def check_prove(column: Column, folder: Path) -> None:
+    if column.name in OF_A_DEVICE:
+        words = ("--samples", str(SAMPLES), "--method", "ipopt", "--starts", "1")
+        proof = answer("optimise", column.source, *words, "--prove", "--prove-seconds", "4")["proof"]
+        tried = [_objective(column, x) for x in np.linspace(*column.ends, 5).tolist()]
+    else:
+        proof = optimum(column, "--prove", "--prove-seconds", "4")["proof"]
+        tried = [column.rms(x) for x in np.linspace(*column.ends, 9)]
+    assert proof["lower_bound"] is not None
+    assert proof["lower_bound"] <= min(tried)
+    assert proof["lower_bound"] > 0 or column.name in OF_A_DEVICE, "ten parameters take longer"
+
+
+def _objective(column: Column, to: float) -> float:
+    """The sum of a device's file by the other route."""
+    machine = column.machine(to=to)
+    forces = evaluate(machine, "F_support", 2 * np.pi * np.arange(SAMPLES) / SAMPLES)
+    kinds = {"range": np.ptp, "variance": np.var, "std": np.std}
+    return float(sum(measure.weight * kinds[measure.kind](forces) for measure in machine.least))
+
+
+@row("optimise")
+def check_whole_teeth(column: Column, folder: Path) -> None:
+    """The pitch curves of the optimum are so many pitches long: its gears need no other size."""
+    if column.name in OF_A_DEVICE:
+        out = folder / "optimum"
+        words = ("--module", "1", "--method", "ipopt", "--starts", "1", "--samples", "90", "--out", str(out))
+        teeth = answer("optimise", column.source, *words)["teeth"]["stages"]
+        stages = answer("gears", str(out / "optimum.toml"), "--module", "1")["stages"]
+        assert [stage["z"][0] for stage in stages] == [stage["z"] for stage in teeth]
+        close([stage["scale"] for stage in stages], [1.0, 1.0], 1e-7)
+    else:
+        found = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
+        whole = found["intermittent"] or found["stages"][0]
+        assert np.all(np.asarray(whole["z"]) == np.round(whole["z"]))
+
+
+@row("calibrate")
+def check_calibrate(column: Column, folder: Path) -> None:
+    truth = column.number + 0.4 * (column.ends[1] - column.number)
+    degrees = np.arange(0.0, 360.0, 6.0)
+    curve = column.rows(np.radians(degrees), to=truth)
+    unit = units.unit(column.key)
+    lines = [f"{a!r},{v!r}" for a, v in zip(degrees.tolist(), curve.tolist(), strict=True)]
+    path = folder / "measured.csv"
+    path.write_text("\n".join([f"angle [deg],curve [{unit or '1'}]", *lines]) + "\n", encoding="utf-8")
+    low, high = column.ends
+    words = ("--data", str(path), "--column", "curve", "--angle", "angle", "--quantity", column.key)
+    words += ("--model", "exact") if column.name in OF_A_DEVICE else ()
+    found = answer("calibrate", column.source, *words, "--fit", f"{column.value}={low!r}:{high!r}")
+    (fitted,) = (one for one in found["fitted"] if one["name"] == column.value)
+    close(fitted["value"], truth, 1e-5)
+
+
+def output(column: Column) -> str:
+    suffix = units.suffix(column.key)
+    return f"{column.key.removesuffix(suffix)}_max{suffix}"
+
+
+@row("sweep")
+def check_sweep(column: Column, folder: Path) -> None:
+    plan, values = folder / "plan.toml", [column.ends[0], column.number, column.ends[1]]
+    lines = [f"machine = {json.dumps(column.source)}", f'outputs = ["{output(column)}"]', "[inputs]"]
+    plan.write_text("\n".join([*lines, f'"{column.value}" = {values!r}']) + "\n", encoding="utf-8")
+    answer("sweep", str(plan), "--workers", "1", "--out", str(folder / "run"))
+    with (folder / "run" / "rows.csv").open(encoding="utf-8") as file:
+        rows = [line for line in csv.reader(file) if line and line[0][:1] in "-0123456789"]
+    phi = column.angles(column.machine().samples)
+    close([float(line[-1]) for line in rows], [column.rows(phi, to=x).max() for x in values])
+
+
+def tolerances(column: Column, folder: Path) -> Any:
+    path = folder / "tolerances.toml"
+    path.write_text(
+        f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n', encoding="utf-8"
+    )
+    words = ("--samples", "200", "--indices", "32", "--no-robust", "--workers", "1", "--tolerances", str(path))
+    return answer("tolerance", column.source, *words, "--output", output(column))
+
+
+@row("tolerance")
+def check_tolerance(column: Column, folder: Path) -> None:
+    """To first order by differences, as drawn, and the indices of a single input: one."""
+    found = tolerances(column, folder)
+    (band,), ((indices,),) = found["outputs"].values(), (one.values() for one in found["sobol"].values())
+    phi = column.angles(column.machine().samples)
+    step = 1e-4 * column.number
+    slope = (column.rows(phi, to=column.number + step).max() - column.rows(phi, to=column.number - step).max()) / (
+        2 * step
+    )
+    first_order = abs(slope) * found["inputs"][0]["std"]
+    assert band["first_order_std"] == pytest.approx(first_order, rel=1e-4)
+    assert band["std"] == pytest.approx(first_order, rel=0.2)
+    assert abs(indices["first"] - 1) <= indices["first_error"]
+
+
+@row("tolerance")
+def check_robust(column: Column, folder: Path) -> None:
+    plan, source = folder / "tolerances.toml", column.source
+    plan.write_text(
+        f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n', encoding="utf-8"
+    )
+    if column.is_own:
+        (low, high), key = column.ends, column.value.removeprefix("values.")
+        text = Path(source).read_text(encoding="utf-8").split("[bounds]")[0]
+        text = text.replace("[values]", f'folder = "{Path(source).parent}"\n\n[values]', 1).split("[turn]")[0]
+        text += f'\n[bounds]\n{key} = [{low!r}, {high!r}]\n\n[objective]\nleast = "rms {column.quantity}"\n'
+        source = str(folder / "own.toml")
+        Path(source).write_text(f'{text}samples = {SAMPLES}\n\n[origin]\ndefault = "assumed"\n', encoding="utf-8")
+    words = ("--samples", "100", "--indices", "0", "--workers", "1", "--sigmas", "1", "--tolerances", str(plan))
+    words += () if column.name in OF_A_DEVICE else ("--output", output(column))
+    found = answer("tolerance", source, *words).get("robust")
+    assert found is not None, "planter: there is no robust design"
+    best = found["best_robust"]
+    assert best["robust"] == pytest.approx(best["mean"] + best["std"], rel=1e-12)
+    assert best["robust"] <= found["best_nominal"]["robust"] * (1 + 1e-9)
+    if column.is_own:
+        (x,) = best["design"].values()
+        close(best["nominal"], column.rms(x))
+
+
+@row("drive")
+def check_drive(column: Column, folder: Path) -> None:
+    """With a heavy flywheel the motor's line at the mean torque gives the speed."""
+    speed = float(60 / (2 * np.pi) * column.machine().data[column.machine().speed])
+    stall, idle = 500.0, 1.1 * speed
+    words = ("--stall-Nm", str(stall), "--idle-rpm", repr(idle), "--flywheel-kgm2", "1e3", "--samples", "360")
+    found = answer("drive", column.source, *words)
+    mean = found["motor_work_J"] / (2 * np.pi)
+    assert found["speed"]["mean_rpm"] == pytest.approx(idle * (1 - mean / stall), rel=1e-5)
+    assert found["speed"]["fluctuation"] < 1e-3
+    energy = 1e3 * (speed * np.pi / 30) ** 2
+    assert found["motor_work_J"] == pytest.approx(found["friction_work_J"], abs=1e-9 * energy)
+
+
+@row("compare")
+def check_families(column: Column, folder: Path) -> None:
+    """The device in the paper's narrow box, which is compared with, is one that `simulate` knows."""
+    found = answer("compare", column.source, "--starts", "1", "--pair", "limacon+limacon")
+    narrow, (device,) = found["narrow"], found["devices"]
+    design = [word for key, value in narrow["design"].items() for word in ("--set", f"design.{key}={value!r}")]
+    close(answer("simulate", column.source, *design)["refined"]["objective"], narrow["objective"], 1e-8)
+    assert device["objective"] < narrow["objective"]
+
+
+@row("explain")
+def check_explain(column: Column, folder: Path) -> None:
+    found, machine = command("explain", column.source), column.machine()
+    entries = {one.get("key", one["name"]): one for one in (*found.get("values", ()), *found.get("symbols", ()))}
+    values = [value for value in machine.values if value.path in entries]
+    assert entries
+    assert len(values) > 2 or not column.is_own
+    for value in values:
+        assert entries[value.path]["unit"] in (value.unit, units.unit(value.path))
+        if "value" in entries[value.path]:
+            close(entries[value.path]["value"] * value.factor, machine.data[machine.index_of(value.path)])
+
+
+@row("explain")
+def check_drawing(column: Column, folder: Path) -> None:
+    files = answer("explain", column.source, "--out", str(folder / "drawn"))["files"]
+    assert any(file.endswith(".svg") for file in files)
+    if column.is_own:
+        sheet, machine = sheets.draw(column.source, {}), column.machine()
+        assert sheet is not None
+        numbers = {value.name: value for value in machine.values}
+        for mark in sheet.marks:
+            if isinstance(mark, Length):
+                close(mark.size, 1e3 * machine.data[machine.values.index(numbers[mark.names[0]])])
+        assert sheet.names
+
+
+@row("export")
+def check_c(column: Column, folder: Path) -> None:
+    files = tuple(map(Path, answer("export", "c", column.source, "--out", str(folder / "c"))["files"]))
+    library = Library(files)
+    status, found = library.quantities(column.angles())
+    assert status == 0
+    close(
+        found[library.names.index(column.quantity)] / column.machine().find_quantity(column.quantity).factor,
+        column.rows(),
+    )
+
+
+@row("export")
+def check_cuda(column: Column, folder: Path) -> None:
+    """The text of the command, run by threads in place of a graphics processor."""
+    files = answer("export", "cuda", column.source, "--out", str(folder / "cuda"))["files"]
+    machine = replace(column.machine(), least=())
+    batches = cuda.Batches(machine, build_on_threads(machine, folder), samples=SAMPLES)
+    found = dict(zip((one.name for one in batches.goal.fields), batches(machine.design[None])[0], strict=False))
+    factor = machine.find_quantity(column.quantity).factor
+    close(found[f"range_{column.quantity}"] / factor, np.ptp(column.rows()))
+    assert ctypes.sizeof(ctypes.c_double) == 8
+    assert Path(files[0]).stat().st_size > 1000
+
+
+def _unit(column: Column, folder: Path, version: str) -> None:
+    fmpy = pytest.importorskip("fmpy")
+    unit = folder / "unit.fmu"
+    answer("export", "fmu", column.source, "--fmi", version, "--out", str(unit))
+    speed = float(column.machine().data[column.machine().speed])
+    period = 2 * np.pi / abs(speed)
+    name = column.quantity if column.name != "compact" else f"side1.{column.quantity}"
+    found = fmpy.simulate_fmu(str(unit), output=["phi", name], stop_time=period, output_interval=period / 12)
+    machine = column.machine()
+    close(found[name] / machine.find_quantity(column.quantity).factor, column.rows(found["phi"]))
+
+
+@row("export")
+def check_fmu_2(column: Column, folder: Path) -> None:
+    _unit(column, folder, "2.0")
+
+
+@row("export")
+def check_fmu_3(column: Column, folder: Path) -> None:
+    _unit(column, folder, "3.0")
+
+
+@row("export")
+def check_motion(column: Column, folder: Path) -> None:
+    answer("export", "motion", column.source, "--samples", str(SAMPLES), "--out", str(folder))
+    with (folder / "motion.csv").open(encoding="utf-8") as file:
+        lines = [line for line in csv.reader(file) if not line[0].startswith("#")]
+    place = lines[0].index(column.key)
+    angles = np.radians([float(line[1]) for line in lines[1:]])
+    close([float(line[place]) for line in lines[1:]], column.rows(angles))
+
+
+SYSTEMS = {
+    "wang2017": derivation.exact,
+    "compact": derivation.exact,
+    "yu2023": pickup.exact,
+    "sun2019-corrected": mapping.exact,
+    "shi2021": clutch.exact,
+}
+
+
+def _written(column: Column, folder: Path, language: str) -> str:
+    if column.is_own:
+        answer("derive", str(own.EXAMPLES / f"{column.name}.py"), "--target", language, "--out", str(folder))
+        return "\n".join(file.read_text(encoding="utf-8") for file in (folder / language).rglob("*.*"))
+    target = next(one for one in built_in() if one.name == language)
+    return "\n".join(texts([SYSTEMS[column.name]()], [], [target]).values())
+
+
+@row("derive")
+def check_matlab(column: Column, folder: Path) -> None:
+    """All results are there; their numbers are tested where Octave is (tests/derive/emit)."""
+    text = _written(column, folder, "matlab")
+    names = _names(column)
+    assert len(names) > 1
+    assert all(name in text for name in names)
+
+
+@row("derive")
+def check_latex(column: Column, folder: Path) -> None:
+    text = _written(column, folder, "latex")
+    names = [name.replace("_", r"\_") for name in _names(column)]
+    assert sum(name in text for name in names) > 0.9 * len(names)
+
+
+def _names(column: Column) -> list[str]:
+    """Names of what the statement's functions give."""
+    if column.is_own:
+        sidecar = json.loads((own.generated(column.name) / f"{column.name}.json").read_text(encoding="utf-8"))
+        vectors = sidecar["vectors"]
+        return [entry["name"] for entry in vectors.get("outputs", vectors.get("states", ()))]
+    system = SYSTEMS[column.name]()
+    outputs = system.lane.outputs if system.lane else system.closed_forms[0].outputs
+    return [quantity.name for quantity in outputs]
+
+
+@row("animate")
+def check_animate(column: Column, folder: Path) -> None:
+    answer("animate", column.source, "--seconds", "2", "--out", str(folder / "a.gif"))
+    with Image.open(folder / "a.gif") as image:
+        frames = [frame.info["duration"] for frame in ImageSequence.Iterator(image)]
+    assert len(frames) > 10
+    assert 1e-3 * sum(frames) == pytest.approx(2, rel=0.1)
+
+
+@row("studio")
+def check_studio(column: Column, folder: Path) -> None:
+    """A hand on a value moves the drawing, which lasts as long as a turn of the drive."""
+    shown, machine = opened(column.source), column.machine()
+    values = {control.path: control.value for control in shown.controls}
+    path = shown.controls[0].path if column.name == "shi2021" else column.value  # a force moves nothing
+    share = column.ends[1] / column.number
+    scene, moved = (shown.scenes(values | {path: values[path] * factor}, shown.models[0])[0] for factor in (1.0, share))
+    if column.name not in ("sun2019-corrected", "shi2021"):  # poses and a shift are shown in a time of their own
+        assert scene.seconds == pytest.approx(2 * np.pi / abs(machine.data[machine.speed]), rel=1e-9)
+    pairs = [*zip(scene.curves, moved.curves, strict=True), *zip(scene.points, moved.points, strict=True)]
+    assert any(repr(before) != repr(after) for before, after in pairs)
+
+
+@row("studio")
+def check_page(column: Column, folder: Path) -> None:
+    """What a page computes by itself, with the value changed."""
+    code, _, err = run("studio", column.source, "--static", str(folder / "page.html"))
+    assert code == 0, err
+    shown = opened(column.source)
+    assert isinstance(shown, Movable)
+    portable = shown.portable(shown.models[0])
+    found = portable.at({column.value: column.ends[1]}, portable.seen)
+    singles = dict(zip(portable.singles, np.ravel(found["singles"]), strict=True))
+    speed = column.machine().data[column.machine().speed]
+    close(singles["seconds"], 2 * np.pi / abs(speed))
+    if f"largest {column.key}" in singles:
+        phi = column.angles(column.machine().samples)
+        close(singles[f"largest {column.key}"], column.rows(phi, to=column.ends[1]).max())
+
+
+@row("gears")
+def check_gears(column: Column, folder: Path) -> None:
+    """Pitch curves are whole pitches long; a pair's radii add up to the distance of its axes."""
+    found = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
+    if found["intermittent"]:
+        cut = found["intermittent"]
+        close(cut["pitches"] * np.pi * cut["module_mm"], cut["toothed_arc_mm"])
+    for stage in found["stages"]:
+        close(stage["perimeter_mm"], np.pi * stage["module_mm"] * np.array(stage["z"]), 1e-7)
+
+
+@row("cam")
+def check_cam(column: Column, folder: Path) -> None:
+    found = command("cam", column.source, "--roller-mm", "6")
+    if column.is_own:
+        phi = np.radians(found["pressure_angle_deg"]["at_deg"])
+        step = 1e-5
+        lift = evaluate(column.machine(), "s", np.array([phi - step, phi, phi + step])) * 1e-3
+        base = column.machine().data[column.machine().index_of("values.y_0_mm")]
+        slope = (lift[2] - lift[0]) / (2 * step)
+        close(found["pressure_angle_deg"]["max"], np.degrees(np.arctan(abs(slope) / (base + lift[1]))), 1e-6)
+    else:
+        designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["designer"]
+        close(found["pressure_angle_deg"]["max"], designer["cam_pressure_angle_max_deg"])
+
+
+@row("simulate")
+def check_report(column: Column, folder: Path) -> None:
+    out = folder / "report"
+    found = answer("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE), "--out", str(out))
+    kept = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert kept["at"] == found["at"] == command("simulate", column.source, "--samples", "24", "--at", "50.0")["at"]
+    assert "<svg" in (out / "report.html").read_text(encoding="utf-8")
+
+
+NO_FAMILIES = "its gears are of no family, or it has none"
+NO_STAGES = "no stages of gears"
+NO_GEARS = "no two bodies of it mesh"
+NO_CAM = "no cam moves a roller"
+NO_MASS = "its paper states motion alone: without masses no motor has work to do"
+NO_POINT = "nothing is stated to be small"
+PYTHON = "its law or its dyads are fitted in Python, which a page does not run"
+NOT_ENCLOSED = "its functions are composed of fits that have no enclosure yet"
+OF_PAPERS = ("yu2023", "sun2019-corrected", "shi2021")
+LINKAGES = ("slider_crank", "transplanting_arm", "sun2019-corrected", "shi2021")
+REASONS = {
+    "families": (NO_FAMILIES, [name for name in COLUMNS if name not in OF_A_DEVICE]),
+    "gears": (NO_GEARS, [*LINKAGES, "cam_follower"]),
+    "whole_teeth": (NO_STAGES, [*LINKAGES, "cam_follower"]),
+    "cam": (NO_CAM, [*LINKAGES, "planetary_train", "elliptic_gears", "yu2023"]),
+    "drive": (NO_MASS, [*OF_PAPERS, "elliptic_gears"]),
+    "page": (PYTHON, OF_PAPERS),
+    "prove": (NOT_ENCLOSED, OF_PAPERS),
+    "robust": (NO_POINT, OF_PAPERS),
+}
+REFUSED = {(name, column): reason for name, (reason, columns) in REASONS.items() for column in columns}
+"""Why cells are empty."""
+MOST_REFUSED = 0.15
+WITHOUT_A_TURN = ("explain", "matlab", "latex")
+
+
+def _cells() -> list[Any]:
+    """All cells; those of a diagonal, one for each row, are tried by every run of the tests."""
+    cells = [(name, column) for name in CELLS for column in COLUMNS]
+    kept = {(name, list(COLUMNS)[(k + 1) % len(COLUMNS)]) for k, name in enumerate(CELLS)}
+    return [pytest.param(*cell, marks=() if cell in kept else pytest.mark.long) for cell in cells]
+
+
+@pytest.fixture(autouse=True)
+def _quick() -> Any:
+    """Libraries of units for this system alone, compiled without passes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(libraries, "PLATFORMS", {k: v for k, v in libraries.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(libraries, "FLAGS", ("-O0", *libraries.FLAGS[1:]))
+        yield
+
+
+@pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize(("capability", "machine"), _cells())
+def test_number_of_a_cell_equals_that_of_another_route(capability: str, machine: str, tmp_path: Path) -> None:
+    check, column = CELLS[capability], COLUMNS[machine]
+    if (capability, machine) in REFUSED:
+        with pytest.raises(AssertionError, match="planter: "):
+            check(column, tmp_path)
+    else:
+        check(column, tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize("machine", FREE)
+@pytest.mark.parametrize("capability", WITHOUT_A_TURN)
+def test_free_motion_has_what_needs_no_turn(capability: str, machine: str, tmp_path: Path) -> None:
+    column = Column(machine, "", "")
+    if capability == "explain":
+        entries = answer("explain", column.source)["values"]
+        values = tomllib.loads(Path(column.source).read_text(encoding="utf-8"))["values"]
+        assert {one["key"].removeprefix("values."): one["value"] for one in entries} == values
+    else:
+        CELLS[capability](column, tmp_path)
+
+
+def test_refusals_are_few_and_of_cells() -> None:
+    assert REFUSED.keys() <= {(name, column) for name in CELLS for column in COLUMNS}
+    assert len(REFUSED) <= MOST_REFUSED * len(CELLS) * len(COLUMNS)
+
+
+def test_every_statement_and_built_in_machine_is_a_column() -> None:
+    stated = {path.stem for path in own.EXAMPLES.glob("*.py")}
+    shipped = {name.removesuffix(".toml") for name in examples.names(suffix=".toml")}
+    assert stated | shipped == COLUMNS.keys() | set(FREE) | NOT_COLUMNS.keys()
+
+
+WITHOUT_A_MACHINE = {
+    "audit", "bench", "cite", "doctor", "example", "help", "schema", "move", "pickup", "clutch", "synthesise", "train",
+    "validate",
+}  # fmt: skip
+"""Commands about papers, installations and files, or about one kind of machine."""
+
+
+def test_every_command_about_machines_is_in_a_row() -> None:
+    app = application()
+    names = {one.name or one.callback.__name__ for one in app.registered_commands}
+    names |= {str(group.name) for group in app.registered_groups}
+    assert names - WITHOUT_A_MACHINE == set().union(*COMMANDS.values())
+
+
+def test_changed_number_is_noticed() -> None:
+    with pytest.raises(AssertionError):
+        close([1.0, 2.0 + 1e-8], [1.0, 2.0])
