@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from planter.mechanism import sheets
+from planter.view.sheet import Length
 from tests.support import own
 from tests.support.cli import answer, refusal
 
@@ -27,7 +29,7 @@ def test_values_quantities_and_functions_are_those_of_the_sidecar(path: str, tmp
     push = next(one for one in found["quantities"] if one["name"] == "N_cam")
     assert "only push" in push["meaning"]
     assert {one["kind"] for one in found["quantities"]} == {"quantity", "check"}
-    assert {file.name for file in tmp_path.iterdir()} >= set(found["files"])
+    assert all((tmp_path / file).is_file() for file in found["files"])
 
 
 @pytest.mark.parametrize(("key", "kind"), [("h_mm", "value"), ("values.h_mm", "value"), ("N_cam_N", "quantity")])
@@ -40,3 +42,13 @@ def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
     assert "did you mean N_cam" in refusal("explain", path, "N_camm")
     assert "F_B1x" in refusal("explain", "wang2017", "F_B1xx")
     assert "there is no such machine" in refusal("explain", "nowhere.toml", "h_mm")
+
+
+def test_drawing_names_lengths_that_follow_their_values() -> None:
+    """Of the slider-crank's lengths h is as long as a distance by chance, l_0 and wall are seen nowhere."""
+    place = own.generated("slider_crank") / "slider_crank.toml"
+    sheet = sheets.draw(str(place), {})
+    assert sheet is not None
+    lengths = {mark.names[0]: mark.size for mark in sheet.marks if isinstance(mark, Length)}
+    assert lengths == pytest.approx({"r": 50.0, "l": 200.0, "c": 80.0, "e": 10.0}, rel=1e-9)
+    assert {"phi", "beta"} <= sheet.names
