@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from planter.mapping.file import load_poses
     from planter.mapping.synthesis import synthesise
     from planter.mapping.training import train_of as train
+    from planter.mechanism.optimisation import optimise as optimise_machine
     from planter.pickup.command import run as pick_up
     from planter.planting.batches import Batch, evaluate_many
     from planter.planting.calibration import calibrate
@@ -73,6 +74,7 @@ __all__ = [
     "load_poses",
     "optimise_clutch",
     "optimise_device",
+    "optimise_machine",
     "pick_up",
     "plan_field",
     "sensitivity",
@@ -101,6 +103,7 @@ _HOMES = {
     "mapping.file": ("load_poses",),
     "mapping.synthesis": ("synthesise",),
     "mapping.training": ("train:train_of",),
+    "mechanism.optimisation": ("optimise_machine:optimise",),
     "pickup.command": ("pick_up:run",),
     "planting.compare.run": ("compare_families:compare",),
     "planting.batches": ("Batch", "evaluate_many"),

@@ -195,9 +195,10 @@ def python_of(text: str) -> list[str]:
     return [textwrap.dedent(one[0]) for one in found if one]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("kernel_cache")
 def test_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for what needs a notebook, and the search."""
+    """But for what needs a notebook, and searches."""
     folders = [own.generated(name) for name in ("slider_crank", "whipple")]
     for folder in folders:
         shutil.copytree(folder, tmp_path / "own", dirs_exist_ok=True)
@@ -206,10 +207,8 @@ def test_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     blocks = python_of((ROOT / "README.md").read_text(encoding="utf-8"))
     assert len(blocks) > 3
     for block in blocks:
-        if "optimise_device(device" not in block:
-            lines = [line for line in block.splitlines() if not re.search(r"to_frame|\.show\(\)", line)]
-            exec(compile("\n".join(lines), "README.md", "exec"), known)
-    gradient = known["evaluate_many"](
-        known["machine"], known["designs"], gradients=True, outputs=["M_in_rms_Nm"]
-    ).gradient
-    assert gradient.shape == (100, 1, 3)
+        lines = [
+            line for line in block.splitlines() if not re.search(r"to_frame|show\(\)|optimise_\w+\(|best.found", line)
+        ]
+        exec(compile("\n".join(lines), "README.md", "exec"), known)
+    assert known["crank"].machine is known["machine"]

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityFound, build_goal
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.mechanism import simulation as mechanism
 from planter.mechanism.sensitivity import compute
+from planter.mechanism.turn import Turn
 from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
 from planter.planting import lifted, plausible
@@ -66,14 +69,27 @@ class Simulation:
         )
 
 
+@overload
 def simulate(
     device: Device, samples: int | None = None, at_deg: Sequence[float] = (), lift_mm: float | None = None
-) -> Simulation:
-    """A machine's own design over a cycle of `samples` angles, and at single carrier angles [deg].
+) -> Simulation: ...
 
-    With `lift_mm`, the module of its teeth, it also says what each assumption does. Raises InputError for a number of
-    samples out of range, for an angle that is not finite, and where the printed model's assumptions are to be lifted.
+
+@overload
+def simulate(device: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn: ...
+
+
+def simulate(
+    device: Device | Machine, samples: int | None = None, at_deg: Sequence[float] = (), lift_mm: float | None = None
+) -> Simulation | Turn:
+    """A machine's own design over a cycle of `samples` angles, and at single angles of its drive [deg].
+
+    It may be any machine, as `load_mechanism` returns it. With `lift_mm`, the module of its teeth, what each assumption
+    of a planting device does is found, too. Raises InputError for a number of samples out of range, for an angle that
+    is not finite, and where the printed model's assumptions are to be lifted.
     """
+    if isinstance(device, Machine):
+        return mechanism.simulate(device, samples, at_deg)
     if lift_mm is not None and device.model != "exact":
         raise InputError("--lift is not allowed with --model printed: assumptions of the exact model can be lifted")
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
@@ -133,12 +149,15 @@ def work(device: Device) -> Work:
 
 
 def sensitivity(
-    device: Device, samples: int | None = None, least: str | None = None, all_values: bool = False
+    device: Device | Machine, samples: int | None = None, least: str | None = None, all_values: bool = False
 ) -> SensitivityFound:
     """Return the sensitivity of the objective, or of the sum `least`, over samples.
 
-    It is that in the design, or, with `all_values`, in all numbers of the machine's file.
+    It is that in the design, or, with `all_values`, in all numbers of the machine's file. Of any other machine, as
+    `load_mechanism` returns it, it is that of true extremes where neither `samples` nor the file say a number.
     """
+    if isinstance(device, Machine):
+        return compute(device, least, samples, all_values)
     count = checked_samples(device.machine.objective.samples if samples is None else samples)
     return compute(device.force.machine, least, count, all_values)
 
