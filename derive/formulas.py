@@ -24,11 +24,10 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
-from . import meshes
 from .chain import Chain, solve_linear
 from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
 from .evaluate import DIGITS, GUARD
-from .meshes import Mesh
+from .meshes import MESHES, Mesh, build_function
 from .model import ClosedForm, Lane, Let, System, sorted_steps
 from .quantity import Quantity, Vector
 from .table import NOTHING, Quantities
@@ -160,8 +159,8 @@ class Formulas:
             Lane(self.angle, (data,), steps, Vector("outputs", tuple(step.symbol for step in lets)), speed=self.speed),
             (
                 *self.functions,
-                *meshes.build_function(PLACES, drawn, (self.angle, data), steps),
-                *meshes.build_function(meshes.NAME, cut, (self.angle, data), steps),
+                *build_function(PLACES, drawn, (self.angle, data), steps),
+                *build_function(MESHES, cut, (self.angle, data), steps),
             ),
             given, meshes={mesh.tag: mesh.gears for mesh in self.meshes},
         )  # fmt: skip

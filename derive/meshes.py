@@ -11,7 +11,8 @@ from sympy import Expr
 from .model import ClosedForm, Let, Step, let, needed, sorted_steps
 from .quantity import Quantity, Vector
 
-NAME = "meshes"
+MESHES = "meshes"
+"""The function of all meshes of a statement."""
 Packed = Vector | Quantity
 
 

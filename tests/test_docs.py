@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-import shutil
 import sys
-import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,6 @@ from planter.audit import verdicts
 from planter.cite.references import references
 from planter.explain import dictionary
 from planter.kernels import generated
-from tests.support import own
 from tests.support.cli import run
 from tests.support.house import ROOT
 
@@ -186,29 +183,3 @@ def test_findings_say_what_they_hang_on() -> None:
     assert findings.negligible(lacking) == (len(lacking["terms"]) == 1)
     at_fault["verdict"] = "confirmed"
     assert f"**({at_fault['equation']})**, {at_fault['claims']}" not in findings.page(record)
-
-
-def python_of(text: str) -> list[str]:
-    """The Python of a page: what is indented, from an import on."""
-    blocks = re.findall(r"(?m)(?:^    .*\n|^\n)+", text)
-    found = [re.search(r"(?ms)^    (import|from) .*", block) for block in blocks]
-    return [textwrap.dedent(one[0]) for one in found if one]
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("kernel_cache")
-def test_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for what needs a notebook, and searches."""
-    folders = [own.generated(name) for name in ("slider_crank", "whipple")]
-    for folder in folders:
-        shutil.copytree(folder, tmp_path / "own", dirs_exist_ok=True)
-    monkeypatch.chdir(tmp_path)
-    known: dict[str, Any] = {}
-    blocks = python_of((ROOT / "README.md").read_text(encoding="utf-8"))
-    assert len(blocks) > 3
-    for block in blocks:
-        lines = [
-            line for line in block.splitlines() if not re.search(r"to_frame|show\(\)|optimise_\w+\(|best.found", line)
-        ]
-        exec(compile("\n".join(lines), "README.md", "exec"), known)
-    assert known["crank"].machine is known["machine"]

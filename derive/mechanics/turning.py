@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr
 
-from .. import meshes
 from ..blocks import STATES
 from ..chain import Chain, ordered
 from ..equations import Equation
-from ..meshes import Mesh, Packed
+from ..meshes import MESHES, Mesh, Packed, build_function
 from ..model import ClosedForm, Lane, Let, LinearSolve, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .frames import Frame, Z, displacement
@@ -54,8 +53,8 @@ def along(
     )  # fmt: skip
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
     drawn = places(stated, inputs, _found(stated))
-    cut = meshes.build_function(meshes.NAME, (s for mesh in in_mesh(stated) for s in mesh.lets()), inputs, steps)
-    followed = meshes.build_function(FOLLOWERS, rollers(stated, angle), inputs, steps)
+    cut = build_function(MESHES, (s for mesh in in_mesh(stated) for s in mesh.lets()), inputs, steps)
+    followed = build_function(FOLLOWERS, rollers(stated, angle), inputs, steps)
     return lane, (*stated.loops.functions(angle, data, stated.named), drawn, *cut, *followed)
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import inspect
 import re
+import shutil
 import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import is_dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ import derive
 import derive.toolkit as toolkit
 import planter
 from planter import Device, InputError, Record, load_machine, rooms
+from tests.support import own
 from tests.support.house import ROOT
 
 UNIT = re.compile(r"\[[^\]]+\]")
@@ -195,8 +198,10 @@ def test_records_are_frozen_and_their_keys_are_those_of_the_json(device: Device)
         found.samples = 1  # type: ignore[misc]
 
 
-def test_the_readme_s_python_runs_as_written(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_of_the_readme_runs_as_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MPLBACKEND", "Agg")
+    shutil.copytree(own.generated("slider_crank"), tmp_path / "own")
+    monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text(encoding="utf-8").partition("In Python:")[2]
     blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)]
     wanted = [block for block in blocks if "from planter import" in block]
@@ -204,4 +209,4 @@ def test_the_readme_s_python_runs_as_written(monkeypatch: pytest.MonkeyPatch) ->
     space: dict[str, object] = {}
     for block in wanted:
         exec(compile(block, "README.md", "exec"), space)
-    assert space["best"].shape == (10,)
+    assert space["designs"].shape == (100, 3)

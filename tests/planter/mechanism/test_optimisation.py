@@ -120,7 +120,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
         ("s", None, "s needs a measure"),
         ("range", None, "range needs a measure"),
         ("mean abs s", None, "mean takes no abs"),
-        ("-1 max s", None, "the weight -1 is negative"),
+        ("-1 max s", None, "max s can only be made smaller"),
         ("range s", "s < 3", "it must be .MEASURE. .abs. NAME"),
         ("range s", "max s >= 3", "only max <=, min >= and range <= are limits"),
     ],
