@@ -616,8 +616,9 @@ def _quick() -> Any:
 def test_number_of_a_cell_equals_that_of_another_route(capability: str, machine: str, tmp_path: Path) -> None:
     check, column = CELLS[capability], COLUMNS[machine]
     if (capability, machine) in REFUSED:
-        with pytest.raises(AssertionError, match="planter: "):
+        with pytest.raises(AssertionError, match="planter: ") as caught:
             check(column, tmp_path)
+        assert "allowed here" not in str(caught.value), "the reason is no schema of another machine"
     else:
         check(column, tmp_path)
 

@@ -171,6 +171,14 @@ def _check_mode(mode: int, path: str | Path) -> None:
         raise InputError(f"{path}: this is {kind}, but it must be a regular file")
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is a file at a path; a text that no system takes as one names none."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
 def _unreadable(path: str | Path, error: OSError | ValueError) -> InputError:
     reason = error.strerror if isinstance(error, OSError) else str(error)
     return InputError(f"{str(path)!r}: the file cannot be read ({reason})")

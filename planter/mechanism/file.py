@@ -13,7 +13,7 @@ from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document, Origins
 from planter.files.fields import Line, Pair, Real, Section, Whole
-from planter.files.text import read_toml
+from planter.files.text import is_file, read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
@@ -130,7 +130,7 @@ def path(source: str) -> Path:
     """The file that is meant by its path, or by its name here or in ``generated/``. Raises InputError for none."""
     near = [Path(source)] if source.endswith(".toml") else [Path(f"{source}.toml"), Path(GENERATED, f"{source}.toml")]
     for place in near:
-        if place.is_file():
+        if is_file(place):
             return place
     places = " or ".join(map(str, near))
     raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one beside the generated code")

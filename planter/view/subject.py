@@ -12,7 +12,7 @@ from planter import rooms
 from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document
-from planter.files.text import parse_toml, read_text
+from planter.files.text import is_file, parse_toml, read_text
 from planter.files.written import lines
 from planter.version import __version__
 from planter.view.exports import Export
@@ -172,7 +172,7 @@ def opened(source: str, changes: Values | None = None) -> Shown:
         kind: Kind = module.KIND
         if kind.takes(source):
             return kind.open(source, changes or {})
-    if Path(source).is_file():
+    if is_file(Path(source)):
         parse_toml(read_text(source), source)
         raise InputError(
             f"{source}: this is no machine's file: its tables are those of no kind of machine that is known"

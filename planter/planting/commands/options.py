@@ -33,9 +33,18 @@ WholeTeethOption = Annotated[
 
 
 def machine_of(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
-    """A machine with the numbers that `--set` and `--speed-rpm` change."""
+    """A machine with the numbers that `--set` and `--speed-rpm` change.
+
+    Raises InputError as its file does, and for the file of a mechanism of one's own.
+    """
+    from planter.mechanism import machines
     from planter.planting import file
 
+    if machines.takes(source):
+        raise InputError(
+            f"{source}: this is the file of a mechanism of your own, but it must be that of a planting device, with "
+            "two stages of gears, a cam and nozzles"
+        )
     return file.load(source, changes(set_, {"operation.speed_rpm": speed_rpm}))
 
 

@@ -302,6 +302,7 @@ def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_i
     [
         (("pickup", "yu2023", "--set", "phi5_far_deg=1e15"), "law.phi5_far_deg = 1000000000000000.0"),
         (("validate", "n" * 5000), "there is no built-in machine of that name"),
+        (("simulate", "n" * 5000), "there is no built-in machine of that name"),
         (("validate", "no\nsuch.toml"), r"no\nsuch.toml: there is no such file"),
         (("validate", "wang2017", "--set", "x" * 9_000 + "=1"), "the file has no such value"),
         (("validate", "wang2017", "--set", "x" * 100_000 + "=1"), "is too long"),
