@@ -521,6 +521,8 @@ def check_studio(column: Column, folder: Path) -> None:
 def check_page(column: Column, folder: Path) -> None:
     """What a page computes by itself, with the value changed."""
     code, _, err = run("studio", column.source, "--static", str(folder / "page.html"))
+    if "planter[compiler] is not installed" in err:
+        pytest.skip("needs ziglang")
     assert code == 0, err
     shown = opened(column.source)
     assert isinstance(shown, Movable)
