@@ -27,7 +27,7 @@ from sympy import Expr
 from .chain import Chain, solve_linear
 from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
 from .evaluate import DIGITS, GUARD
-from .meshes import MESHES, Mesh, build_function
+from .meshes import MESHES, PLACES, Mesh, build_function
 from .model import ClosedForm, Lane, Let, System, sorted_steps
 from .quantity import Quantity, Vector
 from .table import NOTHING, Quantities
@@ -35,8 +35,6 @@ from .table import NOTHING, Quantities
 Wanted = Let | Claimed | tuple[Claimed, Quantity]
 """A step, a definition by what it claims to be, or any equation by its claim with what it is solved for."""
 Values = dict[Quantity, mpf]
-PLACES = "places"
-"""The function that says where points are, as a mechanism's."""
 
 
 class Formulas:
@@ -140,9 +138,8 @@ class Formulas:
         """
         if self.angle is None:
             raise ClaimError(f"{self.name}: gears mesh along an angle, but none drives these formulas")
-        (first, *_), (second, *_) = inner, outer
-        distance = inner[2] + outer[2]
-        self.meshes.append(Mesh(tag, (first, second), sp.S.Zero, (distance, sp.S.Zero), *_paired(inner, outer)))
+        gears, polar, radii = zip(inner, outer, strict=True)
+        self.meshes.append(Mesh(tag, gears, sp.S.Zero, (sp.Add(*radii), sp.S.Zero), polar, radii))
 
     def system(self) -> System:
         """The model: all functions that were stated, and what is defined along the angle, if one drives them."""
@@ -178,11 +175,6 @@ class Formulas:
 
     def _defined(self, claim: Claimed) -> tuple[Quantity, Expr]:
         return _solved(among(self._definitions, claim))
-
-
-def _paired(inner: tuple[str, Expr, Expr], outer: tuple[str, Expr, Expr]) -> tuple[tuple[Expr, Expr], ...]:
-    """Polar angles, then radii, of both gears."""
-    return (inner[1], outer[1]), (inner[2], outer[2])
 
 
 def value(expr: Expr, known: Mapping[Quantity, mpf]) -> mpf:

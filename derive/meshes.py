@@ -9,10 +9,10 @@ import sympy as sp
 from sympy import Expr
 
 from .model import ClosedForm, Let, Step, let, needed, sorted_steps
-from .quantity import Quantity, Vector
+from .quantity import Quantity, Vector, word
 
-MESHES = "meshes"
-"""The function of all meshes of a statement."""
+MESHES, PLACES = "meshes", "places"
+"""The functions of all meshes of a statement, and of where the points of its bodies are."""
 Packed = Vector | Quantity
 
 
@@ -61,7 +61,9 @@ class Mesh:
             for point, place in (("centre", centre), ("pitch_point", pitch), ("mark", mark)):
                 for axis, coordinate in zip("xy", place, strict=True):
                     meaning = f"{point.replace('_', ' ')} of {gear}, {axis}"
-                    found.append(let(Quantity(f"{axis}_{gear}__{point}", "m", meaning, "own"), sp.sympify(coordinate)))
+                    found.append(
+                        let(Quantity(f"{axis}_{word(gear)}__{point}", "m", meaning, "own"), sp.sympify(coordinate))
+                    )
         return found
 
 

@@ -26,6 +26,11 @@ def refuse_name(what: str, name: str) -> None:
         raise ValueError(f"{what} {name}: generated {_RESERVED[name]} code needs that name; write {name}_, or another")
 
 
+def word(name: str) -> str:
+    """A name as part of another."""
+    return "_".join("".join(c if c.isalnum() else " " for c in name).split())
+
+
 class Quantity(sp.Symbol):
     """A real symbol with unit, meaning and source; two quantities are equal when their names and units are.
 

@@ -148,7 +148,8 @@ class Mechanism(Joints):
             return System(
                 self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data,
                 pushing=tuple(force.name for force in self.pushing if force in lane.outputs),
-                axes=self.component_axes, meshes={mesh.tag: mesh.gears for mesh in turning.in_mesh(self)},
+                axes=self.component_axes,
+                meshes={tag: (inner.name, outer.name) for tag, (inner, outer, _) in self.meshing.items()},
             )  # fmt: skip
         functions = moving.freely(self, TIME, reported)
         return System(

@@ -94,7 +94,7 @@ class Free:
         full = {name: [step for step in steps if step.expr != 0] for name, steps in found.items()}
         forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
         drawn = places(self.stated, self.inputs, self.stated.named)
-        return (self._start(), *forms, *self._outputs(reported), drawn)
+        return (self._start(), *forms, *self._outputs(reported), *drawn)
 
     def solved(self) -> tuple[Expr, ...]:
         """Accelerations of the coordinates, if nothing holds them."""

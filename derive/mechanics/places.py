@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
-from ..quantity import Quantity, Vector
+from ..meshes import PLACES, Packed, build_function
+from ..model import ClosedForm, Let, Step, let
+from ..quantity import word
 from .bodies import Body
 from .frames import Point, displacement
-from .statement import Statement, quantity, word
-
-NAME = "places"
+from .statement import Statement, quantity
 
 
-def places(stated: Statement, inputs: Sequence[Vector | Quantity], before: Sequence[Step]) -> ClosedForm:
+def places(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) -> tuple[ClosedForm, ...]:
     """``x_BODY__POINT`` and its like [m] for each body and each of its points, from what a lane takes.
 
     ``before`` are the steps that places may need.
     """
-    found = [step for body in stated.assembly.bodies for point in _points(stated, body)
-             for step in _place(stated, body, point)]  # fmt: skip
-    told = Vector(NAME, tuple(step.symbol for step in found))
-    return ClosedForm(NAME, tuple(inputs), sorted_steps(needed((*before, *found), frozenset(told))), told)
+    found = (
+        step
+        for body in stated.assembly.bodies
+        for point in _points(stated, body)
+        for step in _place(stated, body, point)
+    )
+    return build_function(PLACES, found, inputs, before)
 
 
 def _points(stated: Statement, body: Body) -> Iterator[Point]:

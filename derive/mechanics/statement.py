@@ -11,7 +11,7 @@ from sympy import Expr, S
 from ..dimensions import DimensionError, dimension, of_unit
 from ..equations import Balance, Equation, Kind
 from ..model import Event, Let, Step, let
-from ..quantity import Quantity, Vector
+from ..quantity import Quantity, Vector, word
 from ..table import Quantities
 from .bodies import AXES, EVERY, PLANE, Action, Asked, Assembly, Body, Pin
 from .frames import Frame, Motion, Point, Triple, Vec
@@ -50,6 +50,11 @@ class Statement:
     def axes(self) -> tuple[str, ...]:
         """Axes of the world along which anything moves."""
         return AXES if self.spatial else AXES[:2]
+
+    @property
+    def meshing(self) -> dict[str, tuple[Body, Body, Point]]:
+        """Gears that mesh in a plane, inner and outer, with their pitch point, by the tag of their mesh."""
+        return {} if self.spatial else self.rolling
 
     @property
     def named(self) -> list[Let]:
@@ -204,11 +209,6 @@ def quantity(name: str, unit: str, meaning: str) -> Quantity:
 def triple(components: Sequence[Expr]) -> Triple:
     x, y, z = map(sp.sympify, components)
     return x, y, z
-
-
-def word(name: str) -> str:
-    """A name as part of another."""
-    return "_".join("".join(c if c.isalnum() else " " for c in name).split())
 
 
 def _in_unit(step: Let) -> Let:

@@ -55,7 +55,7 @@ def along(
     drawn = places(stated, inputs, _found(stated))
     cut = build_function(MESHES, (s for mesh in in_mesh(stated) for s in mesh.lets()), inputs, steps)
     followed = build_function(FOLLOWERS, rollers(stated, angle), inputs, steps)
-    return lane, (*stated.loops.functions(angle, data, stated.named), drawn, *cut, *followed)
+    return lane, (*stated.loops.functions(angle, data, stated.named), *drawn, *cut, *followed)
 
 
 def rollers(stated: Statement, angle: Quantity) -> Iterator[Let]:
@@ -69,9 +69,7 @@ def rollers(stated: Statement, angle: Quantity) -> Iterator[Let]:
 
 def in_mesh(stated: Statement) -> Iterator[Mesh]:
     """The gears that mesh in a plane, with the pitch curves that their motion has."""
-    for tag, (inner, outer, at) in stated.rolling.items():
-        if stated.spatial:
-            return
+    for tag, (inner, outer, at) in stated.meshing.items():
         assert at.base is not None
         assert at.offset is not None
         line, place = at.offset.frame, displacement(stated.O, at.base, stated.world)

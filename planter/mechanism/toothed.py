@@ -34,7 +34,7 @@ takes = ROOM.takes
 
 
 class Mesh:
-    """Two gears of a mechanism that mesh, over a turn of the slower one against their line of centres.
+    """Two gears of a mechanism that mesh, over a turn of the faster one against their line of centres.
 
     Raises InputError for gears that no pitch curves with outer teeth can be: they stop, swing to and fro, turn by no
     whole number of turns for one of the other, or keep no distance of their axes.

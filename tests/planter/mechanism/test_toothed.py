@@ -21,7 +21,7 @@ q = quantities('''
 ''')
 gears = Formulas("own", given=q, angle=q.t, speed=q.n)
 gears.defines(q.r, q.a / 3)
-gears.mesh("P", ("driver", q.t, q.r), ("wheel", -q.t / 2, q.a - {radius} * q.r))
+gears.mesh("P", ("driver", q.t, q.r), ("large wheel", -q.t / 2, q.a - {radius} * q.r))
 SYSTEM = gears.system()
 """
 
@@ -43,7 +43,7 @@ def test_round_gears_have_the_ratio_of_their_turning() -> None:
     wheels = mesh(ROUND.format(radius=1), name="own")
     pair = wheels.pair()
     assert wheels.turns == 2
-    assert wheels.names == ("driver", "wheel")
+    assert wheels.names == ("driver", "large wheel")
     np.testing.assert_allclose([c.length for c in pair.curves], 2 * np.pi * np.array([0.02, 0.04]), rtol=1e-9)
 
 
