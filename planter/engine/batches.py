@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.engine.machine import Machine
-from planter.engine.outputs import SampledOutputs, list_outputs
+from planter.engine.outputs import SampledOutputs, find_output, list_outputs
 from planter.errors import InputError
-from planter.files import paths
 from planter.kernels import Array, CallError
 from planter.progress import Listener, Phase
 from planter.records import frames
@@ -78,11 +77,8 @@ def evaluate_outputs(
 
 def check_outputs(machine: Machine, names: Sequence[str]) -> None:
     """Raise InputError for a name that is no output of a machine, with names that are close, and for no names."""
-    known = list(list_outputs(machine))
     if not names:
-        raise InputError(f"{machine.source}: outputs is empty: name at least one, such as {known[0]}")
+        known = next(iter(list_outputs(machine)))
+        raise InputError(f"{machine.source}: outputs is empty: name at least one, such as {known}")
     for name in names:
-        if name not in known:
-            close = paths.close(name, known)
-            hint = f"did you mean {' or '.join(close)}?" if close else f"an output is called such as {known[0]}"
-            raise InputError(f"{machine.source}: {machine.name} has no output {name}: {hint}")
+        find_output(machine, name, f"{machine.source}: output")

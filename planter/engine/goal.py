@@ -13,8 +13,8 @@ from typing import TypeVar
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity
-from planter.engine.measures import Condition, Extremum, Limit, Measure
-from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, Nodes, NodeValues, SpanNodes
+from planter.engine.measures import WITHOUT_SIZE, Condition, Extremum, Limit, Measure
+from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, NodeValues, SpanNodes
 from planter.errors import InputError
 from planter.files import units
 from planter.files.dimensions import Unit, measured
@@ -23,22 +23,22 @@ from planter.numerics.arrays import Integers
 from planter.numerics.statistics import SMOOTH, Statistic
 from planter.optimise.constraints import Constraints, Named
 
-SIDES = {"max": (1,), "min": (-1,), "range": (1, -1)}
+SIDES = {"max": (1,), "min": (-1,), "range": (1, -1), "jump": (1,)}
 """Sides on which a measure needs a variable: +1 for the greatest value, -1 for the least."""
-SHARES = {"max": (1,), "min": (1,), "range": (1, -1)}
+SHARES = {"max": (1,), "min": (1,), "range": (1, -1), "jump": (1,)}
 """How often the value on each of these sides counts in the measure."""
-EVERYWHERE = ("all", "max", "min")
+EVERYWHERE = ("all", "max", "min", "jump")
 """Measures whose limits are those of every node."""
-CYCLE, ANGLES, EVENTS = "cycle", "angles", "events"
+CYCLE, ANGLES, EVENTS, JUMPS = "cycle", "angles", "events", "jumps"
 
 Key = str | Extremum | tuple[Condition, ...]
-"""Which nodes a measure has: of the cycle, of its switching points, angles, an extremum, or parts of the cycle."""
+"""Which nodes a measure has: of the cycle, its switching points, jumps, angles, an extremum, parts of the cycle."""
 
 
 def resolve_measure(machine: Machine, measure: Measure) -> Measure:
     """Return a measure with names of the machine's quantities, conditions in their display units.
 
-    Raises InputError for a name that the machine does not have, or a unit of another kind.
+    Raises InputError for a name that the machine does not have, a unit of another kind, or a size without a measure.
     """
     quantities = [machine.find_quantity(name) for name in measure.names]
     measure = measure.with_names([quantity.name for quantity in quantities])
@@ -47,6 +47,8 @@ def resolve_measure(machine: Machine, measure: Measure) -> Measure:
         _convert(machine, condition, find_display_unit(machine, Measure("all", quantity.name)))
         for condition, quantity in zip(measure.during, rest, strict=True)
     )
+    if measure.size and measure.kind in WITHOUT_SIZE:
+        raise InputError(f"{machine.source}: {measure}: over a cycle {measure.kind} takes no abs, which has corners")
     if measure.kind == "work" and quantities[0].unit not in ("W", "N m"):
         raise InputError(f"{machine.source}: {measure}: only a power [W] or a torque [N m] does work")
     return replace(measure, during=during)
@@ -183,7 +185,7 @@ class Goal:
         if measure.kind in EVERYWHERE:
             return self._extreme(x, measure, {"max": 1, "min": -1}.get(measure.kind, side))
         value = self.term(x, measure).value
-        return abs(value) if measure.size and measure.kind == "at" else value
+        return abs(value) if measure.is_size and measure.kind == "at" else value
 
     # --- its parts -----------------------------------------------------------------------------------
 
@@ -274,7 +276,7 @@ class Goal:
 
     @staticmethod
     def _sides(measure: Measure) -> tuple[int, ...]:
-        return (1,) if measure.size and measure.kind == "at" else SIDES.get(measure.kind, ())
+        return (1,) if measure.is_size and measure.kind == "at" else SIDES.get(measure.kind, ())
 
     def _extreme(self, x: Array, measure: Measure, side: int) -> float:
         return self._extreme_with_slope(x, measure, side)[0]
@@ -288,9 +290,9 @@ class Goal:
             switching = self.nodes[EVENTS]
             events, row = switching(x), switching.names.index(measure.name)
             values, slopes = np.append(values, events.values[row]), np.vstack([slopes, events.slopes[row]])
-        sizes = np.abs(values) if measure.size else values
+        sizes = np.abs(values) if measure.is_size else values
         node = int(np.argmax(side * sizes))
-        sign = np.sign(values[node]) if measure.size else 1.0
+        sign = np.sign(values[node]) if measure.is_size else 1.0
         return float(sizes[node]), sign * slopes[node]
 
     def _switches(self, measure: Measure) -> bool:
@@ -314,6 +316,8 @@ class Goal:
                 yield key, ExtremumNode(self.machine, tuple(own), key)
             elif isinstance(key, tuple):
                 yield key, SpanNodes(self.machine, tuple(own), key)
+            elif key == JUMPS:
+                yield key, JumpNodes(self.machine, tuple(own))
             else:
                 angles = np.radians(self.at) if key == ANGLES else self.machine.turn * np.arange(count) / count
                 yield key, FixedNodes(self.machine, tuple(own), angles)
@@ -323,15 +327,15 @@ class Goal:
     def _build_blocks(self) -> Iterator[Block]:
         extremes = len(self.limits)
         for t, (measure, side) in enumerate(self.variables):
-            for sign in (1, -1) if measure.size else (side,):
-                bounds = (-np.inf, 0.0) if measure.size or side > 0 else (0.0, np.inf)
-                factor = (sign if measure.size else 1) / self.unit[t]
+            for sign in (1, -1) if measure.is_size else (side,):
+                bounds = (-np.inf, 0.0) if measure.is_size or side > 0 else (0.0, np.inf)
+                factor = (sign if measure.is_size else 1) / self.unit[t]
                 yield from self._blocks_of(measure, factor, (t, -1 / self.unit[t]), bounds, extremes)
         spare = iter(range(self._objective_size, len(self.variables)))
         for owner, limit in enumerate(self.limits):
             measure, step = limit.measure, self.step(limit)
             level = limit.number / step
-            bounds = (-level if measure.size else -np.inf, level) if limit.sign > 0 else (level, np.inf)
+            bounds = (-level if measure.is_size else -np.inf, level) if limit.sign > 0 else (level, np.inf)
             if measure.kind == "range":
                 yield from self._blocks_of(measure, 1 / step, (next(spare), -1 / step), (-level, np.inf), owner)
             elif measure.kind in ("at", *EVERYWHERE):
@@ -446,6 +450,8 @@ def _name(goal: Goal, limit: Limit) -> Named:
 
 
 def _key(measure: Measure) -> Key:
+    if measure.kind == "jump":
+        return JUMPS
     if measure.where is not None:
         return measure.where
     if measure.angle is not None:

@@ -7,7 +7,8 @@
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
 the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
-they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME".
+they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME". A `jump` is
+the size of the greatest jump where a law of the machine changes.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
@@ -27,15 +28,15 @@ from typing import Literal, Never
 from planter.errors import InputError
 from planter.files.dimensions import measured
 
-Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "at", "all"]
-KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work")
+Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "jump", "at", "all"]
+KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work", "jump")
 """Measures by their words; `at` and `all`, the value at an angle and everywhere, have none."""
 AVERAGES: tuple[Kind, ...] = ("mean", "variance", "std", "rms", "work")
 """Measures that only a cycle has that ends in the state in which it began."""
-EXTREMES: tuple[Kind, ...] = ("max", "min", "range", "all")
-"""Measures that are an extreme, or two."""
 WITHOUT_SIZE: tuple[Kind, ...] = ("mean", "variance", "std", "work", "min", "range")
 """Measures that have corners of absolute values, which no search takes."""
+SMALLER: tuple[Kind, ...] = ("max", "range", "jump")
+"""Measures that a search can only make smaller."""
 CLAUSES = ("at", "where", "while")
 SIGNS = ("<=", ">=", "<", ">")
 
@@ -121,6 +122,16 @@ class Measure:
         return " ".join(filter(None, words))
 
     @property
+    def is_size(self) -> bool:
+        """Whether the sizes of values count, not the values."""
+        return self.size or self.kind == "jump"
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the design moves the angles that the measure is of."""
+        return self.kind == "jump" or self.where is not None or bool(self.during)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of all quantities that the measure speaks of, its own first."""
         where = () if self.where is None else (self.where.name,)
@@ -167,7 +178,7 @@ def parse_sum(text: str, label: str = "--least") -> tuple[Measure, ...]:
             reader.refuse(f"{term.kind} takes no abs, which has corners")
         if term.kind == "min" and term.weight > 0:
             reader.refuse(f"a least value can only be made greater: write -min {term.name}")
-        if term.weight < 0 and (term.kind in ("max", "range") or (term.kind == "at" and term.size)):
+        if term.weight < 0 and (term.kind in SMALLER or (term.kind == "at" and term.size)):
             kind = "abs" if term.kind == "at" else term.kind
             reader.refuse(f"{kind} {term.name} can only be made smaller: its weight must not be negative")
     return tuple(terms)
@@ -189,8 +200,8 @@ def parse_limit(text: str, label: str = "--hold") -> Limit:
         reader.refuse("only abs NAME <= is a limit")
     if measure.size and measure.kind in WITHOUT_SIZE:
         reader.refuse(f"{measure.kind} takes no abs, which has corners")
-    if (measure.kind, sign) in (("max", ">="), ("min", "<="), ("range", ">=")):
-        reader.refuse("only max <=, min >= and range <= are limits")
+    if (measure.kind, sign) in (("max", ">="), ("min", "<="), ("range", ">="), ("jump", ">=")):
+        reader.refuse("only max <=, min >=, range <= and jump <= are limits")
     return Limit(measure, 1 if sign == "<=" else -1, number, unit)
 
 
@@ -273,12 +284,16 @@ class _Reader:
         weight = self._read_weight() if weighted else 1.0
         kind = next((kind for kind in KINDS if kind == self.token.text), None) if self._qualifies() else None
         self.index += kind is not None
+        if kind == "jump" and self.token.text == "abs" and self._qualifies():
+            self.fail("does not go with jump, which is a size")
         size = self._qualifies() and bool(self.accept("abs"))
         name = self._read_name(("abs",) if kind else ("abs", *KINDS))
         measure = Measure(kind or "all", name, size, weight)
         clause = self.token.text if self.token.kind == "word" else ""
         if clause in ("at", "where") and kind is not None:
             self.fail(f"does not go with {kind}: NAME {clause} is a single value")
+        if clause == "while" and kind == "jump":
+            self.fail("does not go with jump: a law changes at angles of its own")
         if self.accept("at"):
             angle = self._read_number()
             in_time = timed and bool(self.accept("s"))

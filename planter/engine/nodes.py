@@ -29,6 +29,8 @@ SIDE = 1e-9
 """Distance of the nodes on both sides of a switching point [rad]."""
 SPAN_NODES = 65
 """Nodes of a part of a cycle, its ends included."""
+SPARE_EVENTS = 2
+"""Switching points that may appear beyond those of the machine's own design."""
 SPARE_SPANS = 1
 """Parts of a cycle that may appear beyond those of the machine's own design."""
 
@@ -240,12 +242,63 @@ class EventNodes(MovingNodes):
         angles, rows = self.switchings.find(point)
         if not len(angles):
             return Placement.at_rest(np.zeros(2 * self.count))
-        chosen = np.arange(self.count)
-        chosen[len(angles) :] = 0
-        mix = np.repeat(np.eye(len(angles))[chosen], 2, axis=0)
-        sides = np.tile([-SIDE, SIDE], self.count)
-        weights = np.zeros(2 * self.count)
-        return Placement(angles, rows, sides, mix, weights, np.zeros_like(mix))
+        return _place_around(angles, rows, self.count, SIDE * np.array([-1.0, 1.0]))
+
+
+def _place_around(angles: Array, rows: Integers, count: int, sides: Array) -> Placement:
+    """Return nodes at distances (k,) from `count` anchors, of which the first takes the place of missing ones."""
+    chosen = np.arange(count)
+    chosen[len(angles) :] = 0
+    mix = np.repeat(np.eye(len(angles))[chosen], len(sides), axis=0)
+    return Placement(angles, rows, np.tile(sides, count), mix, np.zeros(len(mix)), np.zeros_like(mix))
+
+
+class JumpNodes(MovingNodes):
+    """The jumps of quantities where a law of a machine changes, one a node, in place of their values.
+
+    Events of order 0 count: it is the order of the forces, and no result is rougher than they. One-sided values are
+    continued from two points of a side up to the event, so that what does not jump there has no jump but rounding.
+    There are as many nodes as events at the machine's own design, and some to spare; those that are missing are the
+    first event's. Without events every jump is zero.
+    """
+
+    SIDES = SIDE * np.array([-2.0, -1.0, 1.0, 2.0])
+    SHARES = np.array([1.0, -2.0, 2.0, -1.0])
+
+    def __init__(self, machine: Machine, names: Sequence[str]) -> None:
+        self.switchings = Switchings(machine, max(machine.samples, SCANNED))
+        super().__init__(machine, names, self.switchings.response)
+        rough = [row for row, kind in enumerate(self.switchings.kinds) if kind.get("order", 0) == 0]
+        self.rough = np.array(rough, dtype=np.int64)
+        events = len(self._find(self.response.at(machine.design))[0])
+        self.count = events + SPARE_EVENTS if len(self.rough) else 1
+
+    def _find(self, point: DesignPoint) -> tuple[Array, Integers]:
+        """Return the angles (s,) at which forces jump, and the rows of these events."""
+        angles, rows = self.switchings.find(point)
+        chosen = np.isin(rows, self.rough)
+        return angles[chosen], rows[chosen]
+
+    def place(self, point: DesignPoint) -> Placement:
+        """Return two nodes on each side of every event."""
+        angles, rows = self._find(point)
+        if not len(angles):
+            return Placement.at_rest(np.zeros(4 * self.count), is_empty=True)
+        if len(angles) > self.count:
+            raise ComputationError(f"{self.machine.name}: a law changes {len(angles)} times in the cycle")
+        return _place_around(angles, rows, self.count, self.SIDES)
+
+    def evaluate(self, x: Array) -> NodeValues:
+        """Return the jumps in place of values, without weights."""
+        at = super().evaluate(x)
+        shares = np.kron(np.eye(self.count), np.zeros(4) if at.is_empty else self.SHARES)
+
+        def curvature(weights: Array, _: Array) -> Array:
+            return at.curvature(weights @ shares, np.zeros(4 * self.count))
+
+        none = np.zeros(self.count)
+        slopes = np.einsum("kn,mnp->mkp", shares, at.slopes)
+        return NodeValues(at.values @ shares.T, slopes, none, np.zeros((self.count, len(x))), curvature)
 
 
 class SpanNodes(MovingNodes):

@@ -1,7 +1,7 @@
 """Outputs of a machine by name: measures of its quantities over the samples of a cycle, for rows of its values.
 
 An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`; `objective` is the sum that the
-machine's file minimises.
+machine's file minimises. Every other measure is an output by its own text and unit, such as `jump F_Ox [N]`.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planter.engine.goal import Goal, resolve_measure
+from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity
-from planter.engine.measures import AVERAGES, Kind, Measure
+from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.engine.response import Response
 from planter.engine.rows import Block, Rows
-from planter.errors import ComputationError
-from planter.files import units
+from planter.errors import ComputationError, InputError
+from planter.files import paths, units
 from planter.kernels import Array
 from planter.numerics import statistics
 
@@ -51,9 +51,7 @@ class Output:
     @property
     def is_sampled(self) -> bool:
         """Whether samples of the quantities are all that it takes; what else there is, the machine's goal has."""
-        return all(
-            term.kind in statistics.REDUCED and not (term.size or term.during or term.where) for term in self.terms
-        )
+        return all(term.kind in statistics.REDUCED and not (term.size or term.is_moving) for term in self.terms)
 
 
 def list_outputs(machine: Machine) -> dict[str, Output]:
@@ -81,6 +79,28 @@ def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:
     return Output(name, f"{quantity.meaning}: {meaning} over a turn", (Measure(kind, quantity.name),))
 
 
+def find_output(machine: Machine, name: str, label: str = "output") -> Output:
+    """Return an output by its name, or the measure that a text is, with or without its unit.
+
+    Raises InputError, which begins with `label`, for what is neither.
+    """
+    known = list_outputs(machine)
+    if name in known:
+        return known[name]
+    if " " not in name:
+        close = paths.close(name, known)
+        hint = f"did you mean {' or '.join(close)}?" if close else f"an output is called such as {next(iter(known))}"
+        raise InputError(f"{machine.source}: {machine.name} has no output {name}: {hint}")
+    text, _, unit = name[:-1].rpartition(" [") if name.endswith("]") else (name, "", "")
+    measure = resolve_measure(machine, parse_measure(text, label))
+    display = find_display_unit(machine, measure).text
+    if measure.in_time or unit not in ("", display):
+        allowed = "an angle drives it" if measure.in_time else f"it is in {display or 'no unit'}"
+        raise InputError(f"{label} {name!r} is not allowed: {allowed}")
+    quantity = machine.find_quantity(measure.name)
+    return Output(f"{measure} [{display}]" if display else str(measure), quantity.meaning, (measure,))
+
+
 class Term(NamedTuple):
     """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI."""
 
@@ -100,8 +120,7 @@ class SampledOutputs:
         self, machine: Machine, inputs: Sequence[str], names: Sequence[str], samples: int | None = None
     ) -> None:
         self.machine = machine.with_moved(dict.fromkeys(inputs, (0.0, 0.0)))
-        known = list_outputs(machine)
-        self.outputs = [known[name] for name in names]
+        self.outputs = [find_output(machine, name) for name in names]
         terms = [(k, term) for k, output in enumerate(self.outputs) for term in output.terms]
         self.quantities = list(dict.fromkeys(term.name for _, term in terms))
         self._terms = [
@@ -216,6 +235,8 @@ class SampledOutputs:
         try:
             at = response.at_data(self.data(np.asarray(point, dtype=float)[None])[0])
             response.check(response.values(at, self.rows.angles), self.rows.angles)
+            for goal in self._goals.values():
+                goal.evaluate(np.asarray(point, dtype=float) * self.machine.scale)
         except ComputationError as error:
             return error.message
         averages = [output.name for output in self.outputs if any(term.kind in AVERAGES for term in output.terms)]

@@ -236,7 +236,7 @@ def _exclude(space: Space) -> Bounds:
 
 def is_fixed(machine: Machine, measure: Measure) -> bool:
     """Return whether a measure is of a result at angles that do not move with the design."""
-    return measure.where is None and not measure.during and machine.find_quantity(measure.name).role == "result"
+    return not measure.is_moving and machine.find_quantity(measure.name).role == "result"
 
 
 def _is_nonnegative(measure: Measure) -> bool:
@@ -263,9 +263,9 @@ def _is_satisfied(limit: Limit, span: tuple[float, float]) -> bool:
 def check_provable(machine: Machine, least: Sequence[Measure], label: str) -> None:
     """Raise InputError, which begins with `label`, for a sum of which no proof is known."""
     for measure in least:
-        if measure.where is not None or measure.during:
-            clause = "where" if measure.where is not None else "while"
-            raise InputError(f"{label}: {measure}: a proof takes angles that are fixed, so leave out `{clause}`")
+        if measure.is_moving:
+            word = "jump" if measure.kind == "jump" else "while" if measure.during else "where"
+            raise InputError(f"{label}: {measure}: a proof takes angles that are fixed, so leave out `{word}`")
         quantity = machine.find_quantity(measure.name)
         if quantity.role != "result":
             raise InputError(f"{label}: {measure}: a proof bounds results, and {quantity.name} is a {quantity.role}")

@@ -78,7 +78,7 @@ class SampledGoal:
     def reason_missing(self) -> str:
         """What keeps a stated sum out of C, empty if nothing does."""
         for measure in self.machine.least:
-            if measure.where is not None or measure.during:
+            if measure.is_moving:
                 return f"{measure} is of a part of the cycle that the design moves, and has no form in C"
         return ""
 

@@ -78,7 +78,7 @@ def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: fl
 def _of_motion(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
     """Extremes and means are those of a spline through the instants."""
     end = one.angle if one.kind == "at" else until_s
-    if one.where or one.during or one.kind == "work":
+    if one.is_moving or one.kind == "work":
         raise InputError(f"{one} is not allowed: {file.name} moves by itself, and these are measures of a cycle")
     if end is None or (one.kind == "at" and not one.in_time):
         raise InputError(f"{one} is not allowed: {file.name} moves by itself: say NAME at SECONDS s, or until_s")

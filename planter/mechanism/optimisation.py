@@ -13,6 +13,7 @@ from planter.engine.goal import CYCLE, Goal, find_display_unit, resolve_limit, r
 from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.search import GoalOptimum, SearchSpec, minimise
+from planter.engine.summary import ROUNDING
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.periodicity import require_repeating
@@ -61,6 +62,18 @@ class StatedGoal:
             raise InputError(f"{self.machine.source}: objective.least is missing: give a sum there, or by --least")
         self.require_averages()
 
+    def require_jumps(self) -> None:
+        """Raise InputError for a jump that is to be least and is zero already, since nothing is less."""
+        for measure in self.least:
+            if measure.kind != "jump":
+                continue
+            largest = Measure("max", measure.name, size=True)
+            goal = Goal(self.machine, (replace(measure, weight=1.0), largest), (), with_events=False)
+            jump, size = (goal.measure(self.machine.design, term) for term in goal.least)
+            if jump <= ROUNDING * size:
+                reason = f"{measure.name} does not jump at the machine's own design, and no jump is less than 0"
+                raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
+
     def require_averages(self) -> None:
         """Raise ComputationError for the mean of what does not repeat after a cycle."""
         measures = (*self.least, *(limit.measure for limit in self.limits))
@@ -92,13 +105,14 @@ def optimise(
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 
     `least` replaces the file's sum, `holds` are limits beside the file's, `means` says what runs the descents, whose
-    results do not depend on it. Raises InputError for measures that cannot be parsed, or a file without bounds or sum;
-    ComputationError if no start leads to a design that satisfies the limits, and for the mean of what does not repeat
-    after a turn.
+    results do not depend on it. Raises InputError for measures that cannot be parsed, a file without bounds or sum,
+    or a jump that is zero already; ComputationError if no start leads to a design that satisfies the limits, and for
+    the mean of what does not repeat after a turn.
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
     goal.require_least()
+    goal.require_jumps()
     spec = spec or SearchSpec(machine.sampling)
     stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})

@@ -23,8 +23,8 @@ LeastOption = Annotated[
     typer.Option(
         metavar="SUM",
         help="instead of the objective in the file: a sum to minimise, such as "
-        '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, or NAME at DEG, or NAME where '
-        "NAME is least; each also while NAME <= NUMBER); -min NAME makes a least value greater",
+        '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, jump, or NAME at DEG, or NAME '
+        "where NAME is least; most also while NAME <= NUMBER); -min NAME makes a least value greater",
         show_default=False,
     ),
 ]

@@ -41,6 +41,12 @@ class Room(Protocol):
     def outputs(self, machine: Any) -> Mapping[str, str]:
         """What can be asked for, with its meaning."""
 
+    def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
+        """Return the name and the meaning of an output that a text in the language of measures asks for.
+
+        Raises InputError, which begins with `label`, for what is none.
+        """
+
     def frozen(self, machine: Any) -> dict[str, Any]:
         """All that makes the machine again, fit for JSON: what `subject` takes in another process."""
 
@@ -88,7 +94,15 @@ class Held:
         """Names of outputs, the usual ones for none. Raises InputError as `path`, and where there are none at all."""
         if not names and not self.room.usual:
             raise InputError(f"{of} is not allowed: it must name at least one, {_hint((), 'outputs')}")
-        return [named(name, self.outputs, of, "outputs") for name in names or self.room.usual]
+        return [self.describe_output(name, of)[0] for name in names or self.room.usual]
+
+    def describe_output(self, name: str, label: str) -> tuple[str, str]:
+        """Return an output's full name, and its meaning. Raises InputError as `path`."""
+        if " " in name:
+            described: tuple[str, str] = self.room.describe_measure(self.machine, name, label)
+            return described
+        full = named(name, self.outputs, label, "outputs")
+        return full, self.outputs[full]
 
 
 def named(name: str, known: Mapping[str, str], of: str, what: str) -> str:

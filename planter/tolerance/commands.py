@@ -54,7 +54,12 @@ def tolerance(
         Path | None, typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False)
     ] = None,
     output: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="watch this output (repeatable)", show_default=False)
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help='watch this output, or a measure such as "jump F_Ox" (repeatable)',
+            show_default=False,
+        ),
     ] = None,
     choose: Annotated[
         list[str] | None,

@@ -75,6 +75,13 @@ class MachineRoom(ABC):
 
         return {name: output.meaning for name, output in list_outputs(self.build(machine)).items()}
 
+    def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
+        """Return the name and the meaning of an output that a text in the language of measures asks for."""
+        from planter.engine.outputs import find_output
+
+        output = find_output(self.build(machine), text, label)
+        return output.name, output.meaning
+
     def nominal(self, machine: Any) -> dict[str, float]:
         """Return the machine's values in the units of their paths, as the file has them if it does."""
         built, numbers = self.build(machine), machine.numbers()

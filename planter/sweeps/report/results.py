@@ -104,7 +104,7 @@ _DRAWN = (
 
 def _envelope(sweep: Sweep, found: SweepFound) -> Iterator[Block]:
     rows = [
-        (label(name), one.min, one.mean, one.max, one.missing, sweep.machines[0].outputs[name])
+        (label(name), one.min, one.mean, one.max, one.missing, sweep.machines[0].describe_output(name, "output")[1])
         for name, one in found.envelope.items()
     ]
     yield Table(("output", "min", "mean", "max", "missing", "meaning"), rows)

@@ -5,13 +5,14 @@ import pytest
 
 from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
-from planter.engine.measures import parse_limit, parse_sum
+from planter.engine.measures import parse_limit, parse_measure, parse_sum
 from planter.engine.response import Response
 from planter.engine.search import SearchSpec, minimise
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
 from tests.support import own
+from tests.support.reference import evaluate
 
 
 @pytest.fixture(scope="module")
@@ -28,13 +29,13 @@ def build(machine: Machine, least: str, *limits: str, count: int = 24) -> Goal:
 LEAST = (
     "range F_Ox + 3 rms M_in + 0.5 variance s + mean s + max abs M_in + s at 90 + std F_Ox + abs beta where s is least"
     " + 0.1 work P_M_in + work M_in + mean M_in while s <= 0.2 m + max F_Ox while beta >= 1 deg and s <= 230"
-    " + 2 F_Ox where beta is greatest + std s while s >= 180"
+    " + 2 F_Ox where beta is greatest + std s while s >= 180 + jump F_Ox"
 )
 LIMITS = (
     "abs F_Ox <= 0.09 kN",
     "rms M_in <= 1", "range s <= 7 cm", "s at 45 >= 120", "abs beta where s is least <= 0.1 rad",
     "abs M_in while s <= 200 <= 900 N mm", "mean F_Ox while s >= 200 <= 3",
-    "work P_M_in >= 1 mJ", "variance s <= 30 cm2",
+    "work P_M_in >= 1 mJ", "variance s <= 30 cm2", "jump F_By <= 0.2 N",
 )  # fmt: skip
 
 
@@ -60,7 +61,7 @@ def test_derivatives_are_those_of_differences(machine: Machine) -> None:
 def test_units_are_converted_to_those_of_results(machine: Machine) -> None:
     goal = build(machine, "max s", *LIMITS)
     numbers = [limit.number for limit in goal.limits]
-    np.testing.assert_allclose(numbers, [90, 1, 70, 120, np.degrees(0.1), 0.9, 3, 1e-3, 3000], rtol=1e-14)
+    np.testing.assert_allclose(numbers, [90, 1, 70, 120, np.degrees(0.1), 0.9, 3, 1e-3, 3000, 0.2], rtol=1e-14)
     assert str(goal.limits[0]) == "abs F_Ox <= 90 N"
     assert str(goal.limits[5]) == "abs M_in while s <= 200 <= 0.9 N m"
 
@@ -68,11 +69,39 @@ def test_units_are_converted_to_those_of_results(machine: Machine) -> None:
 @pytest.mark.parametrize(
     ("text", "part"),
     [("F_Oxx <= 3", "did you mean F_Ox"), ("F_Ox <= 3 mm", "mm is no unit of F_Ox"), ("work s <= 3", "a power"),
-     ("s while beta <= 3 mm <= 4", "mm is no unit of beta"), ("variance s <= 3 mm", "mm is no unit")],
+     ("s while beta <= 3 mm <= 4", "mm is no unit of beta"), ("variance s <= 3 mm", "mm is no unit"),
+     ("jump F_Ox <= 3 mm", "mm is no unit")],
 )  # fmt: skip
 def test_names_and_units_of_other_kinds_are_refused(machine: Machine, text: str, part: str) -> None:
     with pytest.raises(InputError, match=part):
         resolve_limit(machine, parse_limit(text))
+
+
+def test_size_without_a_measure_over_a_cycle_is_refused(machine: Machine) -> None:
+    with pytest.raises(InputError, match="mean abs F_Ox: over a cycle mean takes no abs"):
+        resolve_measure(machine, parse_measure("mean abs F_Ox", "quantity"))
+
+
+def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
+    """Friction reverses where crank and rod are in line: the force beside these angles, by the closed form of both."""
+    machine = build_machine(own.file("slider_crank")).with_moved({"r_mm": (30.0, 70.0), "e_mm": (5.0, 15.0)})
+    rod = float(machine.data[machine.index_of("l_mm")])
+
+    def jump(x: Array) -> float:
+        r, e = x
+        dead = np.array([np.arcsin(e / (rod + r)), np.pi - np.arcsin(-e / (rod - r))])
+        before, after = (evaluate(machine.with_data(machine.data_at(x)), "F_Ox", dead + s) for s in (-1e-7, 1e-7))
+        return float(np.abs(after - before).max())
+
+    measures = [resolve_measure(machine, one) for one in parse_sum("-mean s")]
+    limit = resolve_limit(machine, parse_limit("jump F_Ox <= 3 N"))
+    found = minimise(machine, measures, [limit], SearchSpec(36, "ipopt", 2))
+    assert jump(found.x) == pytest.approx(3, abs=1e-5)
+    goal = Goal(machine, measures, (), 36)
+    designs = [np.array([r, e]) * 1e-3 for r in (30, 40, 55, 70) for e in (5, 8, 11, 15)]
+    allowed = [goal.evaluate(x) for x in designs if jump(x) <= 3]
+    assert 0 < len(allowed) < len(designs)
+    assert goal.evaluate(found.x) <= min(allowed) + 1e-9
 
 
 def test_a_condition_that_never_holds_reaches_nothing(machine: Machine) -> None:

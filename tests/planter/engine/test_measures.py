@@ -23,6 +23,7 @@ TEXTS = {
     "max F": Measure("max", "F"),
     "0.5 rms M_in": Measure("rms", "M_in", weight=0.5),
     "2 * max abs F_Ax": Measure("max", "F_Ax", size=True, weight=2),
+    "2 jump F_Ox": Measure("jump", "F_Ox", weight=2),
     "-min F": Measure("min", "F", weight=-1),
     "-0.5 std s": Measure("std", "s", weight=-0.5),
     "1e-3 mean s": Measure("mean", "s", weight=1e-3),
@@ -101,6 +102,10 @@ def test_text_reads_back_to_the_same() -> None:
         ("max F - range s", ["range s can only be made smaller"]),
         ("min s", ["write -min s"]),
         ("range abs s", ["range takes no abs"]),
+        ("-jump s", ["jump s can only be made smaller"]),
+        ("jump abs s", ["'abs' at character 6", "jump, which is a size"]),
+        ("jump F while s <= 3", ["'while' at character 8", "does not go with jump"]),
+        ("jump F at 30", ["'at' at character 8"]),
     ],
 )
 def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
@@ -113,7 +118,8 @@ def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
 @pytest.mark.parametrize(
     ("text", "part"),
     [("F < 3", "'<' at character 3"), ("F", "a limit is missing"), ("2 max F <= 3", "'2' at character 1"),
-     ("abs F >= 3", "abs"), ("max F >= 3", "max <="), ("F <= 3 parsecs", "parsecs"), ("F <= 3 <= 4", "character 8"),
+     ("abs F >= 3", "abs"), ("max F >= 3", "max <="), ("jump F >= 3", "jump <="),
+     ("F <= 3 parsecs", "parsecs"), ("F <= 3 <= 4", "character 8"),
      ("mean F while y <= 3", "a limit is missing")],
 )  # fmt: skip
 def test_limit_refuses_what_cannot_be_one(text: str, part: str) -> None:

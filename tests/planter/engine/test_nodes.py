@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from planter.engine.loops import TURN
-from planter.engine.machine import Machine
+from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Condition, Extremum
-from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, Nodes, SpanNodes, clenshaw_curtis
+from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, SpanNodes, clenshaw_curtis
+from planter.engine.summary import summarise
+from planter.errors import ComputationError
 from planter.mechanism.machines import build_machine
 from tests.support import own
 
@@ -23,6 +25,7 @@ def machine(name: str = "slider_crank", *moved: str) -> Machine:
 NODES = {
     "angles": lambda: FixedNodes(machine(), NAMES, np.array([0.3, 2.0])),
     "events": lambda: EventNodes(machine(), NAMES),
+    "jumps": lambda: JumpNodes(machine(), NAMES),
     "where": lambda: ExtremumNode(machine(), NAMES, Extremum("beta", 1)),
     "while": lambda: SpanNodes(machine(), NAMES, [Condition("s", 1, 200.0)], *clenshaw_curtis(5)),
     "while both": lambda: SpanNodes(
@@ -72,6 +75,53 @@ def test_switching_points_are_where_friction_jumps() -> None:
     expected = np.column_stack([force[jumps], force[jumps + 1]]).ravel()
     np.testing.assert_allclose(nodes.values[0], expected, atol=5e-3)
     np.testing.assert_allclose(np.sort(nodes.values[1])[[0, -1]], [place.min(), place.max()], rtol=1e-8)
+
+
+def test_jumps_are_the_shocks_of_the_summary() -> None:
+    """Both routes split the cycle at the slider's dead centres; what is continuous there has no jump but rounding."""
+    at = JumpNodes(machine(), ["F_Ox", "F_Oy", "s", "a_slider_x"])(machine().design)
+    shocks = [one for one in summarise(machine()).shocks if one.quantity in ("F_Ox", "F_Oy")]
+    expected = sorted((one.quantity, one.after - one.before) for one in shocks)
+    found = sorted((name, value) for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False) for value in set(row))
+    assert [name for name, _ in found] == [name for name, _ in expected]
+    np.testing.assert_allclose([value for _, value in found], [value for _, value in expected], rtol=1e-12)
+    np.testing.assert_allclose(at.values[2:], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["wang2017", "yu2023", "sun2019-corrected", "shi2021", "planetary_train"])
+def test_no_result_jumps_where_forces_are_continuous(name: str) -> None:
+    """The summary looks at events of every order, jumps at those of order 0: the largest are the same."""
+    source = str(own.generated(name) / f"{name}.toml") if (own.EXAMPLES / f"{name}.py").is_file() else name
+    built = load_machine(source)
+    names, largest = [quantity.name for quantity in built.results], dict[str, float]()
+    for shock in summarise(built).shocks:
+        largest[shock.quantity] = max(largest.get(shock.quantity, 0.0), abs(shock.after - shock.before))
+    jumps = np.abs(JumpNodes(built, names)(built.design).values).max(axis=1)
+    np.testing.assert_allclose(jumps, [largest.get(name, 0.0) for name in names], rtol=1e-9, atol=1e-9)
+    assert bool(largest) == (name in ("yu2023", "shi2021"))
+
+
+def test_jumps_follow_friction_that_the_design_changes() -> None:
+    """The guide's friction is mu N: without it nothing jumps, and small friction makes jumps in proportion."""
+    rubbing = machine("slider_crank", "mu")
+    nodes = JumpNodes(rubbing, ["F_Ox"])
+    none, some, twice = (np.abs(nodes(np.array([mu])).values).max() for mu in (0.0, 1e-5, 2e-5))
+    assert none < 1e-12
+    assert twice == pytest.approx(2 * some, rel=1e-4)
+    slope = nodes(np.array([0.0])).slopes[0, :, 0]
+    assert np.abs(slope).max() == pytest.approx(some / 1e-5, rel=1e-4)
+
+
+def test_machine_whose_laws_never_change_has_no_jumps() -> None:
+    arm = build_machine(own.file("transplanting_arm"))
+    assert not JumpNodes(arm, ["M_in"])(arm.design).values.any()
+
+
+def test_more_events_than_nodes_are_refused() -> None:
+    nodes = JumpNodes(machine(), ["F_Ox"])
+    nodes.count = 1
+    with pytest.raises(ComputationError, match="a law changes 2 times"):
+        nodes.evaluate(machine().design)
 
 
 def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:

@@ -11,8 +11,9 @@ import pytest
 from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
-from planter.engine.outputs import SampledOutputs, list_outputs
-from planter.errors import ComputationError, PlanterError
+from planter.engine.outputs import SampledOutputs, find_output, list_outputs
+from planter.engine.summary import summarise
+from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
@@ -94,6 +95,32 @@ def test_outputs_are_called_after_quantity_measure_and_unit() -> None:
     outputs = list_outputs(slider_crank())
     assert {"M_in_max_Nm", "beta_range_deg", "F_Ox_rms_N"} <= outputs.keys()
     assert outputs["F_Ox_rms_N"].meaning.endswith(": root mean square over a turn")
+
+
+def test_every_measure_is_an_output_by_its_text() -> None:
+    """A plain measure is that of its name; others are those of a goal, and have its slopes."""
+    texts = ("rms M_in", "jump F_Ox [N]", "abs beta where s is least", "min M_in while s <= 0.2 m", "beta at 90 [deg]")
+    outputs = SampledOutputs(slider_crank(), INPUTS, ["M_in_rms_Nm", *texts], ANGLES)
+    names = [output.name for output in outputs.outputs[1:]]
+    assert names == ["rms M_in [N m]", "jump F_Ox [N]", "abs beta where s is least [deg]",
+                     "min M_in while s <= 200 mm [N m]", "beta at 90 [deg]"]  # fmt: skip
+    x = outputs.machine.design / outputs.machine.scale
+    values, slopes = outputs.slopes(x)
+    assert values[0] == values[1]
+    shocks = [one for one in summarise(slider_crank()).shocks if one.quantity == "F_Ox"]
+    assert values[2] == pytest.approx(max(abs(one.after - one.before) for one in shocks), rel=1e-12)
+    differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
+    np.testing.assert_allclose(slopes, differences, atol=2e-6 * np.abs(slopes).max(axis=1).max())
+
+
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [("jumb F_Ox", "did you mean jump"), ("jump F_Oxx", "did you mean F_Ox"), ("jump F_Ox [mm]", "it is in N"),
+     ("s at 2 s", "an angle drives it"), ("F_Ox_rmss_N", "did you mean F_Ox_rms_N"), ("mean abs s", "takes no abs")],
+)  # fmt: skip
+def test_what_is_no_output_is_refused(name: str, part: str) -> None:
+    with pytest.raises(InputError, match=part):
+        find_output(slider_crank(), name)
 
 
 @pytest.mark.parametrize(

@@ -77,6 +77,11 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     assert after != alone == close(second)
 
 
+def test_jump_of_what_does_not_jump_is_not_minimised(file: Path) -> None:
+    with pytest.raises(InputError, match="jump s: s does not jump at the machine's own design"):
+        optimise(build_machine(load(file)), "jump s")
+
+
 def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
     found = optimise(
@@ -122,7 +127,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
         ("mean abs s", None, "mean takes no abs"),
         ("-1 max s", None, "max s can only be made smaller"),
         ("range s", "s < 3", "it must be .MEASURE. .abs. NAME"),
-        ("range s", "max s >= 3", "only max <=, min >= and range <= are limits"),
+        ("range s", "max s >= 3", "only max <=, min >=, range <= and jump <= are limits"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | None, said: str) -> None:

@@ -30,6 +30,16 @@ def test_rows_are_the_turns_of_the_mechanism() -> None:
     assert len(np.unique(found[:, 0])) == 4
 
 
+def test_text_of_a_measure_is_an_output_with_its_unit() -> None:
+    asked = Sweep(plan(outputs=["jump F_Ox", "M_in_rms_Nm", "rms M_in"], inputs={"mu": [0.0, 0.1]}))
+    assert asked.outputs == ["jump F_Ox [N]", "M_in_rms_Nm", "rms M_in [N m]"]
+    none, some = asked.recipe.job().chunk(0, 2, 1)
+    assert none[0] < 1e-12 < 1 < some[0]
+    assert some[1] == some[2]
+    with pytest.raises(InputError, match="'jumpp' at character 1"):
+        Sweep(plan(outputs=["jumpp F_Ox"]))
+
+
 def test_a_row_whose_loop_does_not_close_has_nothing() -> None:
     asked = Sweep(plan(inputs={"r_mm": [60, 5000]}))
     found = asked.recipe.job().chunk(0, 2, 1)
