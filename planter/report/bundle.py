@@ -42,5 +42,9 @@ def write(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[st
     """
     contents: dict[str, str | bytes] = {}
     for name, figure in figures.items():
-        contents |= {f"figures/{file_name(name)}.svg": figure.svg, f"figures/{file_name(name)}.png": figure.png}
+        stem, count = file_name(name), 1
+        while f"figures/{stem}.svg" in contents:  # of another name that differs in signs which no file's name has
+            count += 1
+            stem = f"{file_name(name)}-{count}"
+        contents |= {f"figures/{stem}.svg": figure.svg, f"figures/{stem}.png": figure.png}
     files.write_all(out, contents | dict(texts))
