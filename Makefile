@@ -5,7 +5,7 @@ OUT ?= out
 VENV := .venv
 OLDEST := $(VENV)-oldest
 OUTSIDE := tests/planter/test_interface.py tests/planter/cli tests/planter/files
-EXTRAS := notebook lab studio cluster compiler step bench
+EXTRAS := notebook lab studio parquet cluster compiler step bench
 PYTHONS := 3.11 3.12 3.13 3.14
 SCRIPTS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BIN := $(VENV)/$(SCRIPTS)
@@ -46,7 +46,7 @@ test-pythons:  ## the same with every Python from 3.11 to 3.14 that is found, an
 		found=$$version; folder=$(VENV)-$$version; \
 		python$$version -m venv --clear $$folder && \
 		$$folder/$(SCRIPTS)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt \
-			--editable '.[derive,notebook,studio]' pytest pytest-xdist jsonschema psutil && \
+			--editable '.[derive,notebook,studio,parquet]' pytest pytest-xdist jsonschema psutil && \
 		$$folder/$(SCRIPTS)/python -m pytest -n 0 $(OUTSIDE) || exit 1; done; test -n "$$found"
 
 derive: $(VENV)/.complete  ## derive the equations, write generated/
@@ -108,7 +108,7 @@ $(VENV)/.bench: $(VENV)/.created
 $(OLDEST)/.complete: $(SETUP) constraints-oldest.txt
 	$(PYTHON) -m venv --clear $(OLDEST)
 	$(OLDEST)/$(SCRIPTS)/python -m pip --disable-pip-version-check install --quiet --constraint constraints-oldest.txt \
-		--editable '.[derive,notebook,studio]' pytest pytest-xdist jsonschema psutil
+		--editable '.[derive,notebook,studio,parquet]' pytest pytest-xdist jsonschema psutil
 	@touch $@
 
 $(VENV)/.created: $(SETUP)

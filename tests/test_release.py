@@ -70,7 +70,7 @@ def wanted(extras: Iterable[str]) -> Iterator[Requirement]:
 def too_high(pinned: dict[str, str]) -> list[str]:
     """Packages that are pinned above the lower bound that they have in pyproject.toml."""
     found = []
-    for one in wanted(("derive", "notebook", "studio")):
+    for one in wanted(("derive", "notebook", "studio", "parquet")):
         bound = next(part.version for part in one.specifier if part.operator == ">=")
         have = pinned.get(canonicalize_name(one.name), "0")
         if Version(have) != Version(bound):
@@ -149,5 +149,5 @@ def test_the_oldest_versions_are_those_that_are_allowed() -> None:
 @pytest.mark.parametrize("name", ["constraints.txt", "constraints-oldest.txt"])
 def test_what_is_pinned_is_what_is_allowed(name: str) -> None:
     pinned = pins(name)
-    for one in wanted(("derive", "notebook", "studio")):
+    for one in wanted(("derive", "notebook", "studio", "parquet")):
         assert one.specifier.contains(pinned[canonicalize_name(one.name)]), one

@@ -11,7 +11,7 @@ from planter.bench.results import Surroundings
 from planter.kernels import toolchain
 from planter.version import __version__
 
-PACKAGES = ("casadi", "numpy", "scipy", "pymoo", "jax", "jaxlib", "sympy", "ezdxf", "ncgears")
+PACKAGES = ("casadi", "numpy", "scipy", "jax", "jaxlib", "sympy", "ezdxf", "ncgears")
 
 
 def machine() -> Surroundings:

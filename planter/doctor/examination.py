@@ -13,6 +13,7 @@ import numpy as np
 
 from planter.doctor import found
 from planter.doctor.advice import advice
+from planter.doctor.extras import list_extras
 from planter.doctor.results import Advice, CompilerFound, Examination, KernelFound, Processor, Versions
 from planter.kernels import Kernel, backends
 from planter.planting import file
@@ -42,6 +43,7 @@ def examine(build: bool = False) -> Examination:
         ),
         processor=Processor(platform.machine(), os.cpu_count()),
         compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels, cuda=found.cuda(),
+        extras=list_extras(),
         advice=[*(Advice(reason, "remove it") for reason in refused.values()),
                 *advice(MACHINE, compiler, cache, kernels)],
     )  # fmt: skip

@@ -77,6 +77,15 @@ class Cuda(Record):
 
 
 @dataclass(frozen=True)
+class Extra(Record):
+    """An optional part of the package: `pip install 'planter[NAME]'`."""
+
+    name: str
+    installed: bool
+    purpose: str
+
+
+@dataclass(frozen=True)
 class Advice(Record):
     """What is missing, and what to do about it."""
 
@@ -95,6 +104,7 @@ class Examination(Record):
     machine: str
     kernels: list[KernelFound]
     cuda: Cuda
+    extras: list[Extra]
     advice: list[Advice]
 
 

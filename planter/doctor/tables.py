@@ -19,6 +19,11 @@ def tables(console: Console, found: Examination) -> None:
         ["model", "function", "instructions", "way", "compiled"],
         [(k.model, k.name, k.instructions, k.way, "yes" if k.compiled else "no") for k in found.kernels],
     )
+    console.table(
+        "Optional parts: pip install 'planter[NAME]'",
+        ["name", "installed", "for"],
+        [(extra.name, "yes" if extra.installed else "no", extra.purpose) for extra in found.extras],
+    )
     if found.advice:
         console.table("What would help", ["missing", "what to do"], [(a.missing, a.do) for a in found.advice])
 

@@ -39,8 +39,23 @@ def assess_correlation(residuals: Array) -> Correlation:
 
 
 def _is_white(residuals: Array, significance: float, fitted: int = 0) -> bool:
-    from statsmodels.stats.diagnostic import acorr_ljungbox
-
     lags = max(min(LAGS, len(residuals) // 5), 1 + fitted)
-    probability = acorr_ljungbox(residuals, lags=[lags], model_df=fitted)["lb_pvalue"].to_numpy()
-    return bool(np.all(probability > significance))
+    return ljung_box_probability(residuals, lags, fitted) > significance
+
+
+def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float:
+    """Return the probability of autocorrelations at least as large as those of residuals (m,) if they are white noise.
+
+    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m (m + 2) times the sum
+    over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its degrees of freedom are `lags` less the
+    number of `fitted` coefficients. Equal residuals are correlated without doubt: 0.
+    """
+    from scipy import stats
+
+    count, centred = len(residuals), residuals - residuals.mean()
+    total = float(centred @ centred)
+    if total == 0:
+        return 0.0
+    rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / total
+    statistic = count * (count + 2) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
+    return float(stats.chi2.sf(statistic, lags - fitted))

@@ -1,25 +1,25 @@
-"""The genetic algorithm, with pymoo's operators.
+"""The genetic algorithm: a binary code, tournaments, single-point crossover, bit flips and elitist reinsertion.
 
 Each free parameter is a binary number of `bits_per_variable` digits over its box. A generation draws `selection_ratio`
 times the population as offspring, by binary tournament, single-point crossover and bit flips; they replace all but the
 best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the settings; the tournament,
-the single point and the plain binary code are our reading.
+the single point and the plain binary code are our reading. The operators are textbook ones
+(Goldberg 1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.optimise.problem import Problem
 from planter.progress import Listener, Phase
 
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
-    from pymoo.core.population import Population
+Bits = NDArray[np.bool_]
 
 
 class Settings(Protocol):
@@ -48,23 +48,53 @@ class Individual:
 
 
 def search(problem: Problem, settings: Settings, seed: int, progress: Listener | None = None) -> list[Individual]:
-    """The last population, best first. The same seed gives the same population, bit by bit.
+    """Return the last population, best first. The same seed gives the same population, bit by bit.
 
     The best individual so far is in `problem.best` at any time, also after KeyboardInterrupt.
     """
-    algorithm = _algorithm(problem, settings, seed)
+    random = np.random.default_rng(seed)
+    length = settings.bits_per_variable
+    offspring = max(1, round(settings.selection_ratio * settings.individuals))
     phase = Phase("ga", "generation", settings.generations, progress)
     problem.heard = phase.under_way
-    for generation in range(1, settings.generations + 1):
-        infills = algorithm.ask()
-        points = decode(problem, infills.get("X"), settings.bits_per_variable)
-        infills.set("F", np.array([[problem.merit(u)] for u in points]))
-        algorithm.tell(infills=infills)
+    chromosomes = random.random((settings.individuals, len(problem.free) * length)) < 0.5
+    merits = _evaluate(problem, chromosomes, length)
+    phase.reached(1, best=problem.least)
+    for generation in range(2, settings.generations + 1):
+        children = breed(random, chromosomes, merits, offspring, settings)
+        elite = np.argsort(merits, kind="stable")[: settings.individuals - offspring]
+        chromosomes = np.vstack([chromosomes[elite], children])
+        merits = np.concatenate([merits[elite], _evaluate(problem, children, length)])
         phase.reached(generation, best=problem.least)
-    return _individuals(problem, algorithm.pop, settings.bits_per_variable)
+    points = decode(problem, chromosomes, length)
+    individuals = [Individual(u, float(merit)) for u, merit in zip(points, merits, strict=True)]
+    return sorted(individuals, key=lambda individual: individual.objective)
 
 
-def decode(problem: Problem, bits: Array, length: int) -> list[Array]:
+def breed(random: np.random.Generator, chromosomes: Bits, merits: Array, count: int, settings: Settings) -> Bits:
+    """Return chromosomes (count, bits) of the offspring of a population (n, bits) with merits (n,) to be minimised.
+
+    Every parent is the better of two individuals drawn at random. Two parents exchange what follows a random digit,
+    with the probability of crossover; then every digit flips with the probability of mutation.
+    """
+    pairs = (count + 1) // 2
+    rivals = random.integers(len(chromosomes), size=(2, pairs, 2))
+    winners = np.where(merits[rivals[..., 1]] < merits[rivals[..., 0]], rivals[..., 1], rivals[..., 0])
+    first, second = chromosomes[winners[0]], chromosomes[winners[1]]
+    bits = chromosomes.shape[1]
+    cuts = random.integers(1, bits, size=(pairs, 1))
+    crosses = random.random((pairs, 1)) < settings.crossover_probability
+    exchanged = crosses & (np.arange(bits) >= cuts)
+    children = np.vstack([np.where(exchanged, second, first), np.where(exchanged, first, second)])[:count]
+    return children ^ (random.random(children.shape) < settings.mutation_probability)
+
+
+def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
+    """Return the merits (n,) of chromosomes (n, free * length)."""
+    return np.array([problem.merit(u) for u in decode(problem, chromosomes, length)])
+
+
+def decode(problem: Problem, bits: Bits, length: int) -> list[Array]:
     """Points u (p,) of chromosomes (n, free * length): each gene a binary number, its highest digit first.
 
     They are taken onto the equations, if there are any, which no binary number would meet.
@@ -77,55 +107,7 @@ def decode(problem: Problem, bits: Array, length: int) -> list[Array]:
 def distinct(individuals: list[Individual], count: int, apart: float) -> list[Individual]:
     """The best individuals of which no two are closer than `apart` units of the box in every coordinate."""
     chosen: list[Individual] = []
-    for one in individuals:
-        if len(chosen) < count and all(np.abs(one.u - other.u).max() > apart for other in chosen):
-            chosen.append(one)
+    for individual in individuals:
+        if len(chosen) < count and all(np.abs(individual.u - other.u).max() > apart for other in chosen):
+            chosen.append(individual)
     return chosen
-
-
-def _individuals(problem: Problem, population: Population, length: int) -> list[Individual]:
-    points = decode(problem, population.get("X"), length)
-    found = [Individual(u, float(f)) for u, f in zip(points, population.get("F")[:, 0], strict=True)]
-    return sorted(found, key=lambda individual: individual.objective)
-
-
-def _algorithm(problem: Problem, settings: Settings, seed: int) -> Algorithm:
-    """pymoo's algorithm, set up to be asked for individuals and told their objectives."""
-    from pymoo.algorithms.soo.nonconvex.ga import GA
-    from pymoo.config import Config
-    from pymoo.core.problem import Problem as Search
-    from pymoo.operators.crossover.pntx import SinglePointCrossover
-    from pymoo.operators.mutation.bitflip import BitflipMutation
-    from pymoo.operators.sampling.rnd import BinaryRandomSampling
-
-    Config.warnings["not_compiled"] = False
-    offspring = max(1, round(settings.selection_ratio * settings.individuals))
-    algorithm = GA(
-        pop_size=settings.individuals,
-        n_offsprings=offspring,
-        sampling=BinaryRandomSampling(),
-        crossover=SinglePointCrossover(prob=settings.crossover_probability),
-        mutation=BitflipMutation(prob=1.0, prob_var=settings.mutation_probability),
-        survival=_reinsertion(settings.individuals - offspring),
-        eliminate_duplicates=False,
-    )
-    bits = len(problem.free) * settings.bits_per_variable
-    space = Search(n_var=bits, n_obj=1, xl=0, xu=1, vtype=bool)
-    algorithm.setup(space, termination=("n_gen", settings.generations), seed=seed, verbose=False)
-    return algorithm
-
-
-def _reinsertion(elite: int) -> Any:
-    """Survival of all offspring and of the `elite` best parents; pymoo merges parents before offspring."""
-    from pymoo.algorithms.soo.nonconvex.ga import FitnessSurvival
-    from pymoo.core.population import Population
-
-    class Reinsertion(FitnessSurvival):
-        def _do(self, problem: Any, pop: Any, n_survive: int | None = None, **rest: Any) -> Any:
-            parents, offspring = pop[:n_survive], pop[n_survive:]
-            if len(offspring):
-                stay = super()._do(problem, parents, n_survive=elite, **rest)
-                pop = Population.merge(stay, offspring)
-            return super()._do(problem, pop, n_survive=n_survive, **rest)
-
-    return Reinsertion()

@@ -55,7 +55,7 @@ def sweep(
     console = Console(as_json)
     with console.outcome():
         from planter.parallel.task import Means
-        from planter.sweeps import command, tables
+        from planter.sweeps import command, tables, tidy
         from planter.sweeps.plan import load
 
         if (plan is None) == (listed is None):
@@ -66,4 +66,6 @@ def sweep(
             return
         assert plan is not None
         found = command.sweep(load(plan), out, Means(workers, cluster), console.progress)
+        if out is not None and not tidy.has_parquet():
+            console.say(tidy.LACKING)
         console.result(found, lambda: tables.sweep(console, found))

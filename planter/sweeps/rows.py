@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,6 @@ from planter.sweeps.axes import Axis
 from planter.sweeps.points import Points
 from planter.sweeps.results import Extent
 from planter.sweeps.store import Store
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 
 class Rows:
@@ -39,21 +35,12 @@ class Rows:
         points, outputs = zip(*self.blocks(), strict=True)
         return np.vstack(points), np.vstack(outputs)
 
-    def batches(self) -> Iterator[pa.RecordBatch]:
-        """The rows as tables of Arrow: texts as texts, nothing where a row has no result."""
-        import pyarrow as pa
-
+    def tables(self) -> Iterator[dict[str, list[float | str | None]]]:
+        """Columns of each chunk by name: texts as texts, None where a row has no result."""
         for points, outputs in self.blocks():
-            given = [self._column(axis, column) for axis, column in zip(self.inputs.values(), points.T, strict=True)]
-            found = [pa.array(column, from_pandas=True) for column in outputs.T]
-            yield pa.RecordBatch.from_arrays([*given, *found], names=self.columns)
-
-    @staticmethod
-    def _column(axis: Axis, column: Array) -> pa.Array:
-        import pyarrow as pa
-
-        texts = axis.texts
-        return pa.array(column) if texts is None else pa.array([texts[int(place)] for place in column])
+            columns = [_input_column(axis, column) for axis, column in zip(self.inputs.values(), points.T, strict=True)]
+            columns += [[None if np.isnan(x) else x for x in column.tolist()] for column in outputs.T]
+            yield dict(zip(self.columns, columns, strict=True))
 
     def inputs_of(self, point: Array) -> dict[str, float | str]:
         """A point (n,) by names."""
@@ -70,6 +57,11 @@ class Rows:
             for tally, column in zip(tallies, outputs.T, strict=True):
                 tally.add(points, column)
         return {name: tally.extent(self) for name, tally in zip(self.outputs, tallies, strict=True)}
+
+
+def _input_column(axis: Axis, column: Array) -> list[float | str | None]:
+    texts = axis.texts
+    return [*column.tolist()] if texts is None else [texts[int(index)] for index in column]
 
 
 class _Tally:

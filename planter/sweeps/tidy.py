@@ -1,8 +1,10 @@
-"""The rows of a sweep as tidy files: a column a variable, a row a point; Parquet and CSV, a chunk at a time."""
+"""The rows of a sweep as tidy files: a column a variable, a row a point; CSV and Parquet, a chunk at a time."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 
 from planter import legible
@@ -10,24 +12,41 @@ from planter.progress import Listener, Phase
 from planter.report import folder
 from planter.sweeps.rows import Rows
 
+LACKING = "rows.parquet is not written, rows.csv holds the same rows; for Parquet: pip install 'planter[parquet]'"
+
+
+def has_parquet() -> bool:
+    """Whether Parquet files can be written here."""
+    return find_spec("pyarrow") is not None
+
 
 def write(out: Path, rows: Rows, comments: Iterable[str], progress: Listener | None = None) -> None:
-    """Writes rows.parquet and rows.csv, whole or not at all. Raises InputError where they cannot be written."""
-    import pyarrow as pa
-    from pyarrow import csv, parquet
+    """Write rows.csv, and rows.parquet where the extra `parquet` is installed, each whole or not at all.
 
-    head = "".join(f"# {legible.line(comment)}\n" for comment in comments).encode()
-    style = csv.WriteOptions(quoting_style="needed")
+    Raises InputError if a file cannot be written.
+    """
+    _write_csv(out / "rows.csv", rows, comments, progress)
+    if has_parquet():
+        _write_parquet(out / "rows.parquet", rows)
+
+
+def _write_csv(path: Path, rows: Rows, comments: Iterable[str], progress: Listener | None) -> None:
     phase = Phase("writing", "row", rows.points.rows, progress)
-    with folder.replacing(out / "rows.parquet") as tabled, folder.replacing(out / "rows.csv") as listed:
-        first = next(iter(rows.batches()))
-        with (
-            parquet.ParquetWriter(tabled, first.schema, compression="zstd") as table,
-            pa.OSFile(str(listed), "wb") as file,
-        ):
-            file.write(head)
-            with csv.CSVWriter(file, first.schema, write_options=style) as lines:
-                for batch in rows.batches():
-                    table.write_batch(batch)
-                    lines.write_batch(batch)
-                    phase.reached(phase.done + batch.num_rows)
+    with folder.replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        file.writelines(f"# {legible.line(comment)}\n" for comment in comments)
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(rows.columns)
+        for table in rows.tables():
+            writer.writerows(zip(*table.values(), strict=True))
+            phase.reached(phase.done + len(next(iter(table.values()))))
+
+
+def _write_parquet(path: Path, rows: Rows) -> None:
+    import pyarrow as pa
+    from pyarrow.parquet import ParquetWriter
+
+    texts = {name for name, axis in rows.inputs.items() if axis.texts is not None}
+    schema = pa.schema([(name, pa.string() if name in texts else pa.float64()) for name in rows.columns])
+    with folder.replacing(path) as part, ParquetWriter(part, schema, compression="zstd") as writer:
+        for table in rows.tables():
+            writer.write_batch(pa.RecordBatch.from_pydict(table, schema=schema))

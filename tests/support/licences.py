@@ -15,7 +15,7 @@ from packaging.utils import canonicalize_name
 from tests.support.house import ROOT
 
 PAGE = ROOT / "docs" / "licences.md"
-EXTRAS = ("derive", "studio", "notebook", "compiler", "cluster", "step")
+EXTRAS = ("derive", "studio", "notebook", "compiler", "parquet", "cluster", "step")
 """Extras for those who use the package; the others are for those who work on it."""
 CLASSIFIER = "License :: OSI Approved :: "
 HEAD = """\

@@ -73,11 +73,11 @@ class Model:
     def effects(self, response: Response) -> Effects:
         """Least-squares effects; in an orthogonal design, level means less the mean of all runs."""
         middle, size = _scaled(response.values)
-        fit = _fit((response.values - middle) / size, self.matrix)
+        fit = fit_least_squares((response.values - middle) / size, self.matrix)
         ends = np.cumsum([1, *(block.shape[1] for block in self.blocks)])
-        parts = [fit.params[start:end] for start, end in itertools.pairwise(ends)]
+        parts = [fit.parameters[start:end] for start, end in itertools.pairwise(ends)]
         levels = tuple(size * np.append(part, -part.sum()) for part in parts)
-        return Effects(float(middle + size * fit.params[0]), levels)
+        return Effects(float(middle + size * fit.parameters[0]), levels)
 
     def anova(self, response: Response) -> dict[str, Effect | Residual | Total]:
         """Sums of squares of each factor over all others (type II), of the error and of all runs.
@@ -88,14 +88,14 @@ class Model:
 
         middle, size = _scaled(response.values)
         scaled = (response.values - middle) / size
-        rest = float(_fit(scaled, self.matrix).ssr)
+        rest = fit_least_squares(scaled, self.matrix).residual_squares
         noise = rest / self.freedom if self.freedom else None
         if noise is not None and rest <= ROUNDING**2 * np.sum((response.values / size) ** 2):
             noise = None
         found: dict[str, Effect | Residual | Total] = {}
         for index, (factor, block) in enumerate(self._pairs()):
             others = self._columns(i for i in range(len(self.blocks)) if i != index)
-            ss, df = max(float(_fit(scaled, others).ssr) - rest, 0.0), block.shape[1]
+            ss, df = max(fit_least_squares(scaled, others).residual_squares - rest, 0.0), block.shape[1]
             ratio = None if noise is None else ss / df / noise
             p = None if ratio is None else float(stats.f.sf(ratio, df, self.freedom))
             found[factor.name] = Effect(ss * size**2, df, ss * size**2 / df, ratio, p)
@@ -162,7 +162,16 @@ def _scaled(values: Array) -> tuple[float, float]:
     return middle, float(np.max(np.abs(values - middle)))
 
 
-def _fit(values: Array, columns: Array) -> Any:
-    from statsmodels.regression.linear_model import OLS
+@dataclass(frozen=True)
+class LeastSquaresFit:
+    """Parameters (p,) of a linear model and the sum of its squared residuals."""
 
-    return OLS(values, columns).fit()
+    parameters: Array
+    residual_squares: float
+
+
+def fit_least_squares(values: Array, columns: Array) -> LeastSquaresFit:
+    """Return the fit of values (n,) by columns (n, p) of full rank, by orthogonal decomposition (LAPACK gelsd)."""
+    parameters = np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0], dtype=float)
+    residuals = values - columns @ parameters
+    return LeastSquaresFit(parameters, float(residuals @ residuals))

@@ -116,8 +116,20 @@ def welch(a: Sample, b: Sample) -> float | None:
 
 def _adjusted(pairs: Sequence[Compared]) -> list[Compared]:
     """The pairs with their chances by Holm's procedure."""
-    from statsmodels.stats.multitest import multipletests
+    adjusted = iter(adjust_by_holm([pair.p_value for pair in pairs if pair.p_value is not None]))
+    return [pair if pair.p_value is None else replace(pair, p_holm=next(adjusted)) for pair in pairs]
 
-    p = [pair.p_value for pair in pairs if pair.p_value is not None]
-    adjusted = iter(multipletests(p, method="holm")[1] if p else ())
-    return [pair if pair.p_value is None else replace(pair, p_holm=float(next(adjusted))) for pair in pairs]
+
+def adjust_by_holm(probabilities: Sequence[float]) -> list[float]:
+    """Return probabilities adjusted for their number by the step-down procedure of Holm (1979), in the same order.
+
+    The k-th smallest of m is multiplied by m - k + 1, is at least the adjusted one before it, and at most 1.
+
+    >>> adjust_by_holm([0.01, 0.04, 0.03])
+    [0.03, 0.06, 0.06]
+    """
+    adjusted, largest = [0.0] * len(probabilities), 0.0
+    for rank, index in enumerate(sorted(range(len(probabilities)), key=probabilities.__getitem__)):
+        largest = max(largest, min(1.0, (len(probabilities) - rank) * probabilities[index]))
+        adjusted[index] = largest
+    return adjusted

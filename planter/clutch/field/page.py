@@ -49,7 +49,7 @@ def provenance(found: Evaluation) -> dict[str, Any]:
         *((response.name, response.values.tolist()) for response in trial.responses),
         *(vars(sample) for sample in found.samples),
     ]
-    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "statsmodels")}
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     digest = hashlib.sha256(repr(values).encode("utf-8")).hexdigest()
     return {"planter": __version__, **versions, "python": platform.python_version(), "data_sha256": digest}
 

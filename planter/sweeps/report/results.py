@@ -1,4 +1,4 @@
-"""What `planter sweep` writes: rows.parquet, rows.csv, summary.json, figures and report.html."""
+"""What `planter sweep` writes: rows.csv, rows.parquet, summary.json, figures and report.html."""
 
 from __future__ import annotations
 

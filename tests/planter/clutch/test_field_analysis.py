@@ -10,7 +10,7 @@ from scipy import stats
 
 from planter.clutch.field import Factor, Response, Trial, trial
 from planter.clutch.field import evaluation as field
-from planter.clutch.field.analysis import Model, is_orthogonal
+from planter.clutch.field.analysis import Model, fit_least_squares, is_orthogonal
 from planter.clutch.field.arrays import array
 from planter.clutch.field.goals import Goal
 from planter.clutch.results.field import Effect, Predicted
@@ -64,18 +64,18 @@ def changed(of: Trial, values: object, rows: object = slice(None)) -> Trial:
 
 
 def frame(of: Trial, response: Response):  # type: ignore[no-untyped-def]
-    import pandas
-
+    pandas = pytest.importorskip("pandas")
     return pandas.DataFrame({f.name: f.codes for f in of.factors} | {"y": response.values})
 
 
 def by_formula(of: Trial, response: Response, typ: int):  # type: ignore[no-untyped-def]
     """Analysis of variance as statsmodels writes it: {factor: (ss, df, F, p)}, residual (ss, df)."""
-    from statsmodels.formula.api import ols
-    from statsmodels.stats.anova import anova_lm
-
-    fit = ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in of.factors), frame(of, response)).fit()
-    table = anova_lm(fit, typ=typ)
+    fit = (
+        pytest.importorskip("statsmodels.formula.api")
+        .ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in of.factors), frame(of, response))
+        .fit()
+    )
+    table = pytest.importorskip("statsmodels.stats.anova").anova_lm(fit, typ=typ)
     rows = {f.name: table.loc[f"C({f.name}, Sum)"] for f in of.factors}
     found = {name: (row["sum_sq"], row.df, row.F, row["PR(>F)"]) for name, row in rows.items()}
     return found, (table.loc["Residual", "sum_sq"], table.loc["Residual", "df"]), fit
@@ -185,8 +185,7 @@ def test_that_comparison_can_fail() -> None:
 
 @any_design
 def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: ignore[no-untyped-def]
-    import pandas
-
+    pandas = pytest.importorskip("pandas")
     of = make()
     result = field.evaluated(of).result
     combinations = list(itertools.product(*(range(len(f.levels)) for f in of.factors)))
@@ -196,6 +195,48 @@ def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: 
         rows = {f.name: [c[i] for c in combinations] for i, f in enumerate(of.factors)}
         mine = [row.means[response.name] for row in result.prediction]
         assert mine == pytest.approx(fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11)
+
+
+LONGLEY = """\
+60323 83.0 234289 2356 1590 107608 1947
+61122 88.5 259426 2325 1456 108632 1948
+60171 88.2 258054 3682 1616 109773 1949
+61187 89.5 284599 3351 1650 110929 1950
+63221 96.2 328975 2099 3099 112075 1951
+63639 98.1 346999 1932 3594 113270 1952
+64989 99.0 365385 1870 3547 115094 1953
+63761 100.0 363112 3578 3350 116219 1954
+66019 101.2 397469 2904 3048 117388 1955
+67857 104.6 419180 2822 2857 118734 1956
+68169 108.4 442769 2936 2798 120445 1957
+66513 110.8 444546 4681 2637 121950 1958
+68655 112.6 482704 3813 2552 123366 1959
+69564 114.2 502601 3931 2514 125368 1960
+69331 115.7 518173 4806 2572 127852 1961
+70551 116.9 554894 4007 2827 130081 1962
+"""
+
+
+def test_least_squares_reproduce_certified_values_of_nist() -> None:
+    """Longley's data, of a condition number of 5e9, from the Statistical Reference Datasets of NIST."""
+    table = np.array([row.split() for row in LONGLEY.splitlines()], dtype=float)
+    fit = fit_least_squares(table[:, 0], np.column_stack([np.ones(16), table[:, 1:]]))
+    certified = (-3482258.63459582, 15.0618722713733, -0.358191792925910e-01, -2.02022980381683, -1.03322686717359,
+                 -0.511041056535807e-01, 1829.15146461355)  # fmt: skip
+    assert fit.parameters == pytest.approx(certified, rel=1e-7)
+    assert fit.residual_squares == pytest.approx(836424.055505915, rel=1e-9)
+    table[0, 1] += 0.1
+    tampered = fit_least_squares(table[:, 0], np.column_stack([np.ones(16), table[:, 1:]]))
+    assert tampered.residual_squares != pytest.approx(836424.055505915, rel=1e-4)
+
+
+def test_variances_of_a_textbook_example() -> None:
+    """Etch rates at four powers: Montgomery, Design and Analysis of Experiments, chapter 3."""
+    y = np.array([575, 542, 530, 539, 570, 565, 593, 590, 579, 610, 600, 651, 610, 637, 629, 725, 700, 715, 685, 710.0])
+    table = Model(runs_of(np.repeat(np.arange(4), 5)[:, None], y)).anova(Response("Y", y))
+    assert [table[key].ss for key in ("F0", "error", "total")] == pytest.approx([66870.55, 5339.20, 72209.75])
+    assert [table[key].df for key in ("F0", "error", "total")] == [3, 16, 19]
+    assert pytest.approx(66.80, abs=0.005) == table["F0"].F
 
 
 def test_one_factor_is_the_one_way_test_of_scipy() -> None:

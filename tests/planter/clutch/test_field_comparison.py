@@ -58,6 +58,21 @@ def test_holm_by_hand_and_pairs_in_their_order() -> None:
     assert [p.p_holm for p in rising] == pytest.approx(np.minimum(steps, 1))
 
 
+@pytest.mark.parametrize("count", [1, 2, 9])
+def test_holm_agrees_with_statsmodels(count: int) -> None:
+    probabilities = np.random.default_rng(count).beta(0.5, 3.0, count)
+    reference = pytest.importorskip("statsmodels.stats.multitest").multipletests
+    assert comparison.adjust_by_holm([*probabilities]) == pytest.approx(reference(probabilities, method="holm")[1])
+    if count > 1:
+        other = reference(probabilities, method="bonferroni")[1]
+        assert comparison.adjust_by_holm([*probabilities]) != pytest.approx(other)
+
+
+def test_holm_is_bounded_by_one_and_keeps_equal_probabilities_equal() -> None:
+    assert comparison.adjust_by_holm([0.5, 0.02, 0.5, 0.02]) == [1.0, 0.08, 1.0, 0.08]
+    assert comparison.adjust_by_holm([]) == []
+
+
 def test_what_cannot_be_said_is_none() -> None:
     still = [replace(s, sd=0.0) for s in (NEW, OLD)]
     (found,), _ = comparison.compare([still[0], replace(still[1], mean=0.0)])

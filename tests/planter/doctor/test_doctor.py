@@ -3,7 +3,9 @@
 import os
 import platform
 import shutil
+import tomllib
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import casadi as ca
@@ -11,6 +13,7 @@ import pytest
 
 import planter
 from planter.doctor import examination
+from planter.doctor.extras import EXTRAS
 from planter.kernels import backends, bundled, compiler, toolchain
 from planter.planting.file import load
 from planter.planting.functions import Model
@@ -23,6 +26,14 @@ from tests.support.lanes import needs_compiler, path_of
 def _device(model: Model) -> Device:
     """Made once; what is foreseen of it is looked up anew at every examination."""
     return Device(load(examination.MACHINE), model)
+
+
+def test_extras_are_those_of_users_in_pyproject() -> None:
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    of_developers = {"lab", "test", "bench", "docs", "dev"}
+    assert EXTRAS.keys() == project["optional-dependencies"].keys() - of_developers
+    listed = {extra["name"]: extra["installed"] for extra in answer("doctor")["extras"]}
+    assert listed == {name: find_spec(module) is not None for name, (module, _) in EXTRAS.items()}
 
 
 @pytest.fixture(autouse=True)

@@ -42,17 +42,52 @@ def test_it_finds_the_optimum_nearly_and_never_loses_it(settings):
     assert population[0].objective == pytest.approx(np.sqrt(3), abs=0.02)
 
 
-def test_offspring_replace_all_but_the_best(settings, monkeypatch):
-    """Elitist reinsertion: a worse child still replaces a parent that is not among the elite."""
-    populations = []
-    tell = genetic._individuals
-    monkeypatch.setattr(genetic, "_individuals", lambda p, pop, n: populations.append(pop) or tell(p, pop, n))
-    full = settings.model_copy(update={"selection_ratio": 1.0, "generations": 2})
-    problem, population = search(full)
-    assert len(population) == 20
-    assert problem.counts.objective == 40
-    kept = {individual.u.tobytes() for individual in population}
-    assert len(kept) > 1
+def test_elite_survives_and_offspring_replace_the_rest(settings, monkeypatch):
+    """A worse child still replaces a parent that is not among the elite."""
+    bits = np.zeros((16, 200), bool)
+    monkeypatch.setattr(genetic, "breed", lambda random, chromosomes, *rest: bits[:, : chromosomes.shape[1]])
+    _, first = search(settings.model_copy(update={"generations": 1}))
+    problem, second = search(settings.model_copy(update={"generations": 2}))
+    length = settings.bits_per_variable
+    (child,) = (u.tobytes() for u in genetic.decode(problem, bits[:1, : len(problem.free) * length], length))
+    assert sum(individual.u.tobytes() == child for individual in second) == 16
+    assert [p.u.tobytes() for p in first[:4]] == [p.u.tobytes() for p in second if p.u.tobytes() != child]
+
+
+def breed(settings, seed=0, crossover=0.0, mutation=0.0, count=4000, merits=(0.0, 0.0)):
+    """Offspring of two parents, all zeros and all ones."""
+    parents = np.array([[False] * 12, [True] * 12])
+    probabilities = {"crossover_probability": crossover, "mutation_probability": mutation}
+    changed = settings.model_copy(update=probabilities)
+    return genetic.breed(np.random.default_rng(seed), parents, np.array(merits), count, changed)
+
+
+def test_tournament_prefers_the_better_parent(settings):
+    """The better of two parents wins unless both draws are the other one: three times out of four."""
+    share = breed(settings, merits=(1.0, 0.5)).mean()
+    assert share == pytest.approx(0.75, abs=4 * np.sqrt(0.75 * 0.25 / 4000))
+    assert breed(settings).mean() == pytest.approx(0.5, abs=4 * np.sqrt(0.25 / 4000))
+
+
+def test_crossover_exchanges_what_follows_one_point(settings):
+    """A child of different parents changes its value once; every cut, 1 to 11, is equally frequent."""
+    children = breed(settings, crossover=1.0)
+    steps = children[:, 1:] != children[:, :-1]
+    assert set(steps.sum(axis=1)) == {0, 1}
+    assert steps.any(axis=1).mean() == pytest.approx(0.5, abs=4 * np.sqrt(0.25 / 2000))
+    cuts = steps.sum(axis=0)
+    assert cuts == pytest.approx(np.full(11, cuts.mean()), rel=0.35)
+    first, second = children[:2000], children[2000:]
+    differ = steps[:2000].any(axis=1)
+    np.testing.assert_array_equal(first[differ], ~second[differ])
+    assert not (breed(settings)[:, 1:] != breed(settings)[:, :-1]).any()
+
+
+def test_mutation_flips_the_given_share_of_bits(settings):
+    children = breed(settings, mutation=0.1)
+    flipped = np.minimum(children.sum(axis=1), 12 - children.sum(axis=1)).sum() / children.size
+    assert flipped == pytest.approx(0.1, abs=4 * np.sqrt(0.09 / children.size))
+    assert len(breed(settings, count=7)) == 7
 
 
 def test_chromosomes_reach_both_bounds_exactly():

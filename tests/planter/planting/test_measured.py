@@ -11,7 +11,7 @@ from planter.engine.machine import Machine as EngineMachine
 from planter.errors import InputError
 from planter.measured import calibration, page, reading, tables
 from planter.measured.calibration import Calibrated, Check
-from planter.measured.correlation import Correlation, assess_correlation
+from planter.measured.correlation import Correlation, assess_correlation, ljung_box_probability
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.fit import Fit, fit_curve
 from planter.measured.reading import Columns, read
@@ -330,6 +330,20 @@ def test_starts_that_disagree_settle_nothing() -> None:
     fit = Fit(own, own.own(), (1.0, 1.1, 1.2, 1.0))
     assert (fit.agreeing, fit.is_settled) == (2, False)
     assert calibration.judge_fit(fit, 4.0, Correlation(0.9, False, False)) == "not settled"
+
+
+def test_ljung_box_is_uniform_for_white_noise_and_agrees_with_statsmodels() -> None:
+    random = np.random.default_rng(5)
+    probabilities = np.array([ljung_box_probability(noise, 10) for noise in random.normal(size=(2000, 400))])
+    shares = np.quantile(probabilities, [0.1, 0.5, 0.9])
+    assert shares == pytest.approx([0.1, 0.5, 0.9], abs=0.04)
+    assert ljung_box_probability(np.ones(20), 4) == 0
+    noise = random.normal(size=60) + 3
+    reference = pytest.importorskip("statsmodels.stats.diagnostic").acorr_ljungbox
+    for lags, fitted in ((1, 0), (10, 0), (10, 1)):
+        other = float(reference(noise, lags=[lags], model_df=fitted)["lb_pvalue"].iloc[0])
+        assert ljung_box_probability(noise, lags, fitted) == pytest.approx(other, rel=1e-10)
+    assert ljung_box_probability(noise, 10, 2) != pytest.approx(other, rel=1e-3)
 
 
 @pytest.mark.parametrize(("rho", "white"), [(0.0, True), (0.6, False), (0.95, False)])

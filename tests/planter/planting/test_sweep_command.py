@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.progress import Progress
+from planter.sweeps import tidy
 from planter.sweeps.command import sweep
 from planter.sweeps.plan import Plan
 from tests.support.cli import answer, refusal, run
@@ -62,6 +64,21 @@ def test_both_tables_hold_the_same_rows(done: tuple[dict, Path]) -> None:
         assert np.isclose(extent["mean"], column.mean(), rtol=1e-12)
         row = parquet.slice(int(column.argmax()), 1).to_pylist()[0]
         assert extent["max_at"] == {key: row[key] for key in extent["max_at"]}
+
+
+def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "plan.toml").write_text(SMALL)
+    out = tmp_path / "run"
+    command = ("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
+    answer(*command)
+    before = (out / "rows.csv").read_bytes()
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setattr(tidy, "find_spec", lambda name: None)
+    code, _, messages = run(*command)
+    assert code == 0
+    assert "planter[parquet]" in messages
+    assert (out / "rows.csv").read_bytes() == before
+    assert not (out / "rows.parquet").exists(), "a table of an earlier call must not stay beside another"
 
 
 def test_its_figures_are_there_and_named_on_its_page(done: tuple[dict, Path]) -> None:
