@@ -32,6 +32,8 @@ MEASURED: dict[Kind, str] = {
     "std": "standard deviation",
 }
 """Measures that every quantity has an output of, and what they mean."""
+MOTOR: tuple[Kind, ...] = ("max", "rms")
+"""Measures of a motor's torque that its choice depends on."""
 VARIANCE: Kind = "variance"
 OBJECTIVE = "objective"
 SQUARES = {"": "", "_N": "_N2"}
@@ -70,6 +72,12 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
     for quantity in machine.quantities:
         outputs += [_build_output(quantity, kind, meaning) for kind, meaning in MEASURED.items()]
     return {output.name: output for output in outputs}
+
+
+def list_default_outputs(machine: Machine) -> list[str]:
+    """Return the names of the outputs that stand for a machine: its objective, and the torques of its motors."""
+    torques = [_build_output(machine.find_quantity(name), kind, "") for name in machine.motors for kind in MOTOR]
+    return [*([OBJECTIVE] if machine.least else []), *(output.name for output in torques)]
 
 
 def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:

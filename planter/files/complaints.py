@@ -115,5 +115,6 @@ def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
     table = schema.section(schema.annotation(model, tuple(inner)))
     known = list(schema.fields(table)) if table else []
     similar = paths.close(str(unknown), known)
-    hint = f"did you mean {similar[0]}? " if similar else ""
-    return f"there is no such key, {hint}(allowed here: {', '.join(known)})"
+    hint = f": did you mean {similar[0]}?" if similar else ""
+    allowed = f" (allowed here: {', '.join(known)})" if known else ""
+    return f"there is no such key{hint}{allowed}"

@@ -37,9 +37,9 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
     what = "machine" if suffix == ".toml" else "example"
     if kind and (other := _elsewhere(name)):
         raise InputError(f"{name}: {other}, but it must be one of {', '.join(known)} or the path of a {suffix} file")
-    hint = f"did you mean {similar[0]}? " if similar else ""
+    hint = f": did you mean {similar[0]}?" if similar else ""
     raise InputError(
-        f"{name or legible.name(name)}: there is no built-in {what} of that name, {hint}(built in: {', '.join(known)}; "
+        f"{name or legible.name(name)}: there is no built-in {what} of that name{hint} (built in: {', '.join(known)}; "
         f"anything else must be the path of a {suffix or '.toml or .csv'} file)"
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -15,7 +15,9 @@ def annotation(model: type[BaseModel], location: Location) -> Any:
     """The type that the class has for the value at a location, items of lists as their list; None where it has none."""
     found: Any = model
     for part in location:
-        if isinstance(part, str):
+        if isinstance(part, str) and get_origin(found) is dict:
+            found = get_args(found)[1]
+        elif isinstance(part, str):
             table = section(found)
             field = fields(table).get(part) if table else None
             found = field.annotation if field else None
@@ -24,8 +26,10 @@ def annotation(model: type[BaseModel], location: Location) -> Any:
 
 def section(kind: Any) -> type[BaseModel] | None:
     """The class of a table in a type such as `Section`, `Section | None` or `list[Section]`."""
-    kinds = (one for one in (kind, *get_args(kind)) if isinstance(one, type))
-    return next((one for one in kinds if issubclass(one, BaseModel)), None)
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return kind
+    inner = () if get_origin(kind) is dict else get_args(kind)
+    return next(filter(None, map(section, inner)), None)
 
 
 def fields(model: type[BaseModel]) -> dict[str, FieldInfo]:

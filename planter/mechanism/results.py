@@ -36,12 +36,12 @@ class Law(Record):
     unit: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Warned(Record):
-    """Something that a user should know, with the angle where it begins."""
+    """Something that a user should know, with the angle where it begins if it has one."""
 
     name: str
-    angle_deg: float
+    angle_deg: float | None = None
     message: str
 
 
@@ -91,6 +91,21 @@ class Turn(Record):
     met: bool | None = None
     at: list[AngleValues] | None = None
     designer: Summary | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineValidation(Record):
+    """`planter validate` of a machine that the engine takes: its file, limits and cycle.
+
+    `design` are the values with bounds; `holds` and `met` as in a turn.
+    """
+
+    machine: str
+    valid: bool
+    design: list[str]
+    holds: list[Held] | None = None
+    met: bool | None = None
+    warnings: list[Warned]
 
 
 @dataclass(frozen=True)

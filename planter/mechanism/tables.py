@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
+from planter import legible
 from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.engine.shown import (
@@ -16,7 +17,7 @@ from planter.engine.shown import (
     summary_tables,
 )
 from planter.files import units
-from planter.mechanism.results import Course, Held, Motion, Optimum, Quantity, Turn
+from planter.mechanism.results import Course, Held, MachineValidation, Motion, Optimum, Quantity, Turn, Warned
 from planter.optimise.proof.results import GlobalBound
 from planter.report.labels import name
 from planter.terminal.console import Console
@@ -53,13 +54,18 @@ def turn(console: Console, found: Turn) -> None:
         for table in summary_tables(found.designer):
             console.table(table.title, table.head, table.rows)
     _limits(console, found.holds or ())
-    if found.warnings:
-        console.table(
-            "Warnings", ("name", "at / deg", "what"), ((w.name, w.angle_deg, w.message) for w in found.warnings)
-        )
+    _warnings(console, found.warnings)
     laws = [(law.law, law.violation, law.unit) for law in found.laws]
     if laws:
         console.table("Laws, and the largest violation", ("law", "violation", "unit"), laws)
+
+
+def show_validation(console: Console, source: str, found: MachineValidation) -> None:
+    """Print that a file is valid, whether its limits are satisfied, and warnings."""
+    design = f"; design values {', '.join(found.design)}" if found.design else ""
+    print(textwrap.fill(legible.line(f"{source}: valid{design}"), WIDTH))
+    _limits(console, found.holds or ())
+    _warnings(console, found.warnings)
 
 
 def show_sensitivity(console: Console, found: SensitivityFound) -> None:
@@ -138,6 +144,12 @@ def _limits(console: Console, holds: Sequence[Held]) -> None:
         state = {True: "binds", False: ""}
         rows = [(one.limit_on, one.value, one.limit, state[one.active] if one.met else "violated") for one in holds]
         console.table("Limits", ("limit", "value", "limit", ""), rows)
+
+
+def _warnings(console: Console, warnings: Sequence[Warned]) -> None:
+    if warnings:
+        rows = ((one.name, one.angle_deg, one.message) for one in warnings)
+        console.table("Warnings", ("name", "at / deg", "what"), rows)
 
 
 def _values(console: Console, title: str, values: Mapping[str, float | None]) -> None:

@@ -31,7 +31,6 @@ class Room(MachineRoom):
     banded = ("objective", "support_range_N", "support_max_N", "M_L_max_Nm", "tip_y_min_mm", "tip_x_range_mm")
     curves = ("support_N", "M_L_Nm")
     paths = (("tip_x_mm", "tip_y_mm"),)
-    usual = ("objective", "support_range_N", "support_max_N", "M_L_max_Nm", "M_L_rms_Nm")
 
     def takes(self, source: str) -> bool:
         """Return whether a source is a built-in name, or a file with the tables of such a machine."""
@@ -43,6 +42,10 @@ class Room(MachineRoom):
         from planter.planting.mounting import DEVIATIONS
 
         return _build_machine(Device(machine), DEVIATIONS)
+
+    def default_outputs(self, machine: MachineFile) -> Sequence[str]:
+        """Return the objective, what it is made of, and the motor's torque."""
+        return "objective", "support_range_N", "support_max_N", "M_L_max_Nm", "M_L_rms_Nm"
 
     def frozen(self, machine: MachineFile) -> dict[str, Any]:
         """Return its table."""

@@ -26,8 +26,6 @@ class Room(Protocol):
 
     choices: Mapping[str, Sequence[str]]
     """Inputs that are no numbers, with what they may be, the usual first."""
-    usual: Sequence[str]
-    """Outputs where none are asked for."""
 
     def takes(self, source: str) -> bool:
         """Whether a file, or a built-in name, is a machine of this kind."""
@@ -46,6 +44,9 @@ class Room(Protocol):
 
         Raises InputError, which begins with `label`, for what is none.
         """
+
+    def default_outputs(self, machine: Any) -> Sequence[str]:
+        """Outputs where none are asked for."""
 
     def frozen(self, machine: Any) -> dict[str, Any]:
         """All that makes the machine again, fit for JSON: what `subject` takes in another process."""
@@ -91,17 +92,18 @@ class Held:
         return named(name, self.inputs, of, "inputs")
 
     def asked(self, names: Sequence[str], of: str) -> list[str]:
-        """Names of outputs, the usual ones for none. Raises InputError as `path`, and where there are none at all."""
-        if not names and not self.room.usual:
-            raise InputError(f"{of} is not allowed: it must name at least one, {_hint((), 'outputs')}")
-        return [self.describe_output(name, of)[0] for name in names or self.room.usual]
+        """Full names of outputs, the default ones for none. Raises InputError as `path`, or if there are none."""
+        names = names or self.room.default_outputs(self.machine)
+        if not names:
+            raise InputError(f"{of} is missing: name at least one output; {_hint((), 'outputs')}")
+        return [self.describe_output(name, of)[0] for name in names]
 
     def describe_output(self, name: str, label: str) -> tuple[str, str]:
         """Return an output's full name, and its meaning. Raises InputError as `path`."""
         if " " in name:
             described: tuple[str, str] = self.room.describe_measure(self.machine, name, label)
             return described
-        full = named(name, self.outputs, label, "outputs")
+        full = named(name, self.outputs, f"{label}: {name}", "outputs")
         return full, self.outputs[full]
 
 
@@ -118,7 +120,7 @@ def named(name: str, known: Mapping[str, str], of: str, what: str) -> str:
 
 def _hint(close: Sequence[str], what: str) -> str:
     meant = f"did you mean {' or '.join(close)}? " if close else ""
-    return f"{meant}`planter sweep --list` tells all {what}"
+    return f"{meant}`planter sweep --list MACHINE` lists all {what}"
 
 
 def beside(source: str, folder: Path | None) -> str:

@@ -37,11 +37,8 @@ class Sweep:
 
     def _outputs(self) -> list[str]:
         """Full names, known to every machine."""
-        found = []
-        for held in self.machines:
-            of = f"{self.plan.source}: outputs = {self.plan.outputs}"
-            found.append(held.asked(self.plan.outputs, of))
-        return list(dict.fromkeys(found[0]))
+        names = [held.asked(self.plan.outputs, f"{self.plan.source}: outputs") for held in self.machines]
+        return list(dict.fromkeys(names[0]))
 
     def _path(self, name: str) -> str:
         if name == MACHINE or name in self.machines[0].choices:

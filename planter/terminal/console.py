@@ -42,11 +42,9 @@ class Console:
         """Print a table; numbers are aligned to the right."""
         from rich.console import Console as Rich
         from rich.table import Table
+        from rich.text import Text
 
-        table = Table(
-            title=legible.line(title), title_justify="left", title_style="bold", header_style="dim", box=None,
-            pad_edge=False,
-        )  # fmt: skip
+        table = Table(header_style="dim", box=None, pad_edge=False)
         listed = [list(row) for row in rows]
         for index, name in enumerate(header):
             numeric = any(isinstance(row[index], int | float) for row in listed)
@@ -54,6 +52,8 @@ class Console:
         for row in listed:
             table.add_row(*(cell_text(cell) for cell in row))
         rich = Rich(highlight=False, markup=False, emoji=False)
+        if title:  # not the table's own, which rich breaks where a narrow table ends
+            rich.print(Text(legible.line(title), style="bold"))
         rich.print(table)
         rich.print()
 

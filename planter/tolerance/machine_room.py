@@ -31,7 +31,6 @@ class MachineRoom(ABC):
     """
 
     choices: Mapping[str, Sequence[str]] = {}
-    usual: Sequence[str] = ()
     banded: Sequence[str] = ()
     curves: Sequence[str] = ()
     paths: Sequence[tuple[str, str]] = ()
@@ -81,6 +80,12 @@ class MachineRoom(ABC):
 
         output = find_output(self.build(machine), text, label)
         return output.name, output.meaning
+
+    def default_outputs(self, machine: Any) -> Sequence[str]:
+        """Return the objective of the machine's file, if it has one, and what its motors have to give."""
+        from planter.engine.outputs import list_default_outputs
+
+        return list_default_outputs(self.build(machine))
 
     def nominal(self, machine: Any) -> dict[str, float]:
         """Return the machine's values in the units of their paths, as the file has them if it does."""

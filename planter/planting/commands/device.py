@@ -12,10 +12,10 @@ from planter.gears.options import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.options import refuse_options
 from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, VaryOption, search
 from planter.planting.commands.options import (
-    DeviceArgument,
     SamplesOption,
     WholeTeethOption,
     device_of,
+    is_other,
     kept,
     load_other,
     whole_teeth,
@@ -259,14 +259,19 @@ def optimise(
 
 @app.command()
 def validate(
-    machine: DeviceArgument,
+    machine: MachineArgument,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a machine file, its gears included; warn of values that are unlike any machine's."""
+    """Check a machine file: values, gears, loops over the whole cycle, limits; warn of what is unusual."""
     console = Console(as_json)
     with console.outcome():
+        if is_other(machine):
+            from planter.mechanism.validation import run_validate
+
+            run_validate(console, machine, changes(set_), speed_rpm)
+            return
         device = device_of(machine, "exact", set_, speed_rpm)
         from planter.planting import tables, validation
 

@@ -56,12 +56,17 @@ def device_of(source: str, model: str, set_: Sequence[str] | None, speed_rpm: fl
 
 def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> EngineMachine | None:
     """Return the machine of a source, None if it is a planting device or nothing known."""
-    from planter.engine.machine import find_machine_room, load_machine
+    from planter.engine.machine import load_machine
+
+    return load_machine(source, changes(set_), speed_rpm) if is_other(source) else None
+
+
+def is_other(source: str) -> bool:
+    """Return whether a source is a machine that is no planting device."""
+    from planter.engine.machine import find_machine_room
     from planter.planting.machines import takes
 
-    if takes(source) or find_machine_room(source) is None:
-        return None
-    return load_machine(source, changes(set_), speed_rpm)
+    return not takes(source) and find_machine_room(source) is not None
 
 
 def whole_teeth(

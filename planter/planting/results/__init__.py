@@ -3,7 +3,7 @@
 from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.measured.findings import MeasuredFound
-from planter.mechanism.results import Turn
+from planter.mechanism.results import MachineValidation, Turn
 from planter.planting.results.calibrated import CalibrationFound
 from planter.planting.results.compared import ComparisonFound
 from planter.planting.results.driven import DriveFound
@@ -16,7 +16,7 @@ COMMANDS = {
     "simulate": SimulationFound | Turn,
     "turn": SimulationFound | Turn,
     "sensitivity": SensitivityFound,
-    "validate": Validation,
+    "validate": Validation | MachineValidation,
     "calibrate": CalibrationFound | MeasuredFound,
     "compare": ComparisonFound,
     "optimise": OptimisationFound,

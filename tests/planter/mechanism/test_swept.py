@@ -47,9 +47,26 @@ def test_a_row_whose_loop_does_not_close_has_nothing() -> None:
     assert np.isnan(found[1]).all()
 
 
-def test_outputs_must_be_named() -> None:
-    with pytest.raises(InputError, match="it must name at least one"):
-        Sweep(plan(outputs=[]))
+def test_torque_of_the_motor_is_the_default_output() -> None:
+    assert Sweep(plan(outputs=[])).outputs == ["M_in_max_Nm", "M_in_rms_Nm"]
+
+
+def test_machine_without_a_motor_needs_outputs() -> None:
+    with pytest.raises(InputError, match="outputs is missing"):
+        Sweep(plan(machine="yu2023", inputs={"bars.L1_mm": [60, 70]}, outputs=[]))
+
+
+@pytest.mark.parametrize(("outputs", "hint"), [(["M_in_max_Nm", "M_im_rms_Nm"], "M_in_rms_Nm"), (["x"], "--list")])
+def test_unknown_output_is_named(outputs: list[str], hint: str) -> None:
+    with pytest.raises(InputError, match=f"outputs: {outputs[-1]} is not allowed") as caught:
+        Sweep(plan(outputs=outputs))
+    assert hint in caught.value.message
+
+
+def test_unknown_key_of_an_input_has_the_known_ones_beside_it() -> None:
+    with pytest.raises(InputError, match=r"inputs\.r_mm\.points") as caught:
+        plan(inputs={"r_mm": {"from": 40, "to": 60, "points": 3}})
+    assert "steps" in caught.value.message
 
 
 def test_what_is_no_mechanism_is_not_taken() -> None:
