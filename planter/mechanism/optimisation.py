@@ -124,7 +124,7 @@ def prepare_descents(
     build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
 ) -> Callable[[Array], Descent]:  # fmt: skip
-    """Return the function that descends from a design (p,) to what a sum and limits ask for, in a worker.
+    """Return the function that descends from a point to what a sum and limits ask for, in a worker.
 
     `build` gives the machine as its file has it, `searched` are the fields that the search has set otherwise.
     """

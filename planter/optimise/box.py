@@ -47,7 +47,11 @@ class Box:
     @cached_property
     def start(self) -> Array:
         """The point u (p,) of the design to start from, taken into the box."""
-        return np.clip((self.design - self.origin) / self.unit, self.bottom, self.top)
+        return self.point(self.design)
+
+    def point(self, x: Array) -> Array:
+        """Return the point u (p,) of a design x (p,), taken into the box."""
+        return self.inside((x - self.origin) / self.unit)
 
     def at(self, u: Array) -> Array:
         """The design x (p,) at a point u (p,); on an upper bound it is that bound to the last bit."""

@@ -30,7 +30,6 @@ from planter.optimise.objective import Evaluation, Kinks
 from planter.optimise.problem import Counts, Problem
 from planter.optimise.samples import MARGIN, Hold
 
-MOST_ITERATIONS = 60
 ROUNDS, CELLS = 12, 100
 """Most times that rows are added, and most cells that are visited."""
 CONSTRAINED_CELLS = 4
@@ -82,11 +81,12 @@ class Minimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
-def descend(problem: Problem, start: Array, most_iterations: int = MOST_ITERATIONS, rounds: int = ROUNDS) -> Minimum:
-    """The local minimum reached from a point u (p,) of the box.
+def descend(problem: Problem, start: Array, most_iterations: int | None = None, rounds: int = ROUNDS) -> Minimum:
+    """Return the local minimum reached from a point u (p,) of the box.
 
-    `most_iterations` limits each of the runs, `rounds` how often rows are added.
+    `most_iterations` limits each of the runs, the problem's own number if None, `rounds` how often rows are added.
     """
+    most_iterations = problem.most_iterations if most_iterations is None else most_iterations
     found = _complete(problem, start, (), most_iterations, rounds)
     kinks = problem.objective.kinks
     if found.stationary or kinks is None:
@@ -173,6 +173,6 @@ def at(problem: Problem, u: Array, iterations: int) -> Minimum:
 
 
 def _minimum(problem: Problem, u: Array, iterations: int) -> Minimum:
-    """A point, with coordinates beside their bounds set onto them: an interior point is never quite there."""
-    points = {p.tobytes(): p for p in (problem.box.snapped(u, s) for s in SNAPS)}
+    """Return a point with coordinates beside their bounds set onto them: an interior point is never quite there."""
+    points = {p.tobytes(): p for p in (problem.complete(problem.box.snapped(u, s)) for s in SNAPS)}
     return min((at(problem, p, iterations) for p in points.values()), key=lambda minimum: minimum.rank)

@@ -1,7 +1,7 @@
 """The genetic algorithm: a binary code, tournaments, single-point crossover, bit flips and elitist reinsertion.
 
-Each free parameter is a binary number of `bits_per_variable` digits over its box. A generation draws `selection_ratio`
-times the population as offspring, by binary tournament, single-point crossover and bit flips; they replace all but the
+Each independent parameter is a binary number of `bits_per_variable` digits over its box. A generation draws
+`selection_ratio` times the population as offspring, by binary tournament, single-point crossover and bit flips; they replace all but the
 best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the settings; the tournament,
 the single point and the plain binary code are our reading. The operators are textbook ones
 (Goldberg 1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
@@ -57,7 +57,7 @@ def search(problem: Problem, settings: Settings, seed: int, progress: Listener |
     offspring = max(1, round(settings.selection_ratio * settings.individuals))
     phase = Phase("ga", "generation", settings.generations, progress)
     problem.heard = phase.under_way
-    chromosomes = random.random((settings.individuals, len(problem.free) * length)) < 0.5
+    chromosomes = random.random((settings.individuals, len(problem.independent) * length)) < 0.5
     merits = _evaluate(problem, chromosomes, length)
     phase.reached(1, best=problem.least)
     for generation in range(2, settings.generations + 1):
@@ -90,16 +90,16 @@ def breed(random: np.random.Generator, chromosomes: Bits, merits: Array, count: 
 
 
 def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
-    """Return the merits (n,) of chromosomes (n, free * length)."""
+    """Return the merits (n,) of chromosomes (n, independent * length)."""
     return np.array([problem.merit(u) for u in decode(problem, chromosomes, length)])
 
 
 def decode(problem: Problem, bits: Bits, length: int) -> list[Array]:
-    """Points u (p,) of chromosomes (n, free * length): each gene a binary number, its highest digit first.
+    """Points u (p,) of chromosomes (n, independent * length): each gene a binary number, its highest digit first.
 
     They are taken onto the equations, if there are any, which no binary number would meet.
     """
-    genes = bits.astype(float).reshape(len(bits), len(problem.free), length)
+    genes = bits.astype(float).reshape(len(bits), len(problem.independent), length)
     values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
     return [problem.onto(problem.within(v)) for v in values]
 

@@ -13,7 +13,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.optimise import ipopt
 from planter.optimise.conditions import Local
-from planter.optimise.descent import MOST_ITERATIONS, ROUNDS, VIOLATED
+from planter.optimise.descent import ROUNDS, VIOLATED
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.objective import Evaluation
 from planter.optimise.problem import Problem
@@ -91,7 +91,7 @@ def _capped(problem: Problem, start: Array, cap: float) -> Array | None:
     u, local = start, problem.local(start)
     for _ in range(ROUNDS):
         programme = Capped(problem, local, u, cap)
-        solution = ipopt.solve(programme, programme.start, MOST_ITERATIONS)
+        solution = ipopt.solve(programme, programme.start, problem.most_iterations)
         u = problem.box.inside(programme.point(solution.z))
         high, low = programme.limits(solution.z)
         if solution.converged and problem.evaluate(u).look.range <= cap + VIOLATED * programme.unit:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import copy
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import ClassVar, Self
 
 import numpy as np
 
+from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.box import Box
@@ -65,9 +69,17 @@ class Problem:
     history: list[tuple[int, float]] = field(default_factory=list)
     heard: Callable[[float | None], None] | None = None
 
-    def anew(self) -> Problem:
-        """The same, nothing met yet."""
-        return Problem(self.objective, self.box, self.constraints)
+    most_iterations: ClassVar[int] = 60
+    """Most iterations of each run of a descent."""
+
+    def anew(self) -> Self:
+        """Return the same problem, nothing met yet."""
+        fresh = copy.copy(self)
+        fresh.counts, fresh.best, fresh.history, fresh.heard = Counts(), None, [], None
+        return fresh
+
+    def restart(self) -> None:
+        """Forget all designs so far: what is evaluated next does not depend on them, to the last digit."""
 
     def absorb(self, counts: Counts, best: Best | None, history: Sequence[tuple[int, float]]) -> None:
         """Count as met here, after all else, what the same problem has met anew."""
@@ -98,10 +110,21 @@ class Problem:
         u[self.free] = free
         return u
 
+    @property
+    def independent(self) -> Integers:
+        """The free coordinates (i,) that starts and individuals choose; `complete` sets the others."""
+        return self.free
+
+    def complete(self, u: Array) -> Array:
+        """Return a point (p,) with the same independent coordinates, the others as good as they can be."""
+        return u
+
     def within(self, shares: Array) -> Array:
-        """The point u (p,) at shares (f,) of the way from the lower to the upper bounds of the free coordinates."""
-        bottom, top = self.box.bottom[self.free], self.box.top[self.free]
-        return self.point(bottom + shares * (top - bottom))
+        """Return the point (p,) at shares (i,) of the way from the lower to the upper independent bounds."""
+        chosen, u = self.independent, self.start.copy()
+        bottom, top = self.box.bottom[chosen], self.box.top[chosen]
+        u[chosen] = bottom + shares * (top - bottom)
+        return self.complete(u)
 
     @cached_property
     def equations(self) -> Constraints | None:
@@ -126,10 +149,12 @@ class Problem:
         return self.violation(u) <= KEPT
 
     def merit(self, u: Array) -> float:
-        """The objective, and one unit more for each step of the worst violation."""
-        return self.evaluate(u).objective + (
-            min(self.violation(u), MOST_STEPS) * self.scale if self.constraints else 0.0
-        )
+        """Return the objective, and one unit more for each step of the worst violation; inf without an objective."""
+        try:
+            objective = self.evaluate(u).objective
+        except ComputationError:
+            return math.inf
+        return objective + (min(self.violation(u), MOST_STEPS) * self.scale if self.constraints else 0.0)
 
     def evaluate(self, u: Array) -> Evaluation:
         """The objective at a point."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.optimise import certificate, flat
 from planter.optimise.certificate import ActiveBound, ActiveConstraint
@@ -81,14 +82,26 @@ class Candidates:
     history: dict[str, History]
 
 
+class NoFeasiblePointError(ComputationError):
+    """No method ended at a feasible point; `points` (p,) are where they ended."""
+
+    def __init__(self, points: Sequence[Array]) -> None:
+        super().__init__("no design was found that satisfies the constraints")
+        self.points = points
+
+
 def result(problem: Problem, method: str, seed: int, found: Candidates, seconds: float) -> Result:
     """The best of the points that were found, with its certificate.
 
     Of equal objectives the one with the least residual is taken, and of all that flat directions join to it the one
     nearest to the design to start from. Equations are kept to rounding. The evaluations needed here are not counted.
+    Raises NoFeasiblePointError if no point is feasible.
     """
     judged = problem.anew()
+    judged.restart()
     points = [judged.onto(u) for u in found.points if judged.kept(u)]
+    if not points:
+        raise NoFeasiblePointError(found.points)
     least = min(judged.evaluate(u).objective for u in points)
     ties = [u for u in points if judged.evaluate(u).objective == least]
     u = flat.nearest(judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point)))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.optimise.descent import MOST_ITERATIONS, Minimum, descend
+from planter.optimise.descent import Minimum, descend
 from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Best, Counts, Problem
 from planter.parallel.jobs import Jobs, run_in_order
@@ -24,13 +24,15 @@ AGREEING = 1e-6
 
 
 def points(problem: Problem, count: int, seed: int) -> list[Array]:
-    """Starting points u (p,): the design to start from first; the same seed and count give the same points."""
+    """Return starting points u (p,), that of the design first; the same seed and count give the same points."""
     from scipy.stats import qmc
 
+    problem.restart()
+    first = problem.complete(problem.start)
     if count < 2:
-        return [problem.start]
-    cube = qmc.LatinHypercube(len(problem.free), seed=np.random.default_rng(seed)).random(count - 1)
-    return [problem.start, *(problem.within(v) for v in cube)]
+        return [first]
+    cube = qmc.LatinHypercube(len(problem.independent), seed=np.random.default_rng(seed)).random(count - 1)
+    return [first, *(problem.within(v) for v in cube)]
 
 
 def nearer(problem: Problem, start: Array) -> Array:
@@ -43,65 +45,83 @@ def nearer(problem: Problem, start: Array) -> Array:
 
 @dataclass(frozen=True)
 class Descent:
-    """Where a descent ended on a problem, or the error that it ended by, with all that the problem met on the way."""
+    """The minimum or the error by which a descent ended on a problem, with all that the problem met on the way."""
 
-    minimum: Minimum | None
-    error: ComputationError | None
+    end: Minimum | ComputationError
     counts: Counts
     best: Best | None
     history: list[tuple[int, float]]
 
-    def join(self, problem: Problem) -> Minimum:
-        """Return the minimum, all that was met counted as met by a problem. Raises the error if there is one."""
+    def join(self, problem: Problem) -> Minimum | ComputationError:
+        """Return the end, all that was met counted as met by a problem."""
         problem.absorb(self.counts, self.best, self.history)
-        if self.minimum is None:
-            raise self.error or ComputationError("this start leads nowhere")
-        return self.minimum
+        return self.end
 
 
-def run_descent(
-    problem: Problem, find_start: Callable[[], Array], most_iterations: int = MOST_ITERATIONS
-) -> Descent:  # fmt: skip
+def run_descent(problem: Problem, start: Array) -> Descent:
     """Return the descent on a problem anew from a start (p,): the job of a worker."""
-    problem, minimum, reason = problem.anew(), None, None
+    problem = problem.anew()
+    return Descent(_attempt(problem, start), problem.counts, problem.best, problem.history)
+
+
+def _attempt(problem: Problem, start: Array) -> Minimum | ComputationError:
+    """Return the minimum reached from a start, or why none is; neither depends on the descents before."""
+    problem.restart()
     try:
-        minimum = descend(problem, nearer(problem, find_start()), most_iterations)
+        return descend(problem, nearer(problem, start))
     except ComputationError as error:
-        reason = error
-    return Descent(minimum, reason, problem.counts, problem.best, problem.history)
+        return error
 
 
 def descents(
     problem: Problem, count: int, seed: int, progress: Listener | None = None, task: Task | None = None,
     means: Means = HERE, under_way: Jobs | None = None,
 ) -> Iterator[Minimum]:  # fmt: skip
-    """The local minima from so many points of the box, one after another as they are found.
-
-    A start that breaks constraints is first taken to where they are violated least. Workers run the descents of a task,
-    whose jobs are points (p,), as `run_in_order`; or they are `under_way`.
-    """
+    """Yield the local minima from `count` points of the box, as `find_minima` those of given points."""
     phase = Phase("ipopt", "start", count, progress)
+    return find_minima(
+        problem, points(problem, count, seed) if under_way is None else (), phase, task, means, under_way
+    )
+
+
+def find_minima(
+    problem: Problem, starts: Sequence[Array], phase: Phase, task: Task | None = None, means: Means = HERE,
+    under_way: Jobs | None = None,
+) -> Iterator[Minimum]:  # fmt: skip
+    """Yield the local minima from points u (p,), in their order, as they are reached.
+
+    A start that breaks constraints is first taken to where they are violated least; one that leads nowhere is left out.
+    Workers run the descents of a task, whose jobs are points, as `run_in_order`; or they are `under_way`. Raises
+    ComputationError if no start leads anywhere.
+    """
     problem.heard = phase.under_way
+    minima, error = 0, None
 
-    def run_here(start: Array) -> Minimum:
-        return descend(problem, nearer(problem, start))
-
-    def join(descent: Descent) -> Minimum:
+    def join(descent: Descent) -> Minimum | ComputationError:
         return descent.join(problem)
 
     def wait() -> None:
         phase.under_way(problem.least)
 
+    ends: Iterator[Minimum | ComputationError]
     if under_way is None:
-        minima = run_in_order(task, points(problem, count, seed), means, run_here, join, wait)
+        ends = run_in_order(task, starts, means, lambda start: _attempt(problem, start), join, wait)
     else:
-        minima = map(join, under_way.in_order(wait))
-    for done, minimum in enumerate(minima, 1):
-        yield minimum
+        ends = map(join, under_way.in_order(wait))
+    for done, end in enumerate(ends, 1):
+        if isinstance(end, ComputationError):
+            error = end
+        else:
+            minima += 1
+            yield end
         phase.reached(done, best=problem.least)
+    if error is not None and not minima:
+        raise ComputationError(f"no start leads anywhere: {error.message}")
 
 
-def descents_from(problem: Problem, starts: Sequence[Array], most_iterations: int = MOST_ITERATIONS) -> list[Minimum]:
+def descents_from(
+    problem: Problem, starts: Sequence[Array], most_iterations: int | None = None
+) -> list[Minimum]:  # fmt: skip
     """The local minima from points u (p,) as they are; starts that are one point descend as one."""
     found: list[Minimum] = []
     for start in starts:

@@ -68,14 +68,14 @@ class Jobs:
                 self._collect(POLL_S)
                 if waiting is not None:
                     waiting()
-            yield self._kept[self._taken].result
-            del self._kept[self._taken]
+            answer = self._kept.pop(self._taken)
             self._taken += 1
+            yield answer.result
 
-    def results(self, first: int = 0) -> list[Any]:
-        """Return the results so far of the jobs from `first` on that `in_order` has not passed yet, in their order."""
+    def results(self) -> list[Any]:
+        """Return the results so far of the jobs that `in_order` has not passed yet, in their order."""
         self._collect(0)
-        answers = (self._kept[number] for number in sorted(self._kept) if number >= first)
+        answers = (self._kept[number] for number in sorted(self._kept))
         return [answer.result for answer in answers if not answer.is_error]
 
     def _collect(self, seconds: float) -> None:

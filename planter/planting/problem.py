@@ -47,8 +47,7 @@ def kept(task: Problem, required: Required | None, seed: int, lengths: Lengths |
 
 def beside_design(task: Problem, x: Array) -> Minimum:
     """The local minimum beside a design x (p,)."""
-    box = task.box
-    return descend(task, nearer(task, box.inside((x - box.origin) / box.unit)))
+    return descend(task, nearer(task, task.box.point(x)))
 
 
 def build_task(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Task:
@@ -67,4 +66,4 @@ def prepare_descents(
         device.compile(sampling == "refined")
     lengths = None if wanted is None else Lengths(device, wanted)
     task = problem(device, sampling, Required.of(device), lengths)
-    return lambda start: run_descent(task, lambda: start)
+    return lambda start: run_descent(task, start)

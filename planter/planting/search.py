@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +17,7 @@ from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Best, Problem
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
-from planter.optimise.starts import DEFAULT_STARTS, points
-from planter.parallel.jobs import Jobs
+from planter.optimise.starts import DEFAULT_STARTS
 from planter.parallel.task import HERE, Means, count_cores
 from planter.planting.model import Device
 from planter.planting.problem import beside_design, build_task, kept, problem
@@ -118,20 +116,18 @@ def run(
     required = Required.of(device)
     task = problem(device, samples, required, lengths)
     descents = build_task(device, samples, lengths)
-    search = Search(task, device.machine.genetic_algorithm, seed, count, task=descents, means=means)
-    early = _choose_early_means(device, method, means)
-    begins = points(task, count, seed) if early else []
-    with Jobs(descents, begins, early) if early else nullcontext() as under_way:
-        best_so_far = _Keeper(device, task, method, samples, lambda: search.best(under_way), keep)
-        search.progress = _both(progress, best_so_far)
-        try:
-            known = [] if task.constraints is None else [kept(task, required, seed, lengths)]
-            known += [beside_design(task, x).u for x in near]
-            return _optimum(device, required, lengths, samples, search.run(method, under_way, known))
-        except KeyboardInterrupt:
-            best = search.so_far(method, under_way)
-            optimum = None if best is None else _optimum(device, required, lengths, samples, best)
-            raise Interrupted(optimum, device.scale) from None
+    early = _choose_early_means(device, means)
+    search = Search(task, device.machine.genetic_algorithm, seed, count, task=descents, means=means, early=early)
+    best_so_far = _Keeper(device, task, method, samples, search.best, keep)
+    search.progress = _both(progress, best_so_far)
+    try:
+        known = [] if task.constraints is None else [kept(task, required, seed, lengths)]
+        known += [beside_design(task, x).u for x in near]
+        return _optimum(device, required, lengths, samples, search.run(method, known))
+    except KeyboardInterrupt:
+        best = search.so_far(method)
+        optimum = None if best is None else _optimum(device, required, lengths, samples, best)
+        raise Interrupted(optimum, device.scale) from None
 
 
 class _Keeper:
@@ -187,10 +183,8 @@ def _optimum(
     )  # fmt: skip
 
 
-def _choose_early_means(device: Device, method: Method, means: Means) -> Means | None:
+def _choose_early_means(device: Device, means: Means) -> Means | None:
     """Return what runs the starts while the genetic algorithm runs here; None if they come after it."""
-    if method != "hybrid":
-        return None
     if means == HERE:
         spare = count_cores() - 1
         return None if spare < 1 or device.force.response.slopes_kernel.way == "lanes" else Means(spare)

@@ -11,7 +11,7 @@ from derive.__main__ import main as derive
 from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
-from planter.engine.search import Programme, SearchSpec
+from planter.engine.search import GoalProblem, SearchSpec
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
@@ -23,6 +23,7 @@ from planter.planting.file import Machine as PlantingFile
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from planter.records import schema
+from tests.planter.optimise.test_smooth import SHORT
 from tests.support.cli import answer, refusal
 
 STATEMENT = '''
@@ -65,15 +66,15 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     """Loops are closed near where they were before, which must not reach from one descent of a worker into the next."""
     machine = build_machine(load(file))
     goal = Goal(machine, [resolve_measure(machine, term) for term in parse_sum("mean s")], [], 36, with_events=False)
-    programme, first, second = Programme(goal), np.array([0.031, 0.13, -0.01]), np.array([0.055, 0.19, 0.012])
+    problem, first, second = GoalProblem(goal), np.array([0.031, 0.13, -0.01]), np.array([0.055, 0.19, 0.012])
     (nodes,) = goal.nodes.values()
 
     def close(x: np.ndarray) -> bytes:
         return nodes.response.coordinates(machine.data_at(x), nodes.angles).tobytes()
 
-    programme.begin(second)
+    problem.restart()
     alone, _, after = close(second), close(first), close(second)
-    programme.begin(second)
+    problem.restart()
     assert after != alone == close(second)
 
 
@@ -200,6 +201,14 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
     assert found["hybrid"].result.objective == pytest.approx(best, rel=1e-9)
     assert best <= found["ga"].result.objective < 1.2 * best
     assert found["ga"].result.holds[0].met
+
+
+def test_number_of_workers_changes_no_bit(file: Path) -> None:
+    """The loops of an optimum are closed from where the search was before, wherever its descents ran."""
+    machine, spec = build_machine(load(file)), SearchSpec(starts=3, method="hybrid", genetic=SHORT)
+    one, two = (optimise(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n)) for n in (1, 2))
+    assert one.x.tobytes() == two.x.tobytes()
+    assert (one.result.certificate, one.result.evaluations) == (two.result.certificate, two.result.evaluations)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.optimise import hybrid
+from planter.optimise.descent import descend
 from planter.parallel.task import HERE, Means
 from planter.planting import search
 from planter.planting.search import Interrupted
@@ -130,7 +131,7 @@ def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
 
     monkeypatch.setattr(toys.planting(), "hessian", stop)
     with pytest.raises(KeyboardInterrupt):
-        hybrid.descend(problem, problem.start)
+        descend(problem, problem.start)
     assert len(calls) == 3
     assert problem.best.objective <= problem.reference.objective
 

@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from planter.errors import ComputationError
+from planter.kernels import Array
 from planter.optimise.box import Box
 from planter.optimise.certificate import active_bounds, active_constraints, best_multipliers, check, kkt_residual
 from planter.optimise.constraints import Named
@@ -158,3 +160,29 @@ def test_without_constraints_the_inside_needs_no_multipliers() -> None:
     assert found.settled
     assert found.stationary
     assert kkt_residual(problem, found.u + 1e-4) > STATIONARY
+
+
+class Partial(Expression):
+    """A function without values where its first parameter is below a limit."""
+
+    limit = -np.inf
+
+    def value(self, x: Array) -> float:
+        if x[0] < self.limit:
+            raise ComputationError("there is no value here")
+        return super().value(x)
+
+
+def test_starts_that_lead_nowhere_are_left_out() -> None:
+    x = ca.SX.sym("x", 2)
+    function = Partial(x, (x[0] - 0.7) ** 2 + x[1] ** 2 + 1)
+    problem = Problem(Smooth(function, 2), Box.shares(("a", "b"), -np.ones(2), np.ones(2), np.full(2, 0.5)))
+    assert len(list(descents(problem, 6, seed=3))) == 6
+    function.limit = 0.0
+    minima = list(descents(problem, 6, seed=3))
+    assert 0 < len(minima) < 6
+    assert [minimum.objective for minimum in minima] == pytest.approx([1.0] * len(minima), abs=1e-9)
+    assert np.isinf(problem.merit(np.zeros(2)))
+    function.limit = 2.0
+    with pytest.raises(ComputationError, match="no start leads anywhere: there is no value here"):
+        list(descents(problem.anew(), 2, seed=3))
