@@ -1,9 +1,9 @@
 """The genetic algorithm: a binary code, tournaments, single-point crossover, bit flips and elitist reinsertion.
 
 Each independent parameter is a binary number of `bits_per_variable` digits over its box. A generation draws
-`selection_ratio` times the population as offspring, by binary tournament, single-point crossover and bit flips; they replace all but the
-best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the settings; the tournament,
-the single point and the plain binary code are our reading. The operators are textbook ones
+`selection_ratio` times the population as offspring, by binary tournament, single-point crossover and bit flips; they
+replace all but the best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the
+settings; the tournament, the single point and the plain binary code are our reading. The operators are textbook ones
 (Goldberg 1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
 """
 
