@@ -61,10 +61,11 @@ check-generated: $(VENV)/.complete  ## derive again into a temporary folder, com
 bench: $(VENV)/.bench  ## time every way to evaluate a turn, write bench.json and the tables to out/
 	$(BIN)/planter bench --out $(OUT)
 
-lint: $(VENV)/.complete  ## format check, lint, types
+lint: $(VENV)/.complete  ## format check, lint, types, names
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
+	$(BIN)/python -m tests.support.names
 
 test-page: $(VENV)/.docs  ## the page without a server: what it computes, and in a browser
 	$(BIN)/python -m pytest -n 0 tests/planter/kernels/programs tests/planter/studio/static

@@ -1,0 +1,197 @@
+"""`python -m tests.support.names` compares the names of the code with the committed totals, which may only fall.
+
+`--write` lowers the totals to those of today, and `--list CHECK` prints the findings of one check. The checks are
+
+* vague: variables, parameters, attributes, functions and imports that are named by a word of `VAGUE` alone;
+* one_word: public functions of a module that are one word, which says nothing once it is imported;
+* duplicate: public classes whose name another class of `planter` or `derive` has;
+* undocumented: public classes, functions and methods without a docstring;
+* fragment: docstrings that begin with a preposition or a pronoun, so that they need the name to be understood.
+
+Tests count for the first check alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import gc
+import json
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.support.house import FOUNDATION, ROOT
+
+PACKAGES = ("planter", "derive", "tests")
+TOTALS = Path(__file__).with_suffix(".json")
+CHECKS = ("vague", "one_word", "duplicate", "undocumented", "fragment")
+VAGUE = re.compile(
+    r"_*(along|apart|around|asked|beside|drawn|every|found|given|held|here|kept|known|least|made|mine|most|near|of|one|others"
+    r"|own|said|several|shown|there|told|tried|two|under|wanted|what|which|whole|within)_*"
+)
+"""Words that say what happened to a value, or point at it, and not what it is."""
+FRAGMENT = re.compile(r"(Of|As|Where|What|Whose|Which|With|Without|From|In|At|On|By|For|The same|Those|It|They|That)\b")
+UNSEEN = {"property", "cached_property", "overload", "override", "setter"}
+"""Decorators of functions that need neither a verb nor a docstring of their own."""
+
+Totals = Mapping[str, Mapping[str, int]]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A name or docstring that a check counts: the check, the package, the place as `path:line`, and the name."""
+
+    check: str
+    package: str
+    place: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Source:
+    """A module's path below the project, and its syntax tree."""
+
+    path: str
+    tree: ast.Module
+
+    @property
+    def package(self) -> str:
+        """Package below `planter` or `derive`; the tests are one."""
+        parts = self.path.split("/")
+        if parts[0] == "tests":
+            return "tests"
+        return f"{parts[0]}.{parts[1] if len(parts) > 2 else FOUNDATION}"
+
+    def finding(self, check: str, line: int, name: str) -> Finding:
+        """Return the finding of a check at a line."""
+        return Finding(check, self.package, f"{self.path}:{line}", name)
+
+
+def read_sources(root: Path = ROOT, packages: Iterable[str] = PACKAGES) -> Iterator[Source]:
+    """Yield all modules of packages below a folder, in the order of their paths."""
+    for package in packages:
+        for path in sorted((root / package).rglob("*.py")):
+            yield Source(path.relative_to(root).as_posix(), ast.parse(path.read_text(encoding="utf-8")))
+
+
+def find_names(sources: Iterable[Source]) -> Iterator[Finding]:
+    """Yield the findings of all checks."""
+    classes: dict[str, list[Finding]] = {}
+    for source in sources:
+        yield from _find_vague(source)
+        if source.package == "tests":
+            continue
+        yield from _find_in_definitions(source, source.tree, is_module=True)
+        for node in source.tree.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                classes.setdefault(node.name, []).append(source.finding("duplicate", node.lineno, node.name))
+    for same in classes.values():
+        if len(same) > 1:
+            yield from same
+
+
+def _find_vague(source: Source) -> Iterator[Finding]:
+    for node in ast.walk(source.tree):
+        for name in _bound_names(node):
+            if VAGUE.fullmatch(name):
+                yield source.finding("vague", getattr(node, "lineno", 1), name)
+
+
+def _bound_names(node: ast.AST) -> Iterator[str]:
+    """Yield the names that a node binds."""
+    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        yield node.id
+    elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+        yield node.attr
+    elif isinstance(node, ast.arg):
+        yield node.arg
+    elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        yield node.name
+    elif isinstance(node, ast.ExceptHandler | ast.MatchAs | ast.MatchStar):
+        yield node.name or ""
+    elif isinstance(node, ast.MatchMapping) and node.rest is not None:
+        yield node.rest
+    elif isinstance(node, ast.alias) and node.asname is not None:
+        yield node.asname
+
+
+def _find_in_definitions(source: Source, parent: ast.Module | ast.ClassDef, is_module: bool) -> Iterator[Finding]:
+    for node in parent.body:
+        if not isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) or node.name.startswith("_"):
+            continue
+        docstring = ast.get_docstring(node)
+        if docstring is not None and FRAGMENT.match(docstring):
+            yield source.finding("fragment", node.lineno, node.name)
+        if isinstance(node, ast.ClassDef):
+            yield from _find_in_definitions(source, node, is_module=False)
+        elif UNSEEN & set(map(_decorator_name, node.decorator_list)):
+            continue
+        elif is_module and "_" not in node.name and node.name != "main":
+            yield source.finding("one_word", node.lineno, node.name)
+        if docstring is None:
+            yield source.finding("undocumented", node.lineno, node.name)
+
+
+def _decorator_name(node: ast.expr) -> str:
+    function = node.func if isinstance(node, ast.Call) else node
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
+def count_findings(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
+    """Return how many findings every package has of every check."""
+    counts = Counter((finding.package, finding.check) for finding in findings)
+    return {
+        package: {check: counts[package, check] for check in CHECKS if counts[package, check]}
+        for package in sorted({package for package, _ in counts})
+    }
+
+
+def find_rises(before: Totals, after: Totals) -> dict[str, tuple[int, int]]:
+    """Return the totals that have risen, as `package check`, with their values before and after."""
+    pairs = {
+        f"{package} {check}": (before.get(package, {}).get(check, 0), count)
+        for package, checks in after.items()
+        for check, count in checks.items()
+    }
+    return {place: pair for place, pair in pairs.items() if pair[1] > pair[0]}
+
+
+def find_repository_names() -> list[Finding]:
+    """Return the findings in this project, without collecting garbage, which takes 60 % of the time otherwise."""
+    gc.disable()
+    try:
+        return list(find_names(read_sources()))
+    finally:
+        gc.enable()
+
+
+def read_totals() -> dict[str, dict[str, int]]:
+    """Return the committed totals."""
+    return dict(json.loads(TOTALS.read_text(encoding="utf-8")))
+
+
+def main() -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m tests.support.names", description="names that may only fall")
+    parser.add_argument("--write", action="store_true", help="lower the committed totals")
+    parser.add_argument("--list", choices=CHECKS, help="print the findings of a check")
+    options = parser.parse_args()
+    findings = find_repository_names()
+    for finding in findings:
+        if finding.check == options.list:
+            print(f"{finding.place}: {finding.name}")
+    totals = count_findings(findings)
+    rises = find_rises(read_totals(), totals)
+    for place, (before, after) in rises.items():
+        print(f"{place}: {after} names, at most {before} are allowed; see --list {place.split()[1]}", file=sys.stderr)
+    if options.write and not rises:
+        TOTALS.write_text(json.dumps(totals, indent=1) + "\n", encoding="utf-8")
+    return int(bool(rises))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

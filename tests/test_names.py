@@ -1,0 +1,72 @@
+"""Names and docstrings: the committed totals of those that say too little may only fall."""
+
+import ast
+
+import pytest
+
+from tests.support.names import Source, count_findings, find_names, find_repository_names, find_rises, read_totals
+
+CLEAN = '''
+"""A module."""
+
+class Beam:
+    """A beam of constant section."""
+
+    def stiffness(self):
+        """Return the bending stiffness [N m2]."""
+
+def compute_deflection(load):
+    """Return the deflection [m] under a load [N]."""
+    return [value for value in load]
+'''
+
+
+def count(*texts: str, path: str = "planter/engine/module_{}.py") -> dict[str, dict[str, int]]:
+    """Totals of modules given as texts."""
+    return count_findings(find_names(Source(path.format(i), ast.parse(text)) for i, text in enumerate(texts)))
+
+
+def test_totals_do_not_rise() -> None:
+    rises = find_rises(read_totals(), count_findings(find_repository_names()))
+    assert not rises, "see python -m tests.support.names --list CHECK"
+
+
+def test_clean_module_has_no_findings() -> None:
+    assert count(CLEAN) == {}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "check"),
+    [
+        ("value for value in", "one for one in", "vague"),
+        ("(load)", "(given)", "vague"),
+        ("def stiffness", "def _of", "vague"),
+        ("return [", "import ast as found; return [", "vague"),
+        ("return [", "load.told = 1; return [", "vague"),
+        ("return [", "with open(load) as (a, held): pass\n    return [", "vague"),
+        ("return [", "try: pass\n    except ValueError as what: pass\n    return [", "vague"),
+        ("return [", "match load:\n        case [*others]: pass\n    return [", "vague"),
+        ("return [", "(whole := 1)\n    return [", "vague"),
+        ("compute_deflection", "compute", "one_word"),
+        ('"""A beam of constant section."""', "", "undocumented"),
+        ('"""Return the bending stiffness [N m2]."""', "pass", "undocumented"),
+        ("A beam of constant section.", "Of constant section.", "fragment"),
+    ],
+)
+def test_tampered_module_has_one_finding(before: str, after: str, check: str) -> None:
+    assert before in CLEAN
+    assert count(CLEAN.replace(before, after, 1)) == {"planter.engine": {check: 1}}
+
+
+def test_classes_of_one_name_are_counted_each() -> None:
+    assert count(CLEAN, CLEAN) == {"planter.engine": {"duplicate": 2}}
+    assert count(CLEAN, CLEAN, path="tests/module_{}.py") == {}
+
+
+def test_rise_in_one_package_is_not_paid_by_another() -> None:
+    before = {"planter.engine": {"vague": 2}, "planter.report": {"vague": 5}}
+    assert find_rises(before, {"planter.engine": {"vague": 3}, "planter.report": {"vague": 1}}) == {
+        "planter.engine vague": (2, 3)
+    }
+    assert find_rises(before, {"planter.new": {"one_word": 1}}) == {"planter.new one_word": (0, 1)}
+    assert not find_rises(before, before)
