@@ -1,4 +1,4 @@
-"""Planting-machine mechanisms, from the printed equation to the optimum.
+"""Simulate, check and optimise the mechanisms of planting machines: forces, gears, cams and motion.
 
 The numeric part: it reads machine files, evaluates the generated equations of motion and optimises designs. SI units
 and radians throughout, but in results: their attributes are the keys of the commands' JSON and end in their units.

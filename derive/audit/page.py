@@ -11,13 +11,13 @@ from .record import Record, summary
 SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
 """Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""
 LAW_DIGITS = 4
-HEAD = ("| equation | claims to be | legibility | verdict | it hangs on |", "|---|---|---|---|---|")
+HEAD = ("| equation | claims to be | legibility | verdict | depends on |", "|---|---|---|---|---|")
 SOURCE = (
-    "What is judged is the machine-read text of each paper. Pieces that could not be read were completed and are",
-    "named (`confirmed as rebuilt`); where the text is lost, the derivation stands alone (`reconstructed`). A finding",
-    "that one character decides may be an error of reading. Where a paper leaves open what a symbol means, every",
-    "admissible reading is tried. Equations that share a symbol are judged under one meaning of it: the joint reading",
-    "that is kindest to all of them together decides, and the verdicts under the others are listed with it.",
+    "The machine-read text of each paper was audited, not its page images. Gaps that were filled in are listed",
+    "(`confirmed as rebuilt`); where the text is lost, only the derivation is given (`reconstructed`). A finding that",
+    "depends on one character may be an error of reading. If a symbol is ambiguous, every admissible reading is tried.",
+    "Equations that share a symbol are judged under one meaning of it: the joint reading most favourable to all of",
+    "them decides, and the verdicts under the others are listed. One mistake in several equations counts once.",
 )
 
 

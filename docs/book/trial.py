@@ -13,9 +13,10 @@ TEXT = f"""\
 # Try a machine
 
 The planting device of Wang et al. (2017), computed by this page itself: move a slider, and mechanism, support force and
-torque follow; both models; *Improve* goes downhill from where you are, *Save file* gives a machine file that every
-command takes. `planter studio {MACHINE} --static page.html` writes such a page of any planting device, with its own
-families, masses and bounds, or of a mechanism of your own; `planter studio` has requirements, teeth and optima beside.
+torque follow; both models; *Improve* runs a local optimisation from the current design,
+*Save file* gives a machine file that every command takes. `planter studio {MACHINE} --static page.html`
+writes such a page of any planting device, with its own families, masses and bounds, or
+of a mechanism of your own; `planter studio` has requirements, teeth and optima too.
 """
 THERE = f"""
 <p><a href="../{MACHINE}.html">The page alone</a>; it is one file.</p>

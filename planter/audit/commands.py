@@ -31,19 +31,21 @@ def audit(
         str | None,
         typer.Argument(
             metavar="[PAPER|FILE]",
-            help="a Python file that puts a paper of your own on trial (it is run: hand in none that you mistrust), or "
+            help="a Python file that states a paper of your own (it is run: only use files you trust), or "
             "one of the papers, by its short name",
             show_default=False,
         ),
     ] = None,
     numbers: Annotated[Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)] = None,
     front: Annotated[
-        bool, typer.Option("--front", help="also what range and variance the derived model was found to give")
+        bool, typer.Option("--front", help="also list the ranges and variances that the derived model can give")
     ] = False,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Verdicts on the printed equations, laws and numbers of the papers, or of one of your own.
+    """Check the printed equations, laws and numbers of a paper.
+
+    Without a file these are the papers that the built-in machines come from.
 
     `planter audit slider_crank_paper.py --numbers slider_crank_numbers.toml --out trial` judges a paper of your own;
     the verdicts are also written to generated/ beside its file, with the functions that its numbers are computed by.
@@ -53,7 +55,7 @@ def audit(
     itself); unit = "N"; printed = "412.6", as text, for its digits are its precision. What else they may say: with =
     { omega_rpm = 600 }, values that it holds for; each = { phi = [0, 90] }, for a row of numbers, printed a list then
     and {phi} replaced in place and quantity; samples, if extremes and means are those of so many samples; until_s, of
-    a free motion; needs, inputs that nobody knows; reading. Before them [disclosed] holds values that the paper gives,
+    a free motion; needs, inputs that are unknown; reading. Before them [disclosed] holds values that the paper gives,
     [assumed] such that it does not give, both by the keys of generated/NAME.toml; every other value is that of the
     mechanism's table.
     """

@@ -26,11 +26,11 @@ TITLES = {
     "claims": "Statements",
     "numbers": "Numbers",
 }
-TRANSCRIBED = "Judged are the equations as they were transcribed, each against an independent derivation."
+TRANSCRIBED = "The equations were audited as transcribed, each against an independent derivation."
 SOURCE = (
-    "Judged is the machine-read text of each paper: pieces that cannot be read were completed and are named, and a "
-    "finding that one character decides may be an error of reading. Where a paper leaves open what a symbol means, "
-    "the verdict is that of the reading kindest to it."
+    "The machine-read text of each paper was audited, not its page images; gaps that were filled in are listed, and a "
+    "finding that depends on one character may be an error of reading. If a symbol is ambiguous, the reading most "
+    "favourable to the paper counts."
 )
 _ORDER = ("not reproduced", "not recomputable", "consistent", "reproduced")
 """Verdicts on numbers, the gravest first."""

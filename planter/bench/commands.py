@@ -20,17 +20,17 @@ def bench(
     quick: Annotated[bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")] = False,
     work: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help=f"only this work (repeatable): {', '.join(WORKS)}", show_default=False),
+        typer.Option(metavar="NAME", help=f"only this task (repeatable): {', '.join(WORKS)}", show_default=False),
     ] = None,
     way: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help=f"only this way (repeatable): {', '.join(WAYS)}", show_default=False),
     ] = None,
-    rounds: Annotated[int | None, typer.Option(help="repetitions of every work", show_default=False)] = None,
+    rounds: Annotated[int | None, typer.Option(help="repetitions of every task", show_default=False)] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The same work by every way to evaluate a turn, in one run, after all have agreed."""
+    """Time all ways to evaluate a cycle, once they agree."""
     console = Console(as_json)
     with console.outcome():
         from planter import bench

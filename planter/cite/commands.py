@@ -23,7 +23,7 @@ def cite(
     bibtex: Annotated[bool, typer.Option("--bibtex", help="entries for BibTeX instead of lines")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """The papers and methods behind a command's result, to be cited with it: `planter cite optimise --bibtex`"""
+    """List the works to cite for a command's result. For example: planter cite optimise --bibtex"""
     console = Console(as_json)
     with console.outcome():
         from planter.cite import references

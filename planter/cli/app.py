@@ -24,7 +24,7 @@ def common(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
     ] = False,
 ) -> None:
-    """Planting-machine mechanisms, from the printed equation to the optimum."""
+    """Simulate, check and optimise the mechanisms of planting machines: forces, gears, cams, motion."""
     if context.invoked_subcommand is None:
         print(context.get_help())
 

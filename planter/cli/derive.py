@@ -44,7 +44,7 @@ def derive(
     source: FileArgument, out: FolderOption = None, target: TargetOption = None, overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Derive a mechanism of your own and write its functions. FILE is run as Python: hand in none that you mistrust."""
+    """Derive the equations of your mechanism. FILE is run as Python: only use files you trust."""
     console = Console(as_json)
     with console.outcome():
         folder = derivation.derived(source, out, target or (), overwrite)

@@ -19,7 +19,7 @@ def example(
     name: Annotated[str | None, typer.Argument(help="a built-in machine or data file", show_default=False)] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the built-in machines and data files, or print one to start from."""
+    """List built-in machines and data files, or print one."""
     console = Console(as_json)
     with console.outcome():
         if name is None:

@@ -38,7 +38,7 @@ def show(
     topic: Annotated[str | None, typer.Argument(help="what to read about", show_default=False)] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List what there is to read about all commands, or print one page of it."""
+    """List the topics that concern all commands, or print one."""
     console = Console(as_json)
     with console.outcome():
         if topic is None:

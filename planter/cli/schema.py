@@ -21,7 +21,7 @@ def schema(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the commands whose results have a JSON schema, or print the schema of one."""
+    """List the commands with a JSON schema, or print one schema."""
     console = Console(as_json)
     with console.outcome():
         from planter.files import paths

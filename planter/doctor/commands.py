@@ -17,7 +17,7 @@ def doctor(
     build: Annotated[bool, typer.Option("--build", help="compile the functions of the built-in machine first")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """What this installation has, how fast functions are evaluated here, and what would make it faster."""
+    """Show what is installed, and what would make it faster."""
     console = Console(as_json)
     with console.outcome():
         from planter.doctor import examination, tables

@@ -32,7 +32,7 @@ def explain(
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Say what a symbol, a file's key, a result's key or a column means: unit, source, verdict, figures.
+    """Explain a symbol, a key or a column: meaning, unit, source.
 
     Of a machine, every symbol of its geometry; `--out` writes the drawings that they stand on, beside their tables:
     `planter explain wang2017 --out drawn`. Of your mechanism, every value with its bounds, every quantity, and the

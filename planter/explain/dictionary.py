@@ -42,8 +42,8 @@ def explained(name: str) -> Explained:
     found = [one for one in every() if name in (one.name, one.key)]
     if not found:
         near = paths.close(name, sorted({key for one in every() for key in (one.name, one.key) if key}))
-        hint = f"did you mean {' or '.join(near)}?" if near else "planter explain lists the names that are known"
-        raise InputError(f"NAME = {name} is not allowed: it is no symbol, key or column, {hint}")
+        hint = f"did you mean {' or '.join(near)}?" if near else "`planter explain` lists all names"
+        raise InputError(f"NAME = {name} is not a symbol, key or column: {hint}")
     return Explained(name, found)
 
 
@@ -56,8 +56,8 @@ def explain_in(room: str, key: str) -> Explained:
     meanings = [one for one in every_meaning if key in (one.name, one.key)]
     if not meanings:
         near = paths.close(key, sorted({name for one in every_meaning for name in (one.name, one.key) if name}))
-        hint = f"did you mean {' or '.join(near)}?" if near else "planter explain lists the names that are known"
-        raise InputError(f"KEY = {key} is not allowed: it is no symbol, key or column of {room}, {hint}")
+        hint = f"did you mean {' or '.join(near)}?" if near else "`planter explain` lists all names"
+        raise InputError(f"KEY = {key} is not a symbol, key or column of {room}: {hint}")
     return Explained(key, meanings)
 
 

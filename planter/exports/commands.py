@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planter.engine.machine import Machine
 
 export = typer.Typer(
-    help="A machine for other programs: source text, a unit for co-simulation, tables over time.\n\n"
+    help="Write a machine for other programs: C, CUDA, FMI, tables.\n\n"
     "MACHINE is a machine file, the file of a mechanism of your own that an angle drives, or a built-in machine. Its "
     "values with bounds are the design, the others the machine's data.\n\n"
     "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or as LaTeX.",
@@ -78,15 +78,16 @@ def _add_source_command(name: str, description: str) -> None:
 
 _add_source_command(
     "c",
-    """All motions and forces, the objective and its gradient in C99 that needs nothing else.
+    """Write motions, forces and the objective as C99.
 
-Closed loops are followed over a turn in the C text; a status says where they do not close. The objective is that of
-the file, over samples of a turn; without one there are the motions and forces alone.
+The text needs no library, and holds the gradient of the objective too. Closed loops are
+followed over a turn; a status says where they do not close. The objective is that of the file, over samples of a turn;
+without one there are only motions and forces.
 
 planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
 """,
 )
-_add_source_command("cuda", "The objective of many designs in CUDA C++: a thread for each design and angle.")
+_add_source_command("cuda", "Write the objective of many designs as CUDA C++.\n\nEach design and angle has a thread.")
 
 
 class Format(enum.StrEnum):
@@ -101,8 +102,8 @@ class Format(enum.StrEnum):
 def motion(
     machine: MachineArgument,
     out: FolderOption,
-    format_: Annotated[Format, typer.Option("--format", help="the program that is to read it")] = Format.csv,
-    turns: Annotated[int, typer.Option(help="how many turns of the drive")] = 1,
+    format_: Annotated[Format, typer.Option("--format", help="target program")] = Format.csv,
+    turns: Annotated[int, typer.Option(help="number of revolutions of the drive")] = 1,
     samples: Annotated[
         int | None, typer.Option(help="angles of a turn [default: the machine file's]", show_default=False)
     ] = None,
@@ -111,8 +112,9 @@ def motion(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """All motions and forces over time, for multibody programs and Simulink; dictionary.csv says units and meanings.
+    """Write motions and forces over time as tables.
 
+    They are for multibody programs and Simulink; dictionary.csv has units and meanings.
     adams: motion.cmd, which makes splines for AKISPL and CUBSPL (mm, N, N mm, deg, s). solidworks: a CSV file of time
     and value for each quantity, for motors and forces by data points. simulink: motion.mat for the block From File (SI,
     rad). csv: motion.csv.
@@ -150,9 +152,10 @@ def fmu(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """A unit for co-simulation by FMI: the drive's speed goes in, its angle, all motions and forces come out.
+    """Write a co-simulation unit (FMI).
 
-    The speed is prescribed: nothing acts back on it. Design and machine are tunable parameters. The unit holds its C
+    The drive's speed goes in; its angle, all motions and forces come out. The speed is an input; loads do not slow the
+    drive (one-way coupling). Design and machine data are tunable parameters. The unit holds its C
     sources, a library for Linux and, with planter[compiler] installed, one for Windows.
 
     planter export fmu wang2017 --out wang2017.fmu

@@ -40,7 +40,7 @@ def build_model(machine: Machine) -> Model:
         name=listings.build_name(machine),
         title=machine.name,
         meaning=f"{listings.build_headline(machine)}. The drive's speed is prescribed: motions and forces are those of "
-        "a constant speed of its value, and nothing acts back on it; over a step it is held. "
+        "a constant speed of its value, and loads do not change it; over a step it is constant. "
         f"Assumes: {'; '.join(machine.assumptions)}.",
         tool=f"planter {__version__}",
         variables=tuple(_list_variables(machine)),

@@ -37,12 +37,14 @@ from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOpti
 
 app = typer.Typer()
 
-HELP = """Teeth on the pitch curves of a machine, or of a curve in a file: their mesh solved, in files for a workshop.
+HELP = """Cut teeth on the pitch curves of a machine, or of a file.
+
+Their mesh is solved and checked, and they are written as files for a workshop.
 
 MACHINE is a planting device: both of its stages are cut; or a seedling pick-up: its sun and intermediate gear have
 teeth where the arm moves, and locking arcs where it dwells. --curve takes a CSV file with the columns polar_deg and
 radius_mm over a closed turn, or FILE:PREFIX for columns PREFIX_polar_deg and PREFIX_radius_mm, as `planter train`
-writes them; its mate is the conjugate, against which --mate is held.
+writes them; its mate is the conjugate, with which --mate is compared.
 
 Of a planting device it also says what friction of the teeth does: without, by the paper's convention, and against the
 sliding, with the work that is lost.

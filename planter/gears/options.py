@@ -55,19 +55,22 @@ ShiftOption = Annotated[
                  "the machine's, else 0]", show_default=False),
 ]  # fmt: skip
 TipRadiusOption = Annotated[
-    float, typer.Option(min=0.01, max=1, help="largest radius of the rack's round in modules; less reaches deeper")
+    float, typer.Option(min=0.01, max=1, help="tip radius of the rack in modules; a smaller one cuts a deeper root")
 ]
 BacklashOption = Annotated[
-    float, typer.Option("--backlash-mm", min=0, max=10, help="circumferential play, shared by both gears")
+    float, typer.Option("--backlash-mm", min=0, max=10, help="circumferential backlash, shared by both gears")
 ]
 CentreErrorOption = Annotated[
     float,
     typer.Option(
-        "--centre-error-mm", min=0, max=5, help="also lost motion and contact ratio with the axes so much farther apart"
+        "--centre-error-mm",
+        min=0,
+        max=5,
+        help="also report lost motion and contact ratio for axes farther apart by this",
     ),
 ]
-ProcessOption = Annotated[Process, typer.Option(help="what cuts the teeth: a hob cuts nothing hollow")]
-UndercutOption = Annotated[bool, typer.Option("--allow-undercut", help="let flanks be undercut")]
+ProcessOption = Annotated[Process, typer.Option(help="manufacturing process; a hob cannot cut concave pitch curves")]
+UndercutOption = Annotated[bool, typer.Option("--allow-undercut", help="allow undercut flanks")]
 ToleranceOption = Annotated[float, typer.Option("--tolerance-um", min=0.05, max=100, help="tolerance of the arcs")]
 BoreOption = Annotated[
     float | None, typer.Option("--bore-mm", min=0.5, max=1000, help="bore of every gear", show_default=False)

@@ -36,13 +36,16 @@ app = typer.Typer()
 def synthesise(
     poses: PosesArgument,
     carrier: CarrierOption = 1,
-    least_slope: Annotated[float, typer.Option(help="least slope of the monotone angle curve")] = 0.1,
-    largest_slope: Annotated[float, typer.Option(help="largest slope of the monotone angle curve")] = 10.0,
+    least_slope: Annotated[float, typer.Option(help="minimum slope of the monotone angle curve")] = 0.1,
+    largest_slope: Annotated[float, typer.Option(help="maximum slope of the monotone angle curve")] = 10.0,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Dyads, four-bar linkages and the angle curve of an arm that is to pass given poses."""
+    """Find linkages that carry an arm through given poses.
+
+    The result lists dyads, four-bar linkages and the angle curve of the arm.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.mapping import tables
@@ -68,16 +71,17 @@ def train(
     centre_distance_mm: Annotated[float, typer.Option(help="centre distance of both stages")] = 70.0,
     crank_mm: Annotated[float | None, typer.Option(help="length of the carrier", show_default=False)] = None,
     poses: Annotated[
-        str | None, typer.Option(help="poses to hold the path of the tip against", show_default=False)
+        str | None, typer.Option(help="poses to compare the path of the tip with", show_default=False)
     ] = None,
     carrier: CarrierOption = 1,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The two-stage non-circular gear train that turns an arm by a given angle curve.
+    """Find the gear train that turns an arm by an angle curve.
 
+    It has two stages of non-circular gears.
     The curve is one closed turn: over 360 deg of the carrier the arm's rotation against it falls by 360 deg, or rises,
-    and never stands still. Ratios that leave a small radius, pitch curves near a cusp and hollow ones are told.
+    and never stands still. The command warns about very small radii, near-cusps and concave pitch curves.
     """
     console = Console(as_json)
     with console.outcome():

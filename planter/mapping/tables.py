@@ -63,10 +63,10 @@ def _monotone(result: SynthesisFound) -> None:
         return
     carrier = f"carrier on dyad {result.carrier_dyad}"
     if found.possible:
-        print(f"{carrier}: one turn can pass all poses with the arm turning in one sense against the carrier\n")
+        print(f"{carrier}: a one-way rotation of the arm against the carrier passes all poses\n")
         return
-    places = ", ".join(f"by {r.deg:.5g} deg from pose {r.from_pose} to {r.to_pose}" for r in found.reversals)
-    print(f"{carrier}: no turn passes all poses without the arm turning back: {places}\n")
+    reversals = ", ".join(f"by {r.deg:.5g} deg between poses {r.from_pose} and {r.to_pose}" for r in found.reversals)
+    print(f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse {reversals}\n")
 
 
 def _curve(console: Console, title: str, found: NearestCurve | CurveOfPaths) -> None:

@@ -23,13 +23,14 @@ MechanismArgument = Annotated[
 def move(
     mechanism: MechanismArgument,
     until: Annotated[float, typer.Option(metavar="S", min=1e-9, help="end of the motion [s]")],
-    points: Annotated[int, typer.Option(min=2, max=100_000, help="instants that are told")] = 201,
+    points: Annotated[int, typer.Option(min=2, max=100_000, help="number of output times")] = 201,
     tolerance: Annotated[float, typer.Option(min=1e-13, max=1e-2, help="relative tolerance of the integrator")] = 1e-9,
     rest: Annotated[
-        bool, typer.Option("--rest", help="also a state of rest near the start, and its eigenvalues")
+        bool, typer.Option("--rest", help="also find an equilibrium near the start, and its eigenvalues")
     ] = False,
     least_squares: Annotated[
-        bool, typer.Option("--least-squares", help="also actions of joints that hold something twice, the least ones")
+        bool,
+        typer.Option("--least-squares", help="for over-constrained joints, also report minimum-norm reactions"),
     ] = False,
     stiff: Annotated[
         bool, typer.Option("--stiff", help="implicit steps (Radau IIA), for stiff springs and strong dampers")
@@ -38,7 +39,10 @@ def move(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The free motion of a mechanism of your own that no angle drives: from its start on, on its constraints."""
+    """Integrate the free motion of your mechanism.
+
+    No angle drives it; it starts from its initial state.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.mechanism import dynamics, file, motion, tables

@@ -45,7 +45,7 @@ MOVED = 1e-9
 class Run:
     """A motion: times (n,) [s], states (2k, n) and accelerations (k, n) in SI, results (n,) by name.
 
-    ``undetermined`` are actions of joints that hold something twice; results lack them unless they were asked for.
+    ``undetermined`` are reactions of over-constrained joints; results lack them unless they were asked for.
     """
 
     times: Array
@@ -218,7 +218,7 @@ class Dynamics:
         """The motion at times (n,) [s] that rise, from the first of them on, projected after each step.
 
         By DOP853, or by the implicit Radau IIA where springs and dampers are ``stiff``. With ``least`` actions of
-        joints that hold something twice are those of least squares. Raises ComputationError where the integrator gives
+        over-constrained joints are those of least squares. Raises ComputationError where the integrator gives
         up, and where the motion would need more than MOST_EVALUATIONS.
         """
         with threadpool_limits(1, "blas"):

@@ -144,7 +144,7 @@ class Motion(Record):
 
     `changed_start` has what starts elsewhere than stated: the nearest start, by inertia, that keeps the constraints.
     `dependent_constraints` follow from one another, `redundant_constraints` of them are too many;
-    `undetermined_actions` are of joints that hold something twice.
+    `undetermined_actions` are reactions of over-constrained joints.
     """
 
     machine: str

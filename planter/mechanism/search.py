@@ -32,7 +32,7 @@ HoldOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="LIMIT",
-        help='beside the limits in the file: a limit, such as "abs F_Ax <= 300 N" (repeatable)',
+        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" (repeatable)',
         show_default=False,
     ),
 ]
@@ -40,7 +40,7 @@ VaryOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="PATH=LOW:HIGH",
-        help="search in this value of the file between these ends, instead of in the values with bounds (repeatable)",
+        help="vary this value of the file within these bounds, instead of the values with bounds (repeatable)",
         show_default=False,
     ),
 ]

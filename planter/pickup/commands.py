@@ -33,8 +33,9 @@ def pickup(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """From the path of a needle, or a law, to the gears of a seedling pick-up, and what they do.
+    """Find the gears of a seedling pick-up from its needle path.
 
+    A law of motion may be given instead of a path.
     A path is closed, in mm from the sun's centre, which it leaves outside, in the order of a carrier that turns
     counter-clockwise; given alone it takes all else from yu2023. What cannot be gears is refused with the carrier angle
     and the place on the path. `ends = "smooth"` in [law] keeps the tip's velocity from jumping at the dwell.

@@ -6,7 +6,7 @@ FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks 
 """Formats of `planter export motion`, and in words."""
 EXPORTS = (
     Export("report", "page, figures and tables of the cycle", ("simulate",), modelled=True),
-    Export("optimum", "the same of the optimum, beside this design", ("optimise",), modelled=True),
+    Export("optimum", "report comparing this design with its optimum", ("optimise",), modelled=True),
     Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
     Export("cam", "the cam's contour (DXF) and what it bears", ("cam",),
            asks=(Asked("--roller-mm", "radius of the roller / mm", 6.0),)),

@@ -98,7 +98,7 @@ class Machine(Document):
     def _requirements_have_a_speed(self) -> Problems:
         speed = self.operation.forward_speed_m_s
         if self.requirements is not None and speed == 0:
-            yield refused("operation.forward_speed_m_s", speed, "[requirements] need a machine that travels")
+            yield refused("operation.forward_speed_m_s", speed, "[requirements] needs a value above 0, such as 0.667")
 
     @check
     def _gears_have_one_module(self) -> Problems:

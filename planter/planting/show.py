@@ -72,12 +72,11 @@ class Planting:
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The design that was found."""
         agreeing = answer.get("certificate")
-        starts = f", {agreeing['agreeing_starts']} of {agreeing['starts']} starts agree" if agreeing else ""
+        starts = f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)" if agreeing else ""
         values = {f"{DESIGN}{name}": value for name, value in answer["design"].items()}
         return Sought(
             values,
-            f"Optimum: objective {answer['start_objective']:.6g} to {answer['objective']:.6g}, true extremes and "
-            f"integrals{starts}.",
+            f"Optimised: objective {answer['start_objective']:.6g} -> {answer['objective']:.6g}{starts}.",
         )
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:

@@ -1,1 +1,1 @@
-"""The studio: a page on this machine where a hand on a slider changes a machine and everything follows at once."""
+"""The studio: an interactive page in the browser where drawing, curves and results follow sliders at once."""

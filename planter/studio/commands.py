@@ -1,4 +1,4 @@
-"""`planter studio`: the page on this machine."""
+"""`planter studio`: the interactive page in a browser."""
 
 from __future__ import annotations
 
@@ -22,19 +22,21 @@ def studio(
     machine: Annotated[
         str | None, typer.Argument(help="a machine's file, or the name of a built-in one", show_default=False)
     ] = None,
-    folder: Annotated[Path, typer.Option(help="folder whose files can be opened; none beyond it is read")] = Path(),
-    port: Annotated[int, typer.Option(min=0, max=65535, help="port on this machine; 0 takes a free one")] = 0,
+    folder: Annotated[Path, typer.Option(help="folder whose files can be opened; no others are read")] = Path(),
+    port: Annotated[int, typer.Option(min=0, max=65535, help="port on this computer; 0 takes a free one")] = 0,
     static: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="write the page to one HTML file that needs no server", show_default=False),
     ] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="open the page in the browser")] = True,
 ) -> None:
-    """A page on this machine: a hand on a slider changes a machine, and everything follows at once.
+    """Open an interactive page in your browser.
 
-    With --static the page is written to a file, which any browser opens and any host serves: it computes a planting
-    device, or a mechanism of one's own, by itself, in WebAssembly (planter[compiler] builds it). It has sliders, the
-    drawing, curves, results and a descent; requirements, teeth and optima are the studio's alone.
+    Move a slider, and drawing, curves and results update at once.
+
+    With --static the page is written to one file that runs on its own in any browser (WebAssembly), for planting
+    devices and your own mechanisms; writing it needs planter[compiler]. It has sliders, the drawing, curves, results
+    and a local optimisation, but no requirements, teeth or certified optima.
 
     planter studio wang2017 --static wang2017.html
     """

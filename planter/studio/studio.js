@@ -354,7 +354,7 @@ function search(running) {
 }
 
 function optimise() {
-  if (state.searching) { send({ ask: "cancel" }); say("The search was given up."); search(false); return; }
+  if (state.searching) { send({ ask: "cancel" }); say("The search was cancelled."); search(false); return; }
   search(true);
   say("Searching.");
   send({ ask: "optimise", values: state.values, model: state.model });
@@ -368,7 +368,7 @@ function optimum(message) {
   reflect();
   ask();
   const sentence = message.sentence ?? `Improved: objective ${digits(message.start_objective)} to ${digits(message.objective)}.`;
-  say(`${sentence} B is the design before.`);
+  say(`${sentence} Your previous design is kept as B.`);
   document.body.dataset.optimum = message.objective ?? message.sentence;
 }
 

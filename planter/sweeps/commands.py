@@ -14,7 +14,9 @@ from planter.terminal.options import ClusterOption, JsonOption, OutOption, Worke
 
 app = typer.Typer()
 
-HELP = """Evaluate a machine over ranges of its inputs: a table of rows, envelopes and maps.
+HELP = """Evaluate a machine over ranges of its inputs.
+
+The result has a table of rows, the envelope of every output, and maps.
 
 PLAN is a TOML file:
 
@@ -27,11 +29,11 @@ PLAN is a TOML file:
     speed_rpm = { from = 35, to = 45, steps = 11 }
     "mass.planet_kg" = [1.1, 1.2, 1.3]
 
-With the schemes sobol and latin, `points` and `seed` stand beside them and ranges have no steps. `[[map]]` tables
-with x, y, output choose the maps that are drawn. --list MACHINE tells all inputs and outputs.
+The schemes sobol and latin need `points`, and may have a `seed`; their ranges have no steps. `[[map]]` tables with
+x, y and output choose the maps that are drawn. --list MACHINE lists all inputs and outputs.
 
-Rows come in chunks of 10000. With --out they are kept as they come, and the same command goes on where it was
-ended; the bytes are the same for any number of workers. From 20000 rows on, processes share the work.
+Rows are computed in chunks of 10000. With --out finished chunks are saved: run the same command again to resume.
+Results are the same for any number of workers. From 20000 rows on, all cores are used.
 
 \b
     planter sweep docs/examples/sweep_speed.toml --out run
@@ -45,7 +47,7 @@ def sweep(
     plan: Annotated[Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)] = None,
     listed: Annotated[
         str | None,
-        typer.Option("--list", metavar="MACHINE", help="tell what of a machine can be varied", show_default=False),
+        typer.Option("--list", metavar="MACHINE", help="list the inputs and outputs of a machine", show_default=False),
     ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,

@@ -46,7 +46,7 @@ class Plan(Section):
     points: Annotated[Whole, Field(ge=1, le=MOST_ROWS)] | None = None
     seed: Annotated[Whole, Field(ge=0)] = 0
     outputs: list[Line] = Field(default_factory=list)
-    inputs: Annotated[dict[str, Annotated[Axis, BeforeValidator(axis)]], Field(min_length=1)]
+    inputs: dict[str, Annotated[Axis, BeforeValidator(axis)]]
     map: list[Map] = Field(default_factory=list)
 
     _folder: Path | None = PrivateAttr(default=None)
@@ -77,6 +77,13 @@ class Plan(Section):
         return found
 
     @check
+    def _something_is_varied(self) -> Problems:
+        if not self.inputs:
+            yield refused(
+                "inputs", {}, "name at least one input to vary, or use `planter simulate` for a single design"
+            )
+
+    @check
     def _scheme_has_its_numbers(self) -> Problems:
         if self.scheme == "grid":
             if self.points is not None:
@@ -95,7 +102,7 @@ class Plan(Section):
 
     @check
     def _there_are_not_too_many(self) -> Problems:
-        if self.scheme == "grid" and self.drawn.rows > MOST_ROWS:
+        if self.scheme == "grid" and self.inputs and self.drawn.rows > MOST_ROWS:
             yield refused("inputs", f"{self.drawn.rows} points", f"there must be at most {MOST_ROWS}")
 
     @property

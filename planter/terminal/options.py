@@ -40,7 +40,7 @@ SetOption = Annotated[
         "--set",
         metavar="NAME=VALUE",
         help="change a number for this call (repeatable). NAME is a key of the file, as `planter example` shows one: "
-        "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part where only one key ends so",
+        "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part if that is unique",
         show_default=False,
     ),
 ]
@@ -50,14 +50,16 @@ SpeedOption = Annotated[
 WorkersOption = Annotated[
     int | None,
     typer.Option(
-        min=1, max=1024, help="number of worker processes [default: one a core if that is faster]", show_default=False
+        min=1, max=1024, help="number of worker processes [default: one per core if that is faster]", show_default=False
     ),
 ]
 ClusterOption = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="a Dask scheduler whose workers do it (planter[cluster])", show_default=False),
+    typer.Option(
+        metavar="ADDRESS", help="Dask scheduler whose workers run the jobs (planter[cluster])", show_default=False
+    ),
 ]
-SeedOption = Annotated[int, typer.Option(min=0, help="seed of everything random")]
+SeedOption = Annotated[int, typer.Option(min=0, help="random seed")]
 
 
 def changes(texts: Sequence[str] | None, own: Mapping[str, float | None] | None = None) -> dict[str, float]:

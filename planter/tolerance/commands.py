@@ -23,11 +23,12 @@ from planter.terminal.options import (
 
 app = typer.Typer()
 
-HELP = """What a machine's tolerances do to its turn: bands, the inputs that matter, a robust design.
+HELP = """Compute how tolerances spread a machine's results.
 
-Machines are drawn from the tolerances (Monte Carlo); Sobol' indices say which input causes how much of an output's
-variance; first-order bands from exact gradients stand beside; the robust design has the least mean plus --sigmas
-standard deviations of the objective. Without --tolerances usual ones are assumed. FILE is TOML:
+The result has bands, the inputs that matter and a robust design. Machines are drawn from the tolerances (Monte Carlo).
+Sobol' indices give the share of an output's variance that each input causes. First-order bands from exact gradients
+are given for comparison. The robust design minimises mean + SIGMAS x standard deviation of the objective. Without
+--tolerances usual ones are assumed. FILE is TOML:
 
 \b
     [tolerances]
@@ -37,7 +38,7 @@ standard deviations of the objective. Without --tolerances usual ones are assume
     "deviation.*" = { plus_minus = 0.05 }             # centre distances
 
 Names are those of --set, or patterns; of several that fit the last counts. `planter sweep --list MACHINE` tells all
-inputs and outputs. With --out, turns are kept as they are found, and the same command goes on where it was ended.
+inputs and outputs. With --out finished work is saved: run the same command again to resume.
 
 \b
     planter tolerance wang2017 --out run
@@ -63,14 +64,16 @@ def tolerance(
     ] = None,
     choose: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=TEXT", help="an input that is no number, as model=printed", show_default=False),
+        typer.Option(
+            metavar="NAME=TEXT", help="set an input that is a text, such as model=printed", show_default=False
+        ),
     ] = None,
-    samples: Annotated[int, typer.Option(min=100, max=100_000_000, help="turns that are drawn")] = 100_000,
+    samples: Annotated[int, typer.Option(min=100, max=100_000_000, help="number of random machines")] = 100_000,
     indices: Annotated[
         int, typer.Option(min=0, max=2**20, help="points of the Sobol' indices, a power of 2; 0: none")
     ] = 2048,
-    robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also the robust design")] = True,
-    sigmas: Annotated[float, typer.Option(min=0, max=10, help="standard deviations beside the mean")] = 3,
+    robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also find the robust design")] = True,
+    sigmas: Annotated[float, typer.Option(min=0, max=10, help="standard deviations that are added to the mean")] = 3,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     seed: SeedOption = 0,

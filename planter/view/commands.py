@@ -26,7 +26,7 @@ def animate(
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """A machine as it moves, as a GIF. `planter animate wang2017 --seconds 3`"""
+    """Write a machine's motion as an animated GIF. For example: planter animate wang2017 --seconds 3"""
     console = Console(as_json)
     with console.outcome():
         from planter.view import animation

@@ -245,7 +245,7 @@ export class Drawing {
       return { model, at: (name) => known.get(name) };
     });
     this.over.parentElement.hidden = !records.length;
-    this.over.nextSibling.textContent = ` beside it ${records.map(({ model }) => model).join(", ")}`;
+    this.over.nextSibling.textContent = ` also show ${records.map(({ model }) => model).join(", ")}`;
     this.choose();
   }
 
@@ -333,7 +333,7 @@ export class Drawing {
     this.apart = make("input", { type: "checkbox", onchange: choose });
     this.over = make("input", { type: "checkbox", onchange: choose });
     const apart = make("label", {}, this.apart, " as deviation from the reference");
-    const over = make("label", { hidden: true }, this.over, " beside it other models");
+    const over = make("label", { hidden: true }, this.over, " also show other models");
     apart.hidden = this.motion.curves.every((curve) => curve.reference === null);
     this.curve.choose(0, false, false);
     return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, apart, over), this.curve.svg);

@@ -29,14 +29,17 @@ def engage(
         Mode, typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles")
     ] = Mode.modal,
     shape: Annotated[
-        str, typer.Option(metavar="NAME", help="how the shaft bends: the paper's, or one that is clamped: clamped-...")
+        str,
+        typer.Option(metavar="NAME", help="bending shape of the shaft: the paper's, or a clamped one (clamped-...)"),
     ] = "quarter-sine",
     set_: SetOption = None,
     speed_rpm: Annotated[float | None, typer.Option(help="change the input speed for this call")] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Loads while the clutch engages; by contact also its cut-off, and the dog clutch beside it (takes half a minute).
+    """Compute the loads while a clutch engages.
+
+    By contact also its cut-off, and a dog clutch for comparison; this takes half a minute.
 
     In contact, `sensitivity` follows the largest loads over a factor of 10 in each input that the paper does not
     disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.

@@ -22,16 +22,15 @@ def evaluate_field(
         NamesOption, typer.Option(metavar="NAME", help="this column is a response", show_default=False)
     ] = None,
     blank: Annotated[
-        NamesOption, typer.Option(metavar="NAME", help="this column belongs to the error", show_default=False)
+        NamesOption,
+        typer.Option(metavar="NAME", help="this column of the array has no factor (error)", show_default=False),
     ] = None,
-    ignore: Annotated[
-        NamesOption, typer.Option(metavar="NAME", help="this column plays no part", show_default=False)
-    ] = None,
+    ignore: Annotated[NamesOption, typer.Option(metavar="NAME", help="ignore this column", show_default=False)] = None,
     goal: Annotated[
         NamesOption,
         typer.Option(
             metavar="NAME=GOAL",
-            help="what is good of a response: larger, smaller, zero, or a number for a target value; one for each "
+            help="goal of a response: larger, smaller, zero, or a number for a target value; one for each "
             "response [default: zero, for the paper's own table alone]",
             show_default=False,
         ),
@@ -47,7 +46,9 @@ def evaluate_field(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Range analysis, analysis of variance, prediction and best levels of a field test; comparison of clutches.
+    """Evaluate a field test: effects, variance, best levels.
+
+    The result has range analysis, analysis of variance, predictions and comparisons of clutches.
 
     The header says what a column is: `run` counts the runs; `blank`, `empty` or `error` is a column of the array that
     no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a factor, whose levels are
@@ -88,7 +89,10 @@ def plan_field(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Plan a field test on an orthogonal array: a CSV to fill in, which `planter clutch field` reads back."""
+    """Plan a field test on an orthogonal array.
+
+    The plan is a CSV file to fill in, which `planter clutch field` reads back.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.clutch.field import plans

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-HELP = "The Reuleaux-pentagon clutch: shape, engagement, field test."
+HELP = "Compute the Reuleaux-pentagon clutch and its field test."
 clutch = typer.Typer(help=HELP, invoke_without_command=True, rich_markup_mode=None)
 app = typer.Typer()
 app.add_typer(clutch, name="clutch")

@@ -32,7 +32,10 @@ def geometry(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Polygon and hexagon, teeth, travel and linkage of a clutch, beside what its paper prints."""
+    """Compute polygon, hexagon, teeth and linkage of a clutch.
+
+    Numbers that its paper prints are listed for comparison.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.clutch import geometry as shape
@@ -52,14 +55,17 @@ def geometry(
 def design(
     source: ClutchArgument,
     shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats", show_default=False)] = None,
-    travel_mm: Annotated[float | None, typer.Option(help="wanted travel of the sleeve", show_default=False)] = None,
-    radius_mm: Annotated[float | None, typer.Option(help="room across the axis", show_default=False)] = None,
-    length_mm: Annotated[float | None, typer.Option(help="room along the axis", show_default=False)] = None,
+    travel_mm: Annotated[float | None, typer.Option(help="required travel of the sleeve", show_default=False)] = None,
+    radius_mm: Annotated[float | None, typer.Option(help="available space across the axis", show_default=False)] = None,
+    length_mm: Annotated[float | None, typer.Option(help="available space along the axis", show_default=False)] = None,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Size a clutch for a shaft, a space and a travel; check every inequality and say which one binds."""
+    """Size a clutch for a shaft, a space and a travel.
+
+    Every inequality is checked, and active ones are named.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.clutch import design as sizing
@@ -87,12 +93,15 @@ def design(
 def optimise(
     source: ClutchArgument,
     seed: SeedOption = 0,
-    starts: Annotated[int, typer.Option(min=1, max=1000, help="starts of IPOPT")] = 8,
+    starts: Annotated[int, typer.Option(min=1, max=1000, help="number of local searches")] = 8,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Axial angle, gear ratio and linkage of the smallest travel time that forces and space allow."""
+    """Minimise the travel time of a clutch.
+
+    Axial angle, gear ratio and linkage vary within what forces and space allow.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.clutch import optimise as search
@@ -115,7 +124,10 @@ def rotor(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """How any odd Reuleaux polygon turns in any regular polygon, in widths of the first."""
+    """Turn an odd Reuleaux polygon in a regular polygon.
+
+    Lengths are in widths of the Reuleaux polygon.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.clutch import tables

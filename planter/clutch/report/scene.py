@@ -45,7 +45,7 @@ def scene(rotor: Rotor, name: str) -> Scene:
             Point("a vertex", centroid[0] + rho * np.cos(rotations), centroid[1] + rho * np.sin(rotations), True),
             Point("the centroid", centroid[0], centroid[1], True),
         ),
-        curves=(Curve("room beyond its width that the body needs", "mm", 1e3 * (2 * apothem - rotor.width)),),
+        curves=(Curve("extra clearance needed", "mm", 1e3 * (2 * apothem - rotor.width)),),
         events=[Event(f"vertex {k + 1} where the first began", 360 * k / rotor.vertices)
                 for k in range(1, rotor.vertices)],
         shares=rotations / TURN,

@@ -55,8 +55,8 @@ def turning(rotor: Rotor) -> Figure:
     needed = 1e3 * (2 * np.array([rotor.tightest(r)[0] for r in rotations]) / rotor.width - 1)
     right.plot(np.degrees(rotations), needed, color=style.BLUE)
     right.set_xlabel("rotation of the polygon / deg")
-    right.set_ylabel("room beyond R that a rotation needs, R/1000")
-    right.set_title("zero at all angles would be a rotor")
+    right.set_ylabel("extra clearance needed / (R/1000)")
+    right.set_title("clearance error of the polygon (0 = perfect rotor)")
     return figure
 
 

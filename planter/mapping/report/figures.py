@@ -138,10 +138,10 @@ def angle_curve(found: Synthesis) -> Figure:
             bottom.plot(np.degrees(DENSE), curve.slopes(DENSE)[0], color=shade, linestyle=dashes)
     if found.carrier is not None and found.exact is not None:
         _exact_poses(top, found.exact, found.carrier, found.poses, start)
-    top.set_ylabel("arm less carrier / deg")
+    top.set_ylabel("arm angle relative to carrier / deg")
     top.legend(frameon=False, loc="best")
     bottom.axhline(0, color=style.INK, linewidth=0.7)
-    bottom.set_ylabel("slope, falling / 1")
+    bottom.set_ylabel("-d(arm)/d(carrier)")
     style.over_a_turn(bottom)
     bottom.set_xlabel("carrier angle θ / deg")
     return figure

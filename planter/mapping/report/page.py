@@ -116,12 +116,13 @@ def _curves(result: SynthesisFound) -> Iterator[Block]:
         return
     carrier = f"Carrier on dyad {result.carrier_dyad}"
     if found.possible:
-        yield Text(f"{carrier}: one turn can pass all poses with the arm turning in one sense against the carrier.")
+        yield Text(f"{carrier}: a one-way rotation of the arm against the carrier passes all poses.")
     else:
         yield Text(
-            f"{carrier}: no turn can pass all poses without the arm turning back against the carrier.", "warning"
+            f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse.",
+            "warning",
         )
-        yield Items([f"by {r.deg:.6g} deg from pose {r.from_pose} to pose {r.to_pose}"
+        yield Items([f"by {r.deg:.6g} deg between poses {r.from_pose} and {r.to_pose}"
                      for r in found.reversals])  # fmt: skip
     curves = (result.nearest, "Closest monotone curve"), (result.curve, "Curve through points of both paths")
     for curve, title in curves:

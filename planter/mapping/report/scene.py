@@ -84,7 +84,7 @@ def train(found: Training) -> Scene | None:
         bodies=(Body("sun", (_gear(sun, 0),), centre, start), Body("carrier", (bars,), centre, turned, parts),
                 *([] if found.poses is None else [_poses(found.poses)])),
         points=_tip(found, theta),
-        curves=(Curve("arm less carrier", "deg", relative),),
+        curves=(Curve("arm angle relative to carrier", "deg", relative),),
         shares=(theta - curve.carrier[0]) / (curve.carrier[-1] - curve.carrier[0]),
     )  # fmt: skip
 

@@ -43,7 +43,7 @@ def ratios(found: Training) -> Figure:
     top.plot(degrees, np.degrees(curve.at(theta)), color=style.BLUE)
     top.plot(np.degrees(curve.carrier), np.degrees(curve.relative), "o", color=style.PAPER,
              markeredgecolor=style.BLUE, markersize=4)  # fmt: skip
-    top.set_ylabel("arm less carrier / deg")
+    top.set_ylabel("arm angle relative to carrier / deg")
     for index, (name, label) in enumerate(named):
         bottom.plot(degrees, gears[name], color=style.PALETTE[index], label=label)
     bottom.axhline(1, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)

@@ -68,7 +68,9 @@ def calibrate(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:  # fmt: skip
-    """Estimate unknown inputs (masses, offsets ...) from a measured curve, or from the figures a paper reports.
+    """Estimate unknown inputs from a measured curve.
+
+    Inputs are masses, offsets and others. Without --data they are estimated from the figures that a paper reports.
 
     The 95 % intervals assume white noise; a warning says where neighbouring residuals are correlated. phase_deg shifts
     the angle: measured(phi) = computed(phi + phase); with bounds of a full period, as phase_deg=0:360, any is tried.

@@ -40,9 +40,11 @@ BoreOption = Annotated[
     float | None, typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False)
 ]
 WidthOption = Annotated[
-    float, typer.Option(min=0.1, max=1000, help="width of the rim or disc, and least height of a rim")
+    float, typer.Option(min=0.1, max=1000, help="width of the rim or disc, and minimum height of a rim")
 ]
-ToleranceOption = Annotated[float, typer.Option(min=0.01, max=100, help="how far arcs stray from the contour at most")]
+ToleranceOption = Annotated[
+    float, typer.Option(min=0.01, max=100, help="maximum deviation of the arcs from the contour")
+]
 EPILOG = (
     "For example: planter cam wang2017 --roller-mm 6 --step --out cam; "
     "planter cam cam_follower --roller-mm 8 --bore-mm 12 --out cam"
@@ -66,7 +68,9 @@ def cam(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The cam as a part: contour for a roller, pressure angle, room to undercut, speed of lift-off; DXF, CSV, STEP.
+    """Design the cam as a part, for a roller.
+
+    The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF, CSV and STEP.
 
     Of a planting device it is the end-face cam, unrolled and in space; of a mechanism of your own the disc that turns
     with its angle.

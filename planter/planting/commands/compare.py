@@ -33,9 +33,9 @@ def _families() -> Iterable[str]:
 @writes("summary.json", "devices.csv", "report.html", figures=("comparison",))
 def compare(
     machine: DeviceArgument,
-    starts: Annotated[int, typer.Option(min=1, help="starts of each pair")] = 3,
-    seed: Annotated[int, typer.Option(min=0, help="seed of everything random")] = 0,
-    resume: Annotated[bool, typer.Option("--resume", help="go on with what is in the folder of --out")] = False,
+    starts: Annotated[int, typer.Option(min=1, help="local searches for each pair")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="random seed")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="continue with the results in the folder of --out")] = False,
     pair: Annotated[
         list[str] | None,
         typer.Option(metavar="FAMILY+FAMILY", help="only this pair (repeatable), of families", show_default=False),
@@ -47,7 +47,10 @@ def compare(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Optimise every pair of gear families in the same wide box under the machine's requirements, and rank them."""
+    """Optimise every pair of gear families and rank them.
+
+    All have the same wide bounds and the machine's requirements.
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.planting.compare import run, tables

@@ -49,10 +49,11 @@ class Method(enum.StrEnum):
 
 app = typer.Typer()
 
-OPTIMISE = """Optimise the design within the machine file's bounds, and say how sure the optimum is.
+OPTIMISE = """Optimise the design within the bounds of its file.
 
---module asks for whole teeth of a standard module on both stages: the pitch curves then have the lengths pi m z, so
-that `planter gears` makes them without scaling; --teeth says how many, else the best near the free optimum are found.
+A certificate gives the evidence that the design is optimal. With --module both stages get integer tooth numbers of a
+standard module: the pitch curves then have the lengths pi m z, so that `planter gears` cuts them without scaling.
+--teeth sets the tooth numbers; without it the best ones near the free optimum are searched for.
 
 \b
     planter optimise wang2017
@@ -70,7 +71,7 @@ def simulate(
         list[float] | None, typer.Option(metavar="DEG", help="also report at this drive angle", show_default=False)
     ] = None,
     lift: Annotated[
-        bool, typer.Option("--lift", help="lift assumptions one by one, and say what each does (exact model)")
+        bool, typer.Option("--lift", help="relax assumptions one by one and report the effect of each (exact model)")
     ] = False,
     module_mm: Annotated[float, typer.Option(min=0.1, max=20, help="module of the teeth that --lift lets slide")] = 2.0,
     set_: SetOption = None,
@@ -78,7 +79,10 @@ def simulate(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Forces and motion of a machine's own design over a cycle; of your own mechanism every quantity, works, laws."""
+    """Compute forces and motion of a machine over a cycle.
+
+    For your own mechanism: every quantity, works, and a check of the laws of mechanics.
+    """
     console = Console(as_json)
     with console.outcome():
         if (other := load_other(machine, set_, speed_rpm)) is not None:
@@ -114,14 +118,16 @@ def sensitivity(
     samples: SamplesOption = None,
     least: LeastOption = None,
     all_values: Annotated[
-        bool, typer.Option("--all", help="in all values of the file, not only those of the design or with bounds")
+        bool, typer.Option("--all", help="for all values of the file, not only those of the design or with bounds")
     ] = False,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Gradient of the objective, and which combinations of design parameters what is minimised depends on.
+    """Find which design parameters the objective depends on.
+
+    The result has its gradient, and combinations of parameters that have no effect.
 
     For a mechanism of your own the objective is that of its file, or --least; by true extremes unless --samples says
     a number. A value without bounds counts by its size.
@@ -154,7 +160,7 @@ def optimise(
     method: Annotated[
         Method | None,
         typer.Option(
-            help="genetic algorithm, descents from several starts, or both [default: hybrid; ipopt for a mechanism of "
+            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt for a mechanism of "
             "your own]",
             show_default=False,
         ),
@@ -168,17 +174,15 @@ def optimise(
         ),
     ] = None,
     seed: SeedOption = 0,
-    starts: Annotated[int | None, typer.Option(min=1, help="starts of the descents", show_default=False)] = None,
-    front: Annotated[
-        bool, typer.Option("--front", help="also the front of range and variance, by more searches")
-    ] = False,
+    starts: Annotated[int | None, typer.Option(min=1, help="number of local searches", show_default=False)] = None,
+    front: Annotated[bool, typer.Option("--front", help="also compute the Pareto front of range and variance")] = False,
     least: LeastOption = None,
     hold: HoldOption = None,
     vary: VaryOption = None,
     prove: Annotated[
         bool,
         typer.Option(
-            "--prove", help="also prove how much better, over samples, any design within the bounds can be at most"
+            "--prove", help="also prove a bound on how much better any design within the bounds can be, over samples"
         ),
     ] = False,
     prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
@@ -264,7 +268,10 @@ def validate(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a machine file: values, gears, loops over the whole cycle, limits; warn of what is unusual."""
+    """Check a machine file, and warn of unusual values.
+
+    Values, gears, loops over the whole cycle and limits are checked.
+    """
     console = Console(as_json)
     with console.outcome():
         if is_other(machine):

@@ -32,7 +32,7 @@ def drive(
             "--flywheel-kgm2", help="inertia of flywheel, rotor and carrier, referred to the drive", show_default=False
         ),
     ],
-    turns: Annotated[int, typer.Option(min=1, max=1000, help="turns from the start that are shown")] = 5,
+    turns: Annotated[int, typer.Option(min=1, max=1000, help="number of revolutions to report")] = 5,
     start_rpm: Annotated[
         float | None, typer.Option(min=1e-3, help="speed at the start [default: the machine's]", show_default=False)
     ] = None,
@@ -42,7 +42,9 @@ def drive(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """The drive on a motor whose torque falls with the speed: how the speed fluctuates, and the forces then.
+    """Compute how a motor's speed fluctuates, and the forces.
+
+    The torque of the motor falls with its speed.
 
     A mechanism of your own needs `acceleration=` in its statement, Mechanism(..., speed=q.omega, acceleration=q.eps).
     For example: planter drive wang2017 --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4

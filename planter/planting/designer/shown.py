@@ -32,7 +32,7 @@ def sentences(found: DesignersSummary) -> Iterator[str]:
     cam = f"{found.cam_pressure_angle_max_deg:.4g} deg at {found.cam_pressure_angle_max_phi_deg:.4g} deg"
     yield f"Peak power of the motor {found.motor.peak_power_W:.4g} W; largest pressure angle of the cam {cam}."
     if not found.shocks:
-        yield "Nothing jumps over the turn: accelerations, forces and torques are continuous."
+        yield "No discontinuities: accelerations, forces and torques are continuous."
     for note in found.notes:
         yield f"{note[0].upper()}{note[1:]}."
 

@@ -17,10 +17,10 @@ from planter.planting.portable.singles import INPUTS, Singles, objective
 from planter.view.portable import Input, Portable
 
 NOTES = (
-    "Gears are drawn by their pitch curves, without teeth, and no events are told.",
-    "Requirements are not computed here: save the file, and planter simulate tells them.",
-    "Improve goes downhill from where the design is, within its bounds; it looks at no requirement and finds no "
-    "optimum: planter optimise does, with a certificate.",
+    "Gears are drawn by their pitch curves, without teeth; events are not listed.",
+    "Requirements are not computed here: save the file and run planter simulate.",
+    "Improve runs a local optimisation from the current design, within its bounds and without requirements; "
+    "planter optimise finds an optimum, with a certificate.",
 )
 
 

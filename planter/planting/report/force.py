@@ -140,7 +140,7 @@ def _strip(axes: Axes, joints: Mapping[str, Sequence[float]]) -> None:
     """A row of ticks for each part: where the curves may have a kink."""
     for row, (part, angles) in enumerate(joints.items()):
         axes.plot(angles, [row] * len(angles), "|", color=style.SOFT, markersize=6, label=part)
-    axes.set_title("where a formula changes, so that a curve may have a kink (both sides)")
+    axes.set_title("angles where gears, cam or tooth contact change regime")
     axes.set_ylim(len(joints) - 0.4, -0.6)
     axes.set_yticks(range(len(joints)), list(joints))
     axes.tick_params(left=False)

@@ -58,7 +58,7 @@ def scene(device: Device, x: Array, before: Array | None = None, toothed: bool =
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
         curves=[_curve(device, columns, key) for key in CURVES],
         events=[Event(p.name, float(np.degrees(p.angle))) for p in places(device.force, device.prologue(x))],
-        labels=(Label("nozzle, side 1, across", float(corner[0]), float(corner[1]) + 70, "end"),),
+        labels=(Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),),
         ground=_soil(device, columns, forward * seconds * 1e3),
         travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,
     )

@@ -101,8 +101,8 @@ class Limited(Section):
         if kind.name == "curvature_radius" and low is not None and low <= 0:
             yield refused(kind.key("min"), low, "it must be greater than 0")
         if low is not None and high is not None and high - low <= 2 * (margin or 0):
-            allowed = "it must be above the least allowed value by more than twice the margin"
-            yield refused(kind.key("max"), high, allowed)
+            twice = "" if margin is None else f" by more than twice {kind.key('margin')} = {margin:g}"
+            yield refused(kind.key("max"), high, f"it must exceed {kind.key('min')} = {low:g}{twice}")
         if high is not None and low is None and high <= (margin or 0) and kind.name not in SIGNED:
             yield refused(kind.key("max"), high, "it must be greater than its margin")
 

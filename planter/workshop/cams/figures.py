@@ -53,7 +53,7 @@ def limits(part: Part) -> Figure:
     figure = style.new_figure(3.8)
     upper, lower = figure.subplots(2, 1, sharex=True)
     _curve(upper, np.degrees(found["pressure"]), "pressure angle / deg")
-    _curve(lower, found["room"], "1 - roller / curvature radius")
+    _curve(lower, found["room"], "undercut margin (negative: undercut)")
     lower.axhline(0, color=style.VERMILION, linewidth=0.8)
     lower.set_xlabel("cam angle / deg")
     return figure

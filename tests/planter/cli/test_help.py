@@ -45,6 +45,14 @@ def test_commands_that_topics_name_are_there() -> None:
     assert not commands("    planter simulat x") <= known
 
 
+@pytest.mark.parametrize("group", [(), ("clutch",), ("export",)])
+def test_summaries_of_commands_are_whole_sentences(group: tuple[str, ...]) -> None:
+    lines = run(*group, "--help")[1].partition("Commands:\n")[2].splitlines()
+    summaries = dict(line.split(maxsplit=1) for line in lines if line)
+    assert len(summaries) == len(lines) > 3
+    assert not {name: text for name, text in summaries.items() if not text.endswith(".") or text.endswith("...")}
+
+
 def test_variables_that_the_page_names_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "PLANTER_KERNELS" in answer("help", "environment")["text"]
     monkeypatch.setenv("PLANTER_KERNELS", backends.NAMES[-1])

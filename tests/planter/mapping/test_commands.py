@@ -182,7 +182,7 @@ def test_the_closest_curve_is_one_for_the_train(tmp_path: Path) -> None:
         assert {p.stem for p in (tmp_path / "figures").glob(f"*{suffix}")} == names
     _, columns = read_cycle_csv(tmp_path / "coupler_1_2_circuit2.csv")
     assert np.hypot(columns["tip_x_mm"] - 80, columns["tip_y_mm"] + 270).min() < 2
-    assert "turning back" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "poses 4 and 3" in (tmp_path / "report.html").read_text(encoding="utf-8")
     train = answer("train", str(tmp_path / "nearest_curve.csv"), "--poses", "sun2019-corrected")
     assert train["slope_min"] == pytest.approx(0.1, abs=1e-6)
     for met, promised in zip(train["poses"], result["nearest"]["poses"], strict=True):
@@ -207,7 +207,7 @@ def test_tables_are_printed() -> None:
     code, out, _ = run("synthesise", "sun2019-corrected")
     assert code == 0
     assert "crank-rocker" in out
-    assert "from pose 4 to 3" in out
+    assert "poses 4 and 3" in out
     assert "follower 2" in run("train", "sun2019-curve")[1]
 
 

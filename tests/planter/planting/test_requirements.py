@@ -285,7 +285,7 @@ REFUSED = {
     "margin eats the limit": ("release_tilt_margin_deg = 2", "release_tilt_margin_deg = 11", "greater than its margin"),
     "unknown": ("depth_min_mm = 40 ", "dept_min_mm = 40 ", "did you mean depth_min_mm"),
     "text": ("contact_ratio_min = 1.1 ", 'contact_ratio_min = "1.1" ', "it must be a number"),
-    "standing": ("forward_speed_m_s = -0.667", "forward_speed_m_s = 0.0", "a machine that travels"),
+    "standing": ("forward_speed_m_s = -0.667", "forward_speed_m_s = 0.0", "operation.forward_speed_m_s = 0.0"),
 }
 
 

