@@ -103,7 +103,7 @@ def test_every_command_has_an_example_that_there_is(helps: dict[str, str]) -> No
 
 def test_what_an_example_prints_is_shown() -> None:
     assert commands.printed("planter explain F_E").startswith("F_E [N], symbol, planting")
-    with pytest.raises(RuntimeError, match="it is no symbol"):
+    with pytest.raises(RuntimeError, match="NAME = F_Ezz"):
         commands.printed("planter explain F_Ezz")
 
 
