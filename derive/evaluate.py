@@ -44,14 +44,13 @@ class Point:
     """Values of symbols; expressions of them are evaluated on demand and remembered."""
 
     def __init__(self, values: Mapping[sp.Symbol, object]) -> None:
-        self._known: dict[Basic, mpf] = {}
-        self._digits: dict[Expr, str] = {}
         with mpmath.workdps(DIGITS + GUARD):
-            for symbol, value in values.items():
-                self._known[symbol] = _number(value)
+            self._symbols: dict[sp.Symbol, mpf] = {symbol: _number(value) for symbol, value in values.items()}
+        self._known: dict[Basic, mpf] = dict(self._symbols)
+        self._digits: dict[Expr, str] = {}
 
     def __contains__(self, symbol: sp.Symbol) -> bool:
-        return symbol in self._known
+        return symbol in self._symbols
 
     def digits(self, expr: Expr) -> str:
         """The value to 30 digits, to compare by."""
@@ -61,13 +60,15 @@ class Point:
 
     def values(self) -> dict[sp.Symbol, mpf]:
         """What is known of symbols."""
-        return {s: v for s, v in self._known.items() if isinstance(s, sp.Symbol)}
+        return dict(self._symbols)
 
     def set(self, symbol: sp.Symbol, value: object) -> None:
-        """Give a symbol another value; what was evaluated with the old one is forgotten."""
+        """Give a symbol a value; if it had another, what was evaluated with that is forgotten."""
         with mpmath.workdps(DIGITS + GUARD):
-            self._known = self.values() | {symbol: _number(value)}
-            self._digits = {}
+            number = _number(value)
+        if symbol in self._symbols:
+            self._known, self._digits = dict(self._symbols), {}
+        self._symbols[symbol] = self._known[symbol] = number
 
     def __call__(self, expr: Expr) -> mpf:
         with mpmath.workdps(DIGITS + GUARD):

@@ -64,7 +64,7 @@ def at_its_points(name: str, paper: Paper) -> Case:
     """The case of another paper with what the subject of a known one says, at the same points."""
     own = CASES[name]
     case = replace(own, paper=paper)
-    vars(case).update({key: getattr(own, key) for key in ("claims", "points")})
+    vars(case).update({key: getattr(own, key) for key in ("claims", "points", "cycle", "nearby")})
     return case
 
 

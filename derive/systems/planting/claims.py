@@ -253,9 +253,10 @@ def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, 
     return expr
 
 
-def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
-    """Every quantity over the reference cycle, those that the paper names between them too."""
-    return [_between(_reactions(Point(values))) for values in cycle.reference(points)]
+@cache
+def reference(points: int) -> tuple[Mapping[sp.Symbol, mpf], ...]:
+    """Return every quantity over the reference cycle, those that the paper names between them too."""
+    return tuple(_between(_reactions(Point(values))) for values in cycle.reference(points))
 
 
 @cache
