@@ -3,11 +3,24 @@
 That all ways give the same is tested by itself, in `planter/kernels` and `planter/planting`.
 """
 
+import gc
+import os
+import sys
 from collections.abc import Iterator
 
 import pytest
 
 from planter.report import style
+
+# Without bytecode every process that a test starts would compile all sources anew: more than a second each.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+
+def pytest_collection_finish() -> None:
+    """Take all that is imported out of the garbage collector's rounds: it lasts as long as the process."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
