@@ -6,9 +6,12 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import pytest
+
+from tests.support.sampled import sampled
 
 pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[3]
@@ -80,8 +83,13 @@ cli.main()
 """Before that Python itself is what a signal meets."""
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("delay", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize(
+    ("number", "delay"),
+    sampled(
+        [(signal.SIGINT, 0.3), (signal.SIGTERM, 0.1), (signal.SIGTERM, 0.6)],
+        product((signal.SIGINT, signal.SIGTERM), (0.1, 0.3, 0.6)),
+    ),
+)
 def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: float) -> None:
     call = subprocess.Popen(
         [sys.executable, "-c", BEGUN, *SIMULATE[3:]], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,

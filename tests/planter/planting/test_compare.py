@@ -22,30 +22,31 @@ from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
 from planter.planting import file
-from planter.planting.compare import box, pair, run, tables
+from planter.planting.compare import box, pair, tables
 from planter.planting.compare.proposal import left, proposal
-from planter.planting.compare.run import compare
+from planter.planting.compare.run import Store, _ranked, compare
 from planter.planting.designer import summary
 from planter.planting.model import Device
 from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer, refusal, run
 from tests.support.schemas import committed
 
 PAIR = "eccentric_circle+ellipse"
 KEYS = {"stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "design", "binding"}
 
 
-def command(out: Path, *more: str) -> list[str]:
-    base = [sys.executable, "-m", "planter", "compare", "wang2017", "--starts", "1", "--json", "--out", str(out)]
-    return [*base, "--pair", PAIR, *more]
+def words(out: Path) -> list[str]:
+    return ["compare", "wang2017", "--starts", "1", "--json", "--out", str(out), "--pair", PAIR]
 
 
 @pytest.fixture(scope="module")
 def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, int], Path, str]:
     """A run killed after its first devices and then resumed: result, its files before, folder, what was said."""
     out = tmp_path_factory.mktemp("compare")
-    first = subprocess.Popen(command(out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    first = subprocess.Popen(
+        [sys.executable, "-m", "planter", *words(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     limit = time.monotonic() + 120
     while not list((out / "devices").glob("*.json")) and time.monotonic() < limit:
         time.sleep(0.05)
@@ -54,8 +55,9 @@ def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, i
     before = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
     assert len(before) == 1
     assert not (out / "summary.json").exists()
-    done = subprocess.run(command(out, "--resume"), capture_output=True, text=True, check=True)
-    return json.loads(done.stdout), before, out, done.stderr
+    code, found, said = run(*words(out), "--resume")
+    assert code == 0, said
+    return json.loads(found), before, out, said
 
 
 @pytest.mark.fault
@@ -101,8 +103,6 @@ def test_two_pairs_are_ranked_by_what_they_reach() -> None:
 
 
 def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
-    from planter.planting.compare.run import Store
-
     _, _, out, _ = resumed
     own, pair = file.load("wang2017"), ("eccentric_circle", "ellipse")
     assert Store(out / "devices", own, 1, 0).load(pair) is not None
@@ -113,8 +113,6 @@ def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, d
 def test_devices_that_change_places_are_not_read(
     resumed: tuple[dict, dict[str, int], Path, str], tmp_path: Path
 ) -> None:
-    from planter.planting.compare.run import Store
-
     pair = ("eccentric_circle", "ellipse")
     shutil.copy(resumed[2] / "devices" / f"{'+'.join(pair)}.json", tmp_path / "narrow.json")
     assert Store(tmp_path, file.load("wang2017"), 1, 0).load(None) is None
@@ -184,7 +182,7 @@ def _designer() -> dict:
 
 def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
     lacks = ["a KKT residual below 1e-06 (4e-01)", "a second start that agrees (the next ended at 1.23456)"]
-    ranked = run._ranked(
+    ranked = _ranked(
         [_entry(3.0), _entry(1.0, settled=False, lacks=lacks, kkt_residual=0.4), _entry(2.0),
          _entry(1.5, feasible=False, settled=False, violations=[VIOLATION])]
     )  # fmt: skip
