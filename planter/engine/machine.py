@@ -17,8 +17,9 @@ import casadi as ca
 import numpy as np
 
 from planter import rooms
+from planter.engine.distance import build_distance, read_curve
 from planter.engine.loops import Loops
-from planter.engine.measures import Limit, Measure
+from planter.engine.measures import CurveDistance, Limit, Measure, parse_distance
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.kernels import Array, Kernel
@@ -28,8 +29,9 @@ if TYPE_CHECKING:
     from planter.optimise.range_and_spread import Sampling
     from planter.optimise.sections import GeneticAlgorithm
 
-Role = Literal["result", "law", "pivot", "states"]
-"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, or a number of states."""
+Role = Literal["result", "law", "pivot", "states", "distance"]
+"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number of states, or the
+distance of two results from a curve."""
 LEAST_PIVOT = 1e-12
 """Simultaneous equations with a smaller pivot determine nothing."""
 
@@ -215,14 +217,44 @@ class Machine:
         return tuple(quantity for quantity in self.quantities if quantity.role == "result")
 
     def find_quantity(self, name: str) -> Quantity:
-        """Return a quantity by its name or key. Raises InputError, with names that are close, if there is none."""
+        """Return a quantity by its name or key, or a distance from a curve.
+
+        Raises InputError, with names that are close, if there is none, and for a file without a curve.
+        """
         for quantity in self.quantities:
             if name in (quantity.name, quantity.key):
                 return quantity
+        distance = parse_distance(name)
+        if distance is not None:
+            return self._add_distance(distance)
         known = [quantity.name for quantity in self.results]
         close = paths.close(name, known)
         hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(known)}"
         raise InputError(f"{self.source}: {self.name} has no quantity {name}: {hint}")
+
+    def list_parts(self, name: str) -> tuple[str, ...]:
+        """Return the names of the machine's quantities that one is made of: itself, or the two of a distance."""
+        distance = parse_distance(name)
+        names = (name,) if distance is None else (distance.x, distance.y)
+        return tuple(self.find_quantity(part).name for part in names)
+
+    def _add_distance(self, distance: CurveDistance) -> Quantity:
+        """Return a distance as a quantity, and add its graph. Raises InputError as `find_quantity`."""
+        x, y = self.find_quantity(distance.x), self.find_quantity(distance.y)
+        if not x.unit == y.unit == "m":
+            raise InputError(
+                f"{self.source}: {distance}: {x.name} and {y.name} must be lengths, coordinates of a point"
+            )
+        distance = replace(distance, x=x.name, y=y.name)
+        meaning = f"distance of the point at {x.name}, {y.name} from the curve of {distance.file}"
+        if str(distance) not in self._distances:
+            points = read_curve(distance.find_file(self.source), (x.key, y.key))
+            self._distances[str(distance)] = build_distance(self.graph(x.name), self.graph(y.name), points)
+        return Quantity(str(distance), "m", meaning, "distance_mm", role="distance")
+
+    @cached_property
+    def _distances(self) -> dict[str, ca.SX]:
+        return {}
 
     def index_of(self, path: str) -> int:
         """Return the index of a value by its path or key. Raises InputError, with names that are close, for none."""
@@ -290,6 +322,8 @@ class Machine:
     def graph(self, name: str) -> ca.SX:
         """Return the graph of a quantity at an angle, of all sides if it is a total."""
         quantity = self.find_quantity(name)
+        if quantity.role == "distance":
+            return self._distances[quantity.name]
         names = [other.name for other in self.quantities if other.total == quantity.total]
         graph: ca.SX = (self._both if quantity.total else self._side)[names.index(quantity.name)]
         return graph

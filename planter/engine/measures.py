@@ -4,15 +4,19 @@
     LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
     MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
     CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
+    NAME    = that of a quantity | "distance" NAME NAME "to" FILE
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
 the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
 they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME". A `jump` is
-the size of the greatest jump where a law of the machine changes.
+the size of the greatest jump where a law of the machine changes, a distance that of a point, whose coordinates two
+quantities are, from a curve (`planter.engine.distance`); a FILE with spaces has quotes.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
 0.5 rms M_in while y_tip <= 20 mm
+>>> print(*parse_sum("rms distance x_tip y_tip to path.csv while y_tip <= 0"))
+rms distance x_tip y_tip to path.csv while y_tip <= 0
 >>> print(parse_limit("abs F_Ax <= 300 N"), parse_limit("tilt where y_tip is least <= 10"), sep="; ")
 abs F_Ax <= 300 N; tilt where y_tip is least <= 10
 """
@@ -23,10 +27,12 @@ import difflib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal, Never
 
 from planter.errors import InputError
 from planter.files.dimensions import measured
+from planter.files.text import is_file
 
 Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "jump", "at", "all"]
 KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work", "jump")
@@ -39,6 +45,8 @@ SMALLER: tuple[Kind, ...] = ("max", "range", "jump")
 """Measures that a search can only make smaller."""
 CLAUSES = ("at", "where", "while")
 SIGNS = ("<=", ">=", "<", ">")
+DISTANCE = "distance"
+"""The word before two quantities and a curve, unless it is a quantity's name."""
 
 SUM_SYNTAX = (
     "it must be a sum (+ or -) of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
@@ -54,6 +62,41 @@ MEASURE_SYNTAX = (
     f"it must be MEASURE [abs] NAME, MEASURE one of {', '.join(KINDS)}, or NAME at ANGLE, or NAME at SECONDS s, such "
     'as "max F_Ax" or "M_in at 90"'
 )
+
+
+_DISTANCE = re.compile(r"distance (\w+) (\w+) to (.+)", re.DOTALL)
+_FILE = re.compile(r"""\"([^"]+)\"|'([^']+)'|([^\s"']+)""")
+
+
+@dataclass(frozen=True)
+class CurveDistance:
+    """The quantities that are the coordinates of a point, and the file of a curve."""
+
+    x: str
+    y: str
+    file: str
+
+    def __str__(self) -> str:
+        quote = "" if re.fullmatch(r"[^\s\"']+", self.file) else "'" if '"' in self.file else '"'
+        return f"distance {self.x} {self.y} to {quote}{self.file}{quote}"
+
+    def find_file(self, source: str) -> Path:
+        """Return the path of the curve's file: in the folder of a machine's file, or else as it is written."""
+        path = Path(source).parent / self.file
+        return path if is_file(path) else Path(self.file)
+
+
+def parse_distance(name: str) -> CurveDistance | None:
+    """Return the distance that a name of a quantity means, None for any other.
+
+    >>> print(parse_distance("distance x_tip y_tip to path.csv"), parse_distance("x_tip"))
+    distance x_tip y_tip to path.csv None
+    """
+    match = _DISTANCE.fullmatch(name)
+    if match is None:
+        return None
+    x, y, file = match.groups()
+    return CurveDistance(x, y, file[1:-1] if file[0] in "\"'" else file)
 
 
 @dataclass(frozen=True)
@@ -136,6 +179,14 @@ class Measure:
         """Names of all quantities that the measure speaks of, its own first."""
         where = () if self.where is None else (self.where.name,)
         return (self.name, *where, *(condition.name for condition in self.during))
+
+    def with_whole_paths(self, source: str) -> Measure:
+        """Return the measure with whole paths of its curves, which a machine's file names as seen from its folder."""
+        curves = [parse_distance(name) for name in self.names]
+        return self.with_names([
+            name if curve is None else str(replace(curve, file=str(curve.find_file(source).resolve())))
+            for name, curve in zip(self.names, curves, strict=True)
+        ])  # fmt: skip
 
     def with_names(self, names: Sequence[str]) -> Measure:
         """Return the measure of other quantities, in the order of `names`."""
@@ -330,8 +381,29 @@ class _Reader:
         """Read a name; `before` are the words that might have stood in its place."""
         if self.token.kind != "word":
             self.fail("is no name of a quantity")
+        if self.token.text == DISTANCE and self._qualifies() and self._next().text != "is":
+            return self._read_distance()
         if self._qualifies() and not difflib.get_close_matches(self._next().text, CLAUSES):
-            self.fail("is no measure", before)
+            self.fail("is no measure", (*before, DISTANCE))
+        self.index += 1
+        return self.tokens[self.index - 1].text
+
+    def _read_distance(self) -> str:
+        """Read a distance from a curve, and return it as the name of a quantity."""
+        self.index += 1
+        x, y = self._read_coordinate(), self._read_coordinate()
+        self.expect(("to",), "is not expected: a distance is one of NAME NAME to FILE")
+        start = self.token.start
+        match = _FILE.match(self.text, start)
+        if match is None:
+            self.fail("is no file" if self.token.kind == "end" else "opens a quote that nothing closes")
+        while self.token.kind != "end" and self.token.start < match.end():
+            self.index += 1
+        return str(CurveDistance(x, y, "".join(filter(None, match.groups()))))
+
+    def _read_coordinate(self) -> str:
+        if self.token.kind != "word" or self.token.text == "to":
+            self.fail("is no name of a quantity: a distance is one of NAME NAME to FILE")
         self.index += 1
         return self.tokens[self.index - 1].text
 
@@ -356,8 +428,11 @@ class _Reader:
         return unit
 
     def _read_extremum(self) -> Extremum:
-        name = self.token.text
-        self.index += self.token.kind == "word"
+        if self.token.text == DISTANCE and self._next().text != "is":
+            name = self._read_distance()
+        else:
+            name = self.token.text
+            self.index += self.token.kind == "word"
         self.expect(("is",), "is not expected")
         return Extremum(name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1)
 

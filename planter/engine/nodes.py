@@ -27,6 +27,8 @@ SCANNED = 360
 """Samples of a cycle among which anchors are looked for, at least."""
 SIDE = 1e-9
 """Distance of the nodes on both sides of a switching point [rad]."""
+CORNER = 1e-6
+"""Share of the slopes a step away that a slope keeps at an extremum only if it jumps there: it is a corner."""
 SPAN_NODES = 65
 """Nodes of a part of a cycle, its ends included."""
 SPARE_EVENTS = 2
@@ -214,15 +216,18 @@ class ExtremumNode(MovingNodes):
         step = self.grid[1]
         bracket = self.grid[index] + np.array([-step, step])
         ends = self.anchors.values(point, bracket)[1]
-        if ends[0] * ends[1] > 0:
-            angle = np.degrees(self.grid[index])
-            raise ComputationError(f"{self.machine.name}: {self.extremum} at a corner, near {angle:.6g} deg")
 
         def rate(phi: Array) -> tuple[Array, Array]:
             rates, slopes = self.anchors.slopes(point, phi)
             return rates[1], slopes[1, :, 0]
 
-        anchor = roots.newton(rate, bracket[:1], bracket[1:], (ends[:1], ends[1:]))
+        is_corner = ends[0] * ends[1] > 0
+        if not is_corner:
+            anchor = roots.newton(rate, bracket[:1], bracket[1:], (ends[:1], ends[1:]))
+            is_corner = abs(float(rate(anchor)[0][0])) > CORNER * np.abs(ends).max()
+        if is_corner:
+            angle = np.degrees(self.grid[index])
+            raise ComputationError(f"{self.machine.name}: {self.extremum} at a corner, near {angle:.6g} deg")
         one = np.ones((1, 1))
         return Placement(anchor, np.array([1]), np.zeros(1), one, np.ones(1), 0 * one)
 

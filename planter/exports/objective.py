@@ -14,7 +14,7 @@ import numpy as np
 
 from planter.engine.goal import find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity
-from planter.engine.measures import Measure, format_sum
+from planter.engine.measures import Measure, format_sum, parse_distance
 from planter.engine.response import Response
 from planter.kernels import Array
 
@@ -80,6 +80,8 @@ class SampledGoal:
         for measure in self.machine.least:
             if measure.is_moving:
                 return f"{measure} is of a part of the cycle that the design moves, and has no form in C"
+            if any(parse_distance(name) for name in measure.names):
+                return f"{measure} is of a curve in a file, and has no form in C"
         return ""
 
     @cached_property

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
-from planter.engine.measures import Limit, Measure, parse_limit, parse_sum
+from planter.engine.measures import Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document, Origins
@@ -85,8 +86,14 @@ class MechanismFile(Document):
         return self.with_numbers({f"values.{key}": value for key, value in values.items()})
 
     def written_table(self) -> dict[str, Any]:
-        """Return the table of the file with the folder of its functions, to be written anywhere."""
-        return self.table() | {"folder": str(self._folder)}
+        """Return the table with whole paths of the functions' folder and of curves, to be written anywhere."""
+        table = self.table() | {"folder": str(self._folder)}
+        if self.objective is not None:
+            table["objective"]["least"] = format_sum([term.with_whole_paths(self.source) for term in self.least])
+        if self.requirements is not None:
+            holds = [replace(limit, measure=limit.measure.with_whole_paths(self.source)) for limit in self.limits]
+            table["requirements"]["hold"] = [str(limit) for limit in holds]
+        return table
 
     @property
     def place(self) -> Path:

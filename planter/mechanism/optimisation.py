@@ -142,8 +142,9 @@ def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[He
     goal, x = Goal(stated.machine, (), stated.limits), stated.machine.design
     goal, holds = goal.refined(x, 0.0) or goal, []
     for limit in goal.limits:
-        hold, key = _hold(goal, x, limit), stated.machine.find_quantity(limit.measure.name).key
-        averaged = limit.measure.kind in AVERAGES and key in changing
+        hold, parts = _hold(goal, x, limit), stated.machine.list_parts(limit.measure.name)
+        is_changing = any(stated.machine.find_quantity(part).key in changing for part in parts)
+        averaged = limit.measure.kind in AVERAGES and is_changing
         holds.append(replace(hold, value=None, active=False, met=False) if averaged else hold)
     return holds
 

@@ -100,7 +100,7 @@ def require_repeating(machine: Machine, names: Collection[str], samples: int | N
     model = Model(machine)
     angles = model.list_angles(samples)
     repeats = periodicity(model, angles, model(angles), search=False)
-    for key in (machine.find_quantity(name).key for name in names):
+    for key in (machine.find_quantity(part).key for name in names for part in machine.list_parts(name)):
         if key in repeats.changes:
             change = repeats.changes[key]
             reason = repeats.obstacle if change is None else describe_change(key, change)

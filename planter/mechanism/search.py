@@ -32,7 +32,8 @@ HoldOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="LIMIT",
-        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" (repeatable)',
+        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "distance x_tip y_tip to path.csv '
+        '<= 2 mm" (repeatable)',
         show_default=False,
     ),
 ]

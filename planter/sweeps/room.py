@@ -48,6 +48,9 @@ class Room(Protocol):
     def default_outputs(self, machine: Any) -> Sequence[str]:
         """Outputs where none are asked for."""
 
+    def hash_curves(self, machine: Any, outputs: Sequence[str]) -> Mapping[str, str]:
+        """Return the hashes of further files that outputs need, by path."""
+
     def frozen(self, machine: Any) -> dict[str, Any]:
         """All that makes the machine again, fit for JSON: what `subject` takes in another process."""
 
@@ -90,6 +93,11 @@ class Held:
     def path(self, name: str, of: str) -> str:
         """The full path of an input. Raises InputError, `of` naming who asks for it, for one that there is not."""
         return named(name, self.inputs, of, "inputs")
+
+    def hash_curves(self, outputs: Sequence[str]) -> dict[str, Any]:
+        """Return the hashes of files that outputs need, as a recipe has them: rows of other curves are other rows."""
+        hashes = self.room.hash_curves(self.machine, outputs)
+        return {"curves": dict(hashes)} if hashes else {}
 
     def asked(self, names: Sequence[str], of: str) -> list[str]:
         """Full names of outputs, the default ones for none. Raises InputError as `path`, or if there are none."""

@@ -68,7 +68,7 @@ class Sweep:
             "module": self.machines[0].module,
             "machines": [held.room.frozen(held.machine) for held in self.machines],
             "plan": self.plan.model_dump(mode="json", by_alias=True, exclude_none=True),
-            "inputs": list(self.inputs), "outputs": self.outputs,
+            "inputs": list(self.inputs), "outputs": self.outputs, **self.machines[0].hash_curves(self.outputs),
         })  # fmt: skip
 
     def shown(self, name: str) -> str:
@@ -82,8 +82,9 @@ class PlanJob:
 
     def __init__(
         self, module: str, machines: Sequence[Mapping[str, Any]], plan: dict[str, Any], inputs: Sequence[str],
-        outputs: Sequence[str],
+        outputs: Sequence[str], curves: Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
+        """`curves` are hashes of files that outputs need, which tell this job from that with other files."""
         self._room: Room = import_module(module).ROOM
         self._machines, self._outputs = machines, outputs
         asked = Plan.read(plan, plan.get("name", "plan"))

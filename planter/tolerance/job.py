@@ -22,7 +22,7 @@ def recipe(held: Held, choices: Mapping[str, str], spreads: Spreads, outputs: Se
     return Recipe(f"{__name__}:{Turns.__name__}", {
         "module": held.module, "machine": held.room.frozen(held.machine), "choices": dict(choices),
         "spreads": {name: [one.kind, one.low, one.high] for name, one in spreads.items()}, "outputs": list(outputs),
-        "drawn": drawn,
+        "drawn": drawn, **held.hash_curves(outputs),
     })  # fmt: skip
 
 
@@ -31,8 +31,9 @@ class Turns:
 
     def __init__(
         self, module: str, machine: Mapping[str, Any], choices: Mapping[str, str], spreads: Mapping[str, Any],
-        outputs: Sequence[str], drawn: Mapping[str, int],
+        outputs: Sequence[str], drawn: Mapping[str, int], curves: Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
+        """`curves` are hashes of files that outputs need, which tell this job from that with other files."""
         named = {name: Spread(*one) for name, one in spreads.items()}
         ends = {name: (one.low, one.high) for name, one in named.items()}
         self.subject: Subject = import_module(module).ROOM.subject(machine, choices, ends, outputs)

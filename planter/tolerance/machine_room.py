@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.errors import InputError
 from planter.files.document import Document
+from planter.files.text import hash_file
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
@@ -86,6 +87,16 @@ class MachineRoom(ABC):
         from planter.engine.outputs import list_default_outputs
 
         return list_default_outputs(self.build(machine))
+
+    def hash_curves(self, machine: Any, outputs: Sequence[str]) -> dict[str, str]:
+        """Return the hashes of the files with curves that outputs are distances from, by their paths."""
+        from planter.engine.measures import parse_distance
+        from planter.engine.outputs import find_output
+
+        built = self.build(machine)
+        names = [name for text in outputs for term in find_output(built, text).terms for name in term.names]
+        paths = [curve.find_file(built.source) for curve in map(parse_distance, names) if curve is not None]
+        return {str(path): hash_file(path) for path in paths}
 
     def nominal(self, machine: Any) -> dict[str, float]:
         """Return the machine's values in the units of their paths, as the file has them if it does."""

@@ -13,6 +13,7 @@ from planter.engine.measures import (
     Limit,
     Measure,
     format_sum,
+    parse_distance,
     parse_limit,
     parse_measure,
     parse_sum,
@@ -33,6 +34,14 @@ TEXTS = {
     "mean F while y <= 20 mm and abs v > 0.1 m/s": Measure(
         "mean", "F", during=(Condition("y", 1, 20, "mm"), Condition("v", -1, 0.1, "m/s", absolute=True, strict=True))
     ),
+    "rms distance x_tip y_tip to ../a-b/path.csv": Measure("rms", "distance x_tip y_tip to ../a-b/path.csv"),
+    'distance x y to "my path.csv" at 90': Measure("at", 'distance x y to "my path.csv"', angle=90),
+    "F where distance x y to p.csv is least": Measure("at", "F", where=Extremum("distance x y to p.csv", -1)),
+    "max F while distance x y to p.csv <= 2 mm and y > 3": Measure(
+        "max", "F", during=(Condition("distance x y to p.csv", 1, 2, "mm"), Condition("y", -1, 3, strict=True))
+    ),
+    "distance": Measure("all", "distance"),
+    "distance where distance is least": Measure("at", "distance", where=Extremum("distance", -1)),
     "work P_in while n >= -3 r/min": Measure("work", "P_in", during=(Condition("n", -1, -3, "r/min"),)),
 }
 
@@ -45,9 +54,12 @@ def test_measure_has_its_meaning_in_sum_and_limit(text: str, measure: Measure) -
         assert parse_limit(f"{text} <= 3e2 kN") == Limit(measure, 1, 300, "kN")
 
 
+CURVES = ("distance x_tip y_tip to a/b.csv", "distance distance at to 'a \"b.csv'", 'distance x y to "it\'s.csv"')
+
+
 def random_measure(rng: random.Random) -> Measure:
     def name() -> str:
-        return rng.choice(["F_Ox", "s", "min", "y_tip", "range", "P_m2"])
+        return rng.choice(["F_Ox", "s", "min", "y_tip", "range", "P_m2", "distance", *CURVES])
 
     def number() -> float:
         return rng.choice([1.0, -2.5, rng.uniform(-1e9, 1e9), rng.gauss(0, 1e-7), 0.0])
@@ -102,6 +114,11 @@ def test_text_reads_back_to_the_same() -> None:
         ("max F - range s", ["range s can only be made smaller"]),
         ("min s", ["write -min s"]),
         ("range abs s", ["range takes no abs"]),
+        ("max distanc x y to p.csv", ["'distanc' at character 5", "did you mean distance?"]),
+        ("max distance x to p.csv", ["'to' at character 16", "distance is one of NAME NAME to FILE"]),
+        ("max distance x y two p.csv", ["'two' at character 18", "did you mean to?"]),
+        ("max distance x y to", ["the end is no file"]),
+        ("max distance x y to 'p.csv", ['"\'" at character 21', "opens a quote"]),
         ("-jump s", ["jump s can only be made smaller"]),
         ("jump abs s", ["'abs' at character 6", "jump, which is a size"]),
         ("jump F while s <= 3", ["'while' at character 8", "does not go with jump"]),
@@ -132,3 +149,12 @@ def test_time_belongs_to_single_measures() -> None:
     assert parse_measure("x at 2 s", "number 1") == Measure("at", "x", angle=2, in_time=True)
     with pytest.raises(InputError, match="'s' at character 8"):
         parse_sum("x at 2 s")
+
+
+def test_distance_is_a_name_that_reads_back() -> None:
+    for text in CURVES:
+        (term,) = parse_sum(f"max {text}")
+        distance = parse_distance(term.name)
+        assert distance is not None
+        assert str(distance) == text == term.name
+    assert parse_distance("distance") is None

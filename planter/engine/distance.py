@@ -1,0 +1,79 @@
+"""How far two quantities, as coordinates of a point, are from a curve of points in a CSV file.
+
+The curve is the polyline through the points, closed if the last of them is the first again. It is exact for the points
+as they are, and differentiable without a projection that must be solved for: near almost every point the closest
+place of the curve stays on one segment or vertex, whose choice has no derivative. So has the distance, for a segment
+that to a line, for a vertex that to a point. It has a kink where two places are equally near: at the curve's medial
+axis, and on its concave side at the bisectors of vertices, as small as the turns of the polyline there.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from planter.errors import InputError
+from planter.files import csv_rows, units
+from planter.files.dimensions import measured
+from planter.files.text import read_text
+from planter.kernels import Array
+
+DISTANCE_EPS = 1e-12
+"""Regularises d at zero, where it has no derivative: sqrt(d^2 + eps^2) [m]."""
+MOST_POINTS = 1000
+
+
+def read_curve(path: Path, keys: tuple[str, str]) -> Array:
+    """Return the points (n, 2) [m] of a CSV file, in columns `x` and `y` with a unit, as `x_mm`, or in two named.
+
+    Raises InputError for a file without such columns, or without 2 to MOST_POINTS points that differ.
+    """
+    table = csv_rows.read(read_text(path), str(path))
+    columns = [
+        name for axis in "xy" for name in table.header if re.fullmatch(rf"{axis}_\w+", name) and _is_length(name)
+    ]
+    if len(columns) != 2 or columns[0][0] == columns[1][0]:
+        columns = list(keys)
+    if missing := [name for name in columns if name not in table.header]:
+        allowed = f"it must be those of a curve, x_mm and y_mm or {keys[0]} and {keys[1]}"
+        raise InputError(f"{path}: the header {','.join(table.header)} has no column {missing[0]}: {allowed}")
+    points = np.column_stack([np.array(table.numbers(name)) * units.factor(name) for name in columns])
+    points = points[np.append(True, np.any(np.diff(points, axis=0) != 0, axis=1))]
+    if not 2 <= len(points) <= MOST_POINTS:
+        raise InputError(f"{path}: a curve has 2 to {MOST_POINTS} points that differ, and this has {len(points)}")
+    return points
+
+
+def _is_length(key: str) -> bool:
+    unit = units.unit(key)
+    return bool(unit) and measured(unit).same_kind(measured("m"))
+
+
+def build_distance(x: ca.SX, y: ca.SX, points: Array) -> ca.SX:
+    """Return the graph of the distance [m] of a point from the polyline through points (n, 2) [m].
+
+    The nearest segment is chosen by comparisons, whose derivatives are zero, and then taken by itself.
+    """
+    steps = np.diff(points, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    segments = np.column_stack([points[:-1], steps / lengths[:, None], lengths]).tolist()
+    nearest, index = _build_square(x, y, *segments[0]), ca.SX(0)
+    for place, segment in enumerate(segments[1:], 1):
+        square = _build_square(x, y, *segment)
+        index = ca.fmax(index, place * (square < nearest))  # places rise
+        nearest = ca.fmin(square, nearest)
+    chosen = ca.SX.zeros(5)
+    for place, segment in enumerate(segments):
+        chosen += (index == place) * ca.DM(segment)
+    return ca.sqrt(_build_square(x, y, *ca.vertsplit(chosen)) + DISTANCE_EPS**2)
+
+
+def _build_square(x: ca.SX, y: ca.SX, a: Any, b: Any, u: Any, v: Any, length: Any) -> ca.SX:
+    """Return the square of the distance from the segment at (a, b) along the unit vector (u, v)."""
+    x, y = x - a, y - b
+    part = ca.fmin(ca.fmax(u * x + v * y, 0), length)
+    return (x - part * u) ** 2 + (y - part * v) ** 2

@@ -1,0 +1,265 @@
+"""Distances of a point from a curve: against segments of their own, differences, and a path that a machine made."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from planter.engine.distance import build_distance
+from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
+from planter.engine.machine import Machine, load_machine
+from planter.engine.measures import parse_limit, parse_sum
+from planter.engine.outputs import SampledOutputs
+from planter.engine.proof import check_provable
+from planter.errors import ComputationError, InputError
+from planter.exports.objective import SampledGoal
+from planter.kernels import Array
+from planter.mechanism.file import load
+from planter.mechanism.machines import build_machine
+from planter.mechanism.optimisation import evaluate_limits, optimise
+from planter.mechanism.report import optimum_file
+from planter.planting.swept import ROOM
+from planter.sweeps.plan import Plan
+from planter.sweeps.sweep import Sweep
+from tests.support import own
+from tests.support.reference import evaluate
+
+ANGLES = 48
+
+
+def find_nearest(points: Array, curve: Array) -> tuple[Array, Array]:
+    """Return distances (n,) of points (n, 2) from a polyline (k, 2), and the nearest places (n, 2) on it."""
+    begin, along = curve[:-1], np.diff(curve, axis=0)
+    shares = ((points[:, None] - begin) * along).sum(axis=2) / (along**2).sum(axis=1)
+    places = begin + np.clip(shares, 0, 1)[:, :, None] * along
+    distances = np.linalg.norm(points[:, None] - places, axis=2)
+    nearest = distances.argmin(axis=1)
+    lanes = np.arange(len(points))
+    return distances[lanes, nearest], places[lanes, nearest]
+
+
+@pytest.mark.parametrize("is_closed", [False, True])
+def test_distance_and_slope_are_those_of_the_nearest_place(is_closed: bool) -> None:
+    rng = np.random.default_rng(4)
+    curve = rng.uniform(-0.3, 0.3, (12, 2))
+    curve = np.vstack([curve, curve[:1]]) if is_closed else curve
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    graph = build_distance(x, y, curve)
+    function = ca.Function("d", [x, y], [graph, ca.gradient(graph, ca.vertcat(x, y))])
+    points = np.vstack([rng.uniform(-0.5, 0.5, (400, 2)), curve, (curve[1:] + curve[:-1]) / 2])
+    distances, places = find_nearest(points, curve)
+    values, slopes = (np.asarray(out) for out in function(points[:, :1].T, points[:, 1:].T))
+    np.testing.assert_allclose(values[0], distances, atol=2e-12)
+    slopes = slopes.reshape(2, -1, order="F")[:, distances > 1e-6]
+    away = (points - places)[distances > 1e-6] / distances[distances > 1e-6, None]
+    np.testing.assert_allclose(slopes.T, away, atol=1e-9)
+
+
+def write_path(path: Path, x: Array, y: Array) -> str:
+    lines = [f"{a!r},{b!r}" for a, b in zip(x.tolist(), y.tolist(), strict=True)]
+    path.write_text("\n".join(["x_mm,y_mm", *lines, lines[0]]) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def arm(*moved: str) -> Machine:
+    return build_machine(own.file("transplanting_arm")).with_moved(
+        dict.fromkeys(moved or ("a_mm", "p_mm", "n_mm"), (0.0, 1000.0))
+    )
+
+
+def write_ellipse(path: Path, width: float, height: float) -> str:
+    """An ellipse about the middle of the tip's path, in shares of its extent, of few points."""
+    phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
+    x, y = (evaluate(arm(), name, phi) for name in ("x_tip", "y_tip"))
+    t = np.linspace(0.1, 6.2, 15)
+    return write_path(path, x.mean() + width * np.ptp(x) * np.cos(t), y.mean() + height * np.ptp(y) * np.sin(t))
+
+
+@pytest.fixture
+def curve(tmp_path: Path) -> str:
+    """A curve that the tip stays inside of."""
+    return write_ellipse(tmp_path / "path.csv", 0.7, 1.0)
+
+
+TIP = "distance x_tip y_tip to"
+
+
+def test_measures_are_those_of_the_tip_and_the_curve(curve: str) -> None:
+    """Coordinates by the other route of the tests, distances from segments of their own, in mm."""
+    kinds = {"max": np.max, "mean": np.mean, "rms": lambda d: np.sqrt(np.mean(d**2)), "range": np.ptp, "std": np.std}
+    names = [f"{kind} {TIP} {curve}" for kind in kinds] + [
+        f"{TIP} {curve} at 90",
+        f"max {TIP} {curve} while y_tip <= 100",
+    ]
+    outputs = SampledOutputs(arm(), ("a_mm", "n_mm"), names, ANGLES)
+    assert outputs.outputs[0].name == f"max {TIP} {curve} [mm]"
+    x = outputs.machine.design / outputs.machine.scale
+    values, slopes = outputs.slopes(x)
+    phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
+    tip = np.column_stack([evaluate(arm(), name, phi) for name in ("x_tip", "y_tip")])
+    points = np.loadtxt(curve, delimiter=",", skiprows=1)
+    distances, _ = find_nearest(tip, points)
+    expected = [kind(distances) for kind in kinds.values()]
+    np.testing.assert_allclose(values[:-1], [*expected, distances[ANGLES // 4]], rtol=1e-9)
+    inside = distances[tip[:, 1] <= 100]
+    assert values[-1] == pytest.approx(inside.max(), rel=0.05), "its nodes are others"
+    steps = 1e-6 * np.diag(x)
+    above, below = outputs.evaluated(x + steps, 1), outputs.evaluated(x - steps, 1)
+    differences = ((above - below) / (2 * np.diag(steps))[:, None]).T
+    np.testing.assert_allclose(slopes, differences, rtol=1e-5, atol=1e-6)
+
+
+def test_derivatives_in_goals_are_those_of_differences(curve: str) -> None:
+    machine = arm()
+    terms = (
+        f"max {TIP} {curve} + rms {TIP} {curve} + y_tip where {TIP} {curve} is least"
+        f" + mean M_in while {TIP} {curve} >= 5 mm"
+    )
+    limits = [f"{TIP} {curve} <= 2 cm", f"mean {TIP} {curve} while y_tip <= 100 <= 9"]
+    least = [resolve_measure(machine, measure) for measure in parse_sum(terms)]
+    goal = Goal(machine, least, [resolve_limit(machine, parse_limit(text)) for text in limits], 24)
+    assert goal.limits[0].number == pytest.approx(20)
+    rows, y = GoalConstraints(goal), goal.start(machine.design)
+    weights = np.random.default_rng(3).random(rows.count)
+
+    def gradient(point: Array) -> Array:
+        return goal.gradient(point) + rows.slopes(point).T @ weights
+
+    def value(point: Array) -> float:
+        return goal.value(point) + float(rows.values(point) @ weights)
+
+    steps = np.diag(1e-6 * np.maximum(np.abs(y), 1e-2))
+    first = [(value(y + h) - value(y - h)) / (2 * h.sum()) for h in steps]
+    np.testing.assert_allclose(gradient(y), first, rtol=1e-6, atol=1e-6 * np.abs(first).max())
+    second = np.array([(gradient(y + h) - gradient(y - h)) / (2 * h.sum()) for h in steps])
+    hessian = goal.hessian(y) + rows.curvature(y, weights)
+    np.testing.assert_allclose(hessian, second, rtol=1e-4, atol=1e-5 * np.abs(second).max())
+
+
+def test_angle_of_a_corner_has_no_gradient_and_is_refused(curve: str) -> None:
+    """The distance is greatest where two places of the curve are equally near."""
+    (term,) = parse_sum(f"y_tip where {TIP} {curve} is greatest")
+    machine = arm()
+    goal = Goal(machine, [resolve_measure(machine, term)], (), 24)
+    with pytest.raises(ComputationError, match="is greatest at a corner"):
+        goal.evaluate(machine.design)
+
+
+def test_search_returns_to_the_arm_that_drew_the_path(tmp_path: Path) -> None:
+    """The path is a polygon of the true one: what is left is its height over the chords, by their number."""
+    drawn = build_machine(own.file("transplanting_arm", p_mm=250, n_mm=-80))
+    phi = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+    path = write_path(tmp_path / "path.csv", *(evaluate(drawn, name, phi) for name in ("x_tip", "y_tip")))
+    machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
+    result = optimise(machine, f"rms {TIP} {path}", [f"{TIP} {path} <= 2 mm"]).result
+    assert result.design == pytest.approx({"p_mm": 250, "n_mm": -80}, abs=0.1)
+    assert result.objective < 0.05
+    assert result.met
+
+
+def test_limit_on_the_distance_is_kept(tmp_path: Path) -> None:
+    """Between two places of the curve that are equally near the distance has a corner, which a scan just misses."""
+    curve = write_ellipse(tmp_path / "path.csv", 0.5, 0.4)
+    machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
+    free = optimise(machine, f"max {TIP} {curve}").result.objective
+    result = optimise(machine, "-mean x_tip", [f"{TIP} {curve} <= {free + 2!r} mm"]).result
+    assert result.holds[0].active
+    design = build_machine(own.file("transplanting_arm", **result.design))
+    tip = np.column_stack([evaluate(design, name, np.linspace(0, 2 * np.pi, 721)) for name in ("x_tip", "y_tip")])
+    distances, _ = find_nearest(tip, np.loadtxt(curve, delimiter=",", skiprows=1))
+    assert free + 2 - 0.1 < distances.max() <= free + 2 + 1e-6
+
+
+def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
+    """The file is found beside the plan's machine or from here; a tip that stays on its own path is next to it."""
+    machine = load_machine("wang2017")
+    phi = 2 * np.pi * np.arange(180) / 180
+    path = write_path(tmp_path / "tip.csv", *(evaluate(machine, name, phi) for name in ("x_tip", "y_tip")))
+    m31 = float(machine.data[machine.index_of("design.m31")])
+    plan = {"machine": "wang2017", "outputs": [f"max {TIP} {path}"], "inputs": {"m31": [m31, 1.01 * m31]}}
+    asked = Sweep(Plan.read(plan, "plan.toml"))
+    same, other = asked.recipe.job().chunk(0, 2, 1)[:, 0]
+    changed = load_machine("wang2017", {"design.m31": 1.01 * m31})
+    phi = 2 * np.pi * np.arange(machine.samples) / machine.samples
+    tip = np.column_stack([evaluate(changed, name, phi) for name in ("x_tip", "y_tip")])
+    expected, _ = find_nearest(tip, np.loadtxt(path, delimiter=",", skiprows=1))
+    assert other == pytest.approx(expected.max(), rel=1e-9)
+    assert same < 0.1 * other
+    content, question = Path(path).read_text(encoding="utf-8"), asked.recipe.question
+    Path(path).write_text(content.replace("\n", " \n", 1), encoding="utf-8")
+    assert asked.recipe.question != question, "rows of another curve are not gone on with"
+    frozen = ROOM.frozen(ROOM.load("wang2017", {}))
+    subject = ROOM.subject(frozen, {"model": "exact"}, {"design.m31": (m31, 1.02 * m31)}, asked.outputs)
+    slope = float(subject.slopes(np.array([1.01 * m31]))[1][0, 0])
+    step = 1e-6 * m31
+    ends = subject.evaluated(np.array([[1.01 * m31 + step], [1.01 * m31 - step]]), 1)[:, 0]
+    assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
+
+
+def test_file_names_its_curve_as_seen_from_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So does an optimum in another folder, by the whole path."""
+    source = own.generated("transplanting_arm")
+    text = (source / "transplanting_arm.toml").read_text(encoding="utf-8").split("[turn]")[0]
+    text = text.replace("[values]", f'folder = "{source}"\n\n[values]', 1)
+    more = f'[objective]\nleast = "rms {TIP} path.csv"\n\n[requirements]\nhold = ["{TIP} path.csv <= 90 mm"]\n'
+    (tmp_path / "arm.toml").write_text(f'{text}{more}\n[origin]\ndefault = "assumed"\n', encoding="utf-8")
+    t = np.linspace(0, 6, 9)
+    write_path(tmp_path / "path.csv", 230 + 40 * np.cos(t), 90 + 50 * np.sin(t))
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    machine = build_machine(load(tmp_path / "arm.toml")).with_moved({"p_mm": (200.0, 280.0)})
+    (hold,) = evaluate_limits(machine)
+    assert hold.met
+    optimum = optimise(machine)
+    written = tmp_path / "elsewhere" / "optimum.toml"
+    written.write_text(optimum_file.text(optimum), encoding="utf-8")
+    assert tomllib.loads(written.read_text())["objective"]["least"] == f"rms {TIP} {tmp_path / 'path.csv'}"
+    assert evaluate_limits(build_machine(load(written)))[0].value == pytest.approx(optimum.result.holds[0].value)
+
+
+@pytest.mark.parametrize(
+    ("text", "content", "part"),
+    [
+        (f"{TIP} none.csv", "x_mm,y_mm\n1,2\n3,4\n", "none.csv"),
+        ("distance x_tip y_tipp to p.csv", "x_mm,y_mm\n1,2\n3,4\n", "did you mean y_tip"),
+        ("distance x_tip M_in to p.csv", "x_mm,y_mm\n1,2\n3,4\n", "must be lengths"),
+        (f"{TIP} p.csv", "x_mm,z_mm\n1,2\n3,4\n", "no column x_tip_mm"),
+        (f"{TIP} p.csv", "x_mm,y_N\n1,2\n3,4\n", "no column x_tip_mm"),
+        (f"{TIP} p.csv", "x_mm,y_mm\n1,2\n1,2\n", "2 to 1000 points that differ"),
+        (f"{TIP} p.csv", "x_mm,y_mm\n1,a\n1,2\n", "line 2, column y_mm"),
+    ],
+)
+def test_what_is_no_distance_is_refused(
+    text: str, content: str, part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "p.csv").write_text(content, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=part):
+        resolve_measure(arm(), parse_sum(f"max {text}")[0])
+
+
+@pytest.mark.parametrize(("kind", "part"), [("max", "proof bounds results"), ("jump", "so leave out `jump`")])
+def test_proof_and_c_take_no_distance_and_no_jump(kind: str, part: str, curve: str) -> None:
+    (term,) = parse_sum(f"{kind} {TIP} {curve}")
+    with pytest.raises(InputError, match=part):
+        check_provable(arm(), [resolve_measure(arm(), term)], "--least")
+    assert "has no form in C" in SampledGoal(replace(arm(), least=(term,))).reason_missing
+
+
+def test_columns_may_be_those_of_a_motion_in_any_unit(tmp_path: Path) -> None:
+    machine = arm()
+    for head, factor in (("phi_deg,x_tip_mm,y_tip_mm", 1.0), ("phi_deg,x_m,y_m", 1e-3)):
+        (tmp_path / "p.csv").write_text(
+            "\n".join([head, *(f"0,{factor * x},{factor * y}" for x, y in ((0, 0), (300, 0), (300, 200)))]) + "\n"
+        )
+        (term,) = parse_sum(f"max {TIP} {tmp_path / 'p.csv'}")
+        goal = Goal(machine, [resolve_measure(machine, term)], (), ANGLES, with_events=False)
+        phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
+        tip = np.column_stack([evaluate(machine, name, phi) for name in ("x_tip", "y_tip")])
+        expected, _ = find_nearest(tip, np.array([[0.0, 0], [300, 0], [300, 200]]))
+        assert goal.evaluate(machine.design) == pytest.approx(expected.max(), rel=1e-9)
