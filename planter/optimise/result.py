@@ -102,8 +102,8 @@ def result(problem: Problem, method: str, seed: int, found: Candidates, seconds:
     points = [judged.onto(u) for u in found.points if judged.kept(u)]
     if not points:
         raise NoFeasiblePointError(found.points)
-    least = min(judged.evaluate(u).objective for u in points)
-    ties = [u for u in points if judged.evaluate(u).objective == least]
+    objectives = [judged.evaluate(u).objective for u in points]  # once: digits depend on where loops closed before
+    ties = [u for u, objective in zip(points, objectives, strict=True) if objective == min(objectives)]
     u = flat.nearest(judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point)))
     return Result(
         method=method, seed=seed, design=judged.design(u), evaluation=judged.evaluate(u),
