@@ -1,0 +1,49 @@
+"""README.md: its pictures are those that commands draw, and its first lines print what it says."""
+
+import doctest
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.support.house import ROOT
+from tests.support.pictures import FOLDER, PICTURES, draw_picture
+
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def difference(path: Path, reference: Path) -> float:
+    """Mean difference of two pictures of one size, of 255; infinite for other sizes."""
+    with Image.open(path) as first, Image.open(reference) as second:
+        if first.size != second.size:
+            return float("inf")
+        arrays = [np.asarray(image.convert("RGB"), dtype=float) for image in (first, second)]
+    return float(np.abs(arrays[0] - arrays[1]).mean())
+
+
+def failures(text: str) -> int:
+    """Examples of a text whose output is not the one that stands below them."""
+    test = doctest.DocTestParser().get_doctest(text, {}, "README.md", "README.md", 0)
+    assert test.examples
+    return doctest.DocTestRunner(verbose=False).run(test, out=lambda _: None).failed
+
+
+def test_pictures_are_those_that_are_drawn() -> None:
+    names = set(re.findall(r"docs/pictures/([\w.]+)", TEXT))
+    assert names == set(PICTURES) == {path.name for path in FOLDER.iterdir()}
+    assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "symbols.png")) for name in PICTURES]
+)
+def test_picture_is_what_its_command_draws(name: str, tmp_path: Path) -> None:
+    assert difference(draw_picture(name, tmp_path), FOLDER / name) < 2
+    assert difference(FOLDER / name, FOLDER / ("gears.png" if name != "gears.png" else "clutch.png")) > 2
+
+
+def test_first_lines_print_what_is_shown() -> None:
+    assert failures(TEXT) == 0
+    assert failures(TEXT.replace("range 3.13 N", "range 3.14 N")) == 1
