@@ -56,96 +56,98 @@ balanced = pytest.mark.parametrize("make", BALANCED.values(), ids=BALANCED)
 any_design = pytest.mark.parametrize("make", ANY.values(), ids=ANY)
 
 
-def changed(of: Trial, values: object, rows: object = slice(None)) -> Trial:
+def changed(experiment: Trial, values: object, rows: object = slice(None)) -> Trial:
     """The trial with other responses, runs reordered by `rows`."""
-    factors = tuple(Factor(f.name, f.levels, f.codes[rows]) for f in of.factors)
-    responses = tuple(Response(r.name, values(r.values)[rows]) for r in of.responses)  # type: ignore[operator]
-    return Trial(of.source, factors, responses)
+    factors = tuple(Factor(f.name, f.levels, f.codes[rows]) for f in experiment.factors)
+    responses = tuple(Response(r.name, values(r.values)[rows]) for r in experiment.responses)  # type: ignore[operator]
+    return Trial(experiment.source, factors, responses)
 
 
-def frame(of: Trial, response: Response):  # type: ignore[no-untyped-def]
+def frame(experiment: Trial, response: Response):  # type: ignore[no-untyped-def]
     pandas = pytest.importorskip("pandas")
-    return pandas.DataFrame({f.name: f.codes for f in of.factors} | {"y": response.values})
+    return pandas.DataFrame({f.name: f.codes for f in experiment.factors} | {"y": response.values})
 
 
-def by_formula(of: Trial, response: Response, typ: int):  # type: ignore[no-untyped-def]
+def by_formula(experiment: Trial, response: Response, typ: int):  # type: ignore[no-untyped-def]
     """Analysis of variance as statsmodels writes it: {factor: (ss, df, F, p)}, residual (ss, df)."""
     fit = (
         pytest.importorskip("statsmodels.formula.api")
-        .ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in of.factors), frame(of, response))
+        .ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in experiment.factors), frame(experiment, response))
         .fit()
     )
     table = pytest.importorskip("statsmodels.stats.anova").anova_lm(fit, typ=typ)
-    rows = {f.name: table.loc[f"C({f.name}, Sum)"] for f in of.factors}
+    rows = {f.name: table.loc[f"C({f.name}, Sum)"] for f in experiment.factors}
     found = {name: (row["sum_sq"], row.df, row.F, row["PR(>F)"]) for name, row in rows.items()}
     return found, (table.loc["Residual", "sum_sq"], table.loc["Residual", "df"]), fit
 
 
-def assert_same(of: Trial, typ: int) -> None:
-    model = Model(of)
-    for response in of.responses:
-        mine = model.anova(response)
-        other, residual, _ = by_formula(of, response, typ)
+def assert_same(experiment: Trial, typ: int) -> None:
+    model = Model(experiment)
+    for response in experiment.responses:
+        table_rows = model.anova(response)
+        other, residual, _ = by_formula(experiment, response, typ)
         for name, row in other.items():
-            assert [getattr(mine[name], key) for key in ("ss", "df", "F", "p")] == pytest.approx(
+            assert [getattr(table_rows[name], key) for key in ("ss", "df", "F", "p")] == pytest.approx(
                 row, rel=1e-8, abs=1e-13
             )
-        assert (mine["error"].ss, mine["error"].df) == pytest.approx(residual, rel=1e-9)
+        assert (table_rows["error"].ss, table_rows["error"].df) == pytest.approx(residual, rel=1e-9)
 
 
 @balanced
 def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> None:  # type: ignore[no-untyped-def]
-    of = make()
-    assert is_orthogonal(of.factors)
-    for response in of.responses:
-        table = Model(of).anova(response)
+    experiment = make()
+    assert is_orthogonal(experiment.factors)
+    for response in experiment.responses:
+        table = Model(experiment).anova(response)
         parts = [row for name, row in table.items() if name != "total"]
         assert sum(row.ss for row in parts) == pytest.approx(table["total"].ss, rel=1e-12)
-        assert sum(row.df for row in parts) == table["total"].df == of.runs - 1
-        assert table["total"].ss == pytest.approx(of.runs * np.var(response.values), rel=1e-12)
+        assert sum(row.df for row in parts) == table["total"].df == experiment.runs - 1
+        assert table["total"].ss == pytest.approx(experiment.runs * np.var(response.values), rel=1e-12)
 
 
 def test_they_do_not_add_up_in_an_unbalanced_one() -> None:
-    of = unbalanced()
-    assert not is_orthogonal(of.factors)
-    table = Model(of).anova(of.responses[1])
+    experiment = unbalanced()
+    assert not is_orthogonal(experiment.factors)
+    table = Model(experiment).anova(experiment.responses[1])
     assert abs(sum(r.ss for n, r in table.items() if n != "total") / table["total"].ss - 1) > 1e-4
 
 
 @any_design
 def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no-untyped-def]
-    of = make()
-    other = changed(of, lambda y: y, rng().permutation(of.runs))
-    for one, two in zip(of.responses, other.responses, strict=True):
-        mine, theirs = Model(of).anova(one), Model(other).anova(two)
-        for name, row in mine.items():
+    experiment = make()
+    other = changed(experiment, lambda y: y, rng().permutation(experiment.runs))
+    for one, two in zip(experiment.responses, other.responses, strict=True):
+        table_rows, theirs = Model(experiment).anova(one), Model(other).anova(two)
+        for name, row in table_rows.items():
             assert theirs[name].table() == pytest.approx(row.table(), rel=1e-9, abs=1e-13)
-        assert Model(other).effects(two).predicted() == pytest.approx(Model(of).effects(one).predicted(), rel=1e-11)
+        assert Model(other).effects(two).predicted() == pytest.approx(
+            Model(experiment).effects(one).predicted(), rel=1e-11
+        )
 
 
 @any_design
 @pytest.mark.parametrize(("shift", "scale"), [(1e4, 1.0), (0.0, -3.0), (-7.0, 1e-80), (0.0, 1e80)])
 def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> None:  # type: ignore[no-untyped-def]
-    of = make()
-    other = changed(of, lambda y: scale * y + shift * abs(scale))
-    model = Model(of)
-    for one, two in zip(of.responses, other.responses, strict=True):
-        mine, theirs = model.anova(one), model.anova(two)
-        for name in (f.name for f in of.factors):
-            assert theirs[name].ss == pytest.approx(scale**2 * mine[name].ss, rel=1e-7, abs=0)
-            assert (theirs[name].F, theirs[name].p) == pytest.approx((mine[name].F, mine[name].p), rel=1e-7)
+    experiment = make()
+    other = changed(experiment, lambda y: scale * y + shift * abs(scale))
+    model = Model(experiment)
+    for one, two in zip(experiment.responses, other.responses, strict=True):
+        table_rows, theirs = model.anova(one), model.anova(two)
+        for name in (f.name for f in experiment.factors):
+            assert theirs[name].ss == pytest.approx(scale**2 * table_rows[name].ss, rel=1e-7, abs=0)
+            assert (theirs[name].F, theirs[name].p) == pytest.approx((table_rows[name].F, table_rows[name].p), rel=1e-7)
         wanted = scale * model.effects(one).predicted() + shift * abs(scale)
         assert model.effects(two).predicted() == pytest.approx(wanted, rel=1e-9, abs=0)
 
 
 @balanced
 def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore[no-untyped-def]
-    of = make()
-    result = field.evaluated(of).result
-    for response, factor in itertools.product(of.responses, of.factors):
+    experiment = make()
+    result = field.evaluated(experiment).result
+    for response, factor in itertools.product(experiment.responses, experiment.factors):
         found = result.range[response.name][factor.name]
         k = np.array(found.k)
-        repeated = of.runs / len(factor.levels)
+        repeated = experiment.runs / len(factor.levels)
         ss = result.anova[response.name][factor.name].ss
         assert repeated * np.sum((k - response.values.mean()) ** 2) == pytest.approx(ss, rel=1e-10)
         assert pytest.approx(k.max() - k.min(), rel=1e-15) == found.R
@@ -154,47 +156,47 @@ def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore
 @any_design
 def test_projections_give_the_same(make) -> None:  # type: ignore[no-untyped-def]
     """Sums of squares from projections on indicator columns, without any coding or regression."""
-    of = make()
+    experiment = make()
 
     def projected(factors, y):  # type: ignore[no-untyped-def]
-        columns = [np.ones((of.runs, 1)), *(np.eye(len(f.levels))[f.codes] for f in factors)]
+        columns = [np.ones((experiment.runs, 1)), *(np.eye(len(f.levels))[f.codes] for f in factors)]
         x = np.hstack(columns)
         return x @ np.linalg.pinv(x) @ y
 
-    for response in of.responses:
-        table = Model(of).anova(response)
-        full = projected(of.factors, response.values)
-        for factor in of.factors:
-            rest = projected([f for f in of.factors if f is not factor], response.values)
+    for response in experiment.responses:
+        table = Model(experiment).anova(response)
+        full = projected(experiment.factors, response.values)
+        for factor in experiment.factors:
+            rest = projected([f for f in experiment.factors if f is not factor], response.values)
             assert table[factor.name].ss == pytest.approx(np.sum((full - rest) ** 2), rel=1e-8)
         assert table["error"].ss == pytest.approx(np.sum((response.values - full) ** 2), rel=1e-8)
 
 
 @any_design
 def test_statsmodels_formula_interface_gives_the_same(make) -> None:  # type: ignore[no-untyped-def]
-    of = make()
-    for typ in (1, 2, 3) if is_orthogonal(of.factors) else (2, 3):
-        assert_same(of, typ)
+    experiment = make()
+    for typ in (1, 2, 3) if is_orthogonal(experiment.factors) else (2, 3):
+        assert_same(experiment, typ)
 
 
 def test_that_comparison_can_fail() -> None:
-    of = unbalanced()
+    experiment = unbalanced()
     with pytest.raises(AssertionError):
-        assert_same(of, 1)
+        assert_same(experiment, 1)
 
 
 @any_design
 def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: ignore[no-untyped-def]
     pandas = pytest.importorskip("pandas")
-    of = make()
-    result = field.evaluated(of).result
-    combinations = list(itertools.product(*(range(len(f.levels)) for f in of.factors)))
+    experiment = make()
+    result = field.evaluated(experiment).result
+    combinations = list(itertools.product(*(range(len(f.levels)) for f in experiment.factors)))
     assert len(result.prediction) == len(combinations)
-    for response in of.responses:
-        *_, fit = by_formula(of, response, 2)
-        rows = {f.name: [c[i] for c in combinations] for i, f in enumerate(of.factors)}
-        mine = [row.means[response.name] for row in result.prediction]
-        assert mine == pytest.approx(fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11)
+    for response in experiment.responses:
+        *_, fit = by_formula(experiment, response, 2)
+        rows = {f.name: [c[i] for c in combinations] for i, f in enumerate(experiment.factors)}
+        table_rows = [row.means[response.name] for row in result.prediction]
+        assert table_rows == pytest.approx(fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11)
 
 
 LONGLEY = """\
@@ -248,8 +250,8 @@ def test_one_factor_is_the_one_way_test_of_scipy() -> None:
 
 
 def test_best_levels_are_found_by_trying_all() -> None:
-    of = l18()
-    result = field.evaluated(of, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
+    experiment = l18()
+    result = field.evaluated(experiment, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
     scores = {"Y1": lambda row: abs(row.means["Y1"]), "Y2": lambda row: -row.means["Y2"]}
     for name, score in scores.items():
         assert result.best[name] == min(result.prediction, key=score).levels
@@ -265,8 +267,8 @@ def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
     y = np.array([3.0, 1.0, 1.0])[codes[:, 0]] + 0.1
     random = rng()
     for _ in range(20):
-        of = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
-        assert field.evaluated(of, wanted={"Y1": Goal.of("0")}).result.best["Y1"] == [1, 0]
+        experiment = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
+        assert field.evaluated(experiment, wanted={"Y1": Goal.of("0")}).result.best["Y1"] == [1, 0]
 
 
 def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
@@ -281,9 +283,9 @@ def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
     codes = array("L9").codes[:, :2].copy()
     assert is_orthogonal(runs_of(codes, np.arange(9.0)).factors)
     codes[[0, 4], 1] = codes[[4, 0], 1]
-    of = runs_of(codes, np.arange(9.0))
-    assert all(np.ptp(np.bincount(f.codes)) == 0 for f in of.factors)
-    assert not is_orthogonal(of.factors)
+    experiment = runs_of(codes, np.arange(9.0))
+    assert all(np.ptp(np.bincount(f.codes)) == 0 for f in experiment.factors)
+    assert not is_orthogonal(experiment.factors)
 
 
 def test_without_freedom_for_the_error_there_is_no_test() -> None:
@@ -329,8 +331,8 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 ) -> None:
     monkeypatch.setattr(field, "LISTED", listed)
     monkeypatch.setattr(field, "SEARCHED", searched)
-    of = runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))
-    result = field.evaluated(of, wanted={"Y1": Goal.of("smaller")}).result
+    experiment = runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))
+    result = field.evaluated(experiment, wanted={"Y1": Goal.of("smaller")}).result
     assert len(result.prediction) == (18 if listed >= 18 else 0)
     assert (result.best is None) == (searched < 18)
     assert any("of 18 combinations" in warning for warning in result.warnings) == (listed < 18)
