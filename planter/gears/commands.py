@@ -1,4 +1,4 @@
-"""The command that makes gears with teeth."""
+"""The command `planter gears`."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ teeth where the arm moves, and locking arcs where it dwells. --curve takes a CSV
 radius_mm over a closed turn, or FILE:PREFIX for columns PREFIX_polar_deg and PREFIX_radius_mm, as `planter train`
 writes them; its mate is the conjugate, with which --mate is compared.
 
-Of a planting device it also says what friction of the teeth does: without, by the paper's convention, and against the
-sliding, with the work that is lost.
+For a planting device it also reports the effect of tooth friction: without friction, by the paper's convention, and
+against the sliding, with the lost work.
 
 Every flank is exact, and so are the numbers; --out writes a drawing (DXF with arcs), a preview (SVG) and a table of
 each gear, the assembly, figures and a page; --step and --stl solids too.
@@ -100,39 +100,41 @@ def gears(
 ) -> None:
     console = Console(as_json)
     with console.outcome():
-        from planter.gears import asked, command, room, tables
+        from planter.gears import gear_set, request, tables
 
         if (machine is None) == (curve is None):
-            raise InputError("one of MACHINE and --curve must be given")
-        _check("needs --out DIR to write solids to", {"--step": step and not out, "--stl": stl and not out})
-        made = asked.parts(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
-        own = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
-        given = {name: value for name, value in own.items() if value is not None}
-        rack = asked.Teeth(
+            raise InputError("give either MACHINE or --curve")
+        _check("needs --out DIR", {"--step": step and not out, "--stl": stl and not out})
+        settings = request.parse_part_settings(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
+        rack_options = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
+        explicit = {name: value for name, value in rack_options.items() if value is not None}
+        rack = request.Teeth(
             clearance=clearance,
             tip_radius=tip_radius,
             backlash_mm=backlash_mm,
             centre_error_mm=centre_error_mm,
             process=process,
             allow_undercut=allow_undercut,
-            **given,
+            **explicit,
         )
         if curve is not None:
             stages = {"--module1": module1, "--module2": module2}
             _check("goes with MACHINE, not with --curve", {**stages, "--set": set_, "--speed-rpm": speed_rpm})
-            found = command.of_curves(curve, mate, turns, rack, module, teeth, keep)
-            result = command.make(found, rack, made, out, console.progress)
+            gear_pair = gear_set.build_curve_set(curve, mate, turns, rack, module, teeth, keep)
+            result = gear_set.make_gear_set(gear_pair, rack, settings, out, console.progress)
         else:
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != 1})
-            modules, numbers = asked.modules(module, module1, module2), asked.counts(teeth)
-            wanted = room.Wanted(rack, made, frozenset(given), modules, numbers, keep, changes(set_), speed_rpm)
-            result = room.room_of(machine).make(machine, wanted, out, console.progress)
+            modules, numbers = request.parse_modules(module, module1, module2), request.parse_tooth_counts(teeth)
+            options = request.GearOptions(
+                rack, settings, frozenset(explicit), modules, numbers, keep, changes(set_), speed_rpm
+            )
+            result = request.find_adapter(machine).make(machine, options, out, console.progress)
         console.result(result, lambda: tables.show(console, result))
 
 
-def _check(allowed: str, given: Mapping[str, object]) -> None:
-    """Raise InputError for the first option that is given and must not be."""
-    for option, value in given.items():
+def _check(allowed: str, values: Mapping[str, object]) -> None:
+    """Raise InputError for the first option that is given although it must not be."""
+    for option, value in values.items():
         if value:
             raise InputError(f"{option} {allowed}")

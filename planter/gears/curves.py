@@ -1,4 +1,4 @@
-"""Pitch curves from CSV files: columns `polar_deg` and `radius_mm`, or such with a prefix, `FILE:PREFIX`."""
+"""Pitch curves from CSV files: columns `polar_deg` and `radius_mm`, optionally with a prefix, `FILE:PREFIX`."""
 
 from __future__ import annotations
 
@@ -15,109 +15,114 @@ from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.numerics.spacing import WIDEST, find_gap
 
-LEAST = 8
-"""Points that a curve must have."""
-MOST = 4000
+MIN_POINTS = 8
+"""Smallest number of points of a curve."""
+MAX_POINTS = 4000
 """Largest number of points: each is a panel of the curve, and costs a millisecond or two."""
-SMALLEST_MM, LARGEST_MM, LARGEST_DEG = 1e-2, 1e4, 1e6
-CLOSED = 1e-6
-"""How far from a turn the last point may be to be the first again [deg]."""
-CLOSED_RADIUS = 1e-4
+RADIUS_MIN_MM, RADIUS_MAX_MM, ANGLE_MAX_DEG = 1e-2, 1e4, 1e6
+CLOSURE_TOLERANCE = 1e-6
+"""Deviation from a full turn up to which the last point repeats the first [deg]."""
+RADIUS_TOLERANCE = 1e-4
 """Share of the radius by which the row that repeats the first may differ from it."""
-OPEN = 1.5
+CLOSING_STEP = 1.5
 """Largest step from the last row to the first, in largest steps of the table."""
-CROWDED = 0.05
-"""Points that are nearer than this share of their mean distance are one."""
-MISSED = 5e-5
-"""How far a mate that is given may be from the conjugate [m]."""
+MIN_SPACING = 0.05
+"""Share of the mean step below which points are merged."""
+MATE_TOLERANCE = 5e-5
+"""Largest deviation of a given mate from the conjugate [m]."""
 
 
 def load_pair(source: str, mate: str | None, turns: int) -> Pair:
-    """The pair of a pitch curve in a file, with its conjugate: `turns` of the gear for one of the mate.
+    """Return the pair of a pitch curve in a file and its conjugate: `turns` of the gear for one of the mate.
 
-    A mate in a file of its own, whose first point meets the first of the gear, is what the conjugate is held against.
-    Raises InputError, naming file and place, for a curve that cannot be read, is no closed turn, or is no mate.
+    A mate in a separate file, whose first point meets the first of the gear, is compared with the conjugate.
+    Raises InputError, naming file and row, for a curve that cannot be read or is not closed, or a mate that deviates.
     """
-    polar, radius = _curve(source)
+    polar, radius = _read_curve(source)
     sense = 1 if polar[1] > polar[0] else -1
-    found = of_samples(sense * polar, radius, source, turns, sense)
+    pair = of_samples(sense * polar, radius, source, turns, sense)
     if mate is not None:
-        _check_mate(found, mate)
-    return found
+        _check_mate(pair, mate)
+    return pair
 
 
-def _curve(source: str) -> tuple[Array, Array]:
+def _read_curve(source: str) -> tuple[Array, Array]:
     """Return polar angles [rad] and radii [m] (n,) over one closed turn, without the row that repeats the first.
 
     Raises InputError for a table that cannot be read or is not one closed turn.
     """
-    path, prefix = _parted(source)
+    path, prefix = _split_prefix(source)
     table = csv_rows.read(text.read_text(path), str(path))
     names = [f"{prefix}_polar_deg" if prefix else "polar_deg", f"{prefix}_radius_mm" if prefix else "radius_mm"]
     missing = [name for name in names if name not in table.header]
     if missing:
         hint = "" if prefix else " (of several curves in a file, name one: FILE:PREFIX)"
         raise InputError(f"{path}: the header has no column {missing[0]}, but {' and '.join(names)} are needed{hint}")
-    polar, radius = (np.array(table.numbers(n, most)) for n, most in zip(names, (LARGEST_DEG, LARGEST_MM), strict=True))
-    if not LEAST <= len(polar) <= MOST:
-        raise InputError(f"{path}: {len(polar)} points are not allowed: there must be {LEAST} to {MOST}")
+    polar, radius = (
+        np.array(table.numbers(n, limit)) for n, limit in zip(names, (ANGLE_MAX_DEG, RADIUS_MAX_MM), strict=True)
+    )
+    if not MIN_POINTS <= len(polar) <= MAX_POINTS:
+        raise InputError(f"{path}: {len(polar)} points; a curve needs {MIN_POINTS} to {MAX_POINTS}")
     steps = np.diff(polar)
     if not ((steps > 0).all() or (steps < 0).all()):
         row = int(np.argmax(steps * np.sign(steps.sum()) <= 0)) + 1
         raise InputError(f"{table.place(row, names[0])}: {polar[row]:g} is not allowed: angles must go one way round")
-    if (radius < SMALLEST_MM).any():
-        row = int(np.argmax(radius < SMALLEST_MM))
-        allowed = f"it must be at least {SMALLEST_MM:g} mm"
+    if (radius < RADIUS_MIN_MM).any():
+        row = int(np.argmax(radius < RADIUS_MIN_MM))
+        allowed = f"it must be at least {RADIUS_MIN_MM:g} mm"
         raise InputError(f"{table.place(row, names[1])}: {radius[row]:g} is not allowed: {allowed}")
     turn = abs(polar[-1] - polar[0])
-    if turn > 360 + CLOSED:
+    if turn > 360 + CLOSURE_TOLERANCE:
         raise InputError(f"{path}: {names[0]} goes over {turn:g} deg, but it must be one closed turn")
-    if abs(turn - 360) < CLOSED:
-        if abs(radius[-1] - radius[0]) > CLOSED_RADIUS * radius[0]:
+    if abs(turn - 360) < CLOSURE_TOLERANCE:
+        if abs(radius[-1] - radius[0]) > RADIUS_TOLERANCE * radius[0]:
             allowed = f"it must be {radius[0]:g}, the radius a turn before, where the curve closes"
             raise InputError(f"{table.place(len(radius) - 1, names[1])}: {radius[-1]:g} is not allowed: {allowed}")
         polar, radius = polar[:-1], radius[:-1]
-    distinct = _apart(np.abs(polar - polar[0]), 360 * CROWDED / len(polar))
+    distinct = _select_distinct(np.abs(polar - polar[0]), 360 * MIN_SPACING / len(polar))
     polar, radius = polar[distinct], radius[distinct]
     _check_turn(str(path), names[0], polar)
     return np.radians(polar), radius * 1e-3
 
 
 def _check_turn(path: str, name: str, polar: Array) -> None:
-    """Raise InputError where distinct polar angles (n,) [deg] do not cover one closed turn."""
+    """Raise InputError if distinct polar angles (n,) [deg] do not cover one closed turn."""
     steps = np.abs(np.diff(polar))
     span, widest = float(steps.sum()), float(steps.max())
-    if 360 - span > OPEN * widest:
+    if 360 - span > CLOSING_STEP * widest:
         hint = " (are these radians?)" if abs(span + widest - TURN) < widest else ""
         raise InputError(
-            f"{path}: {name} covers {span:.6g} deg, which is not allowed: it must be one closed turn, so that the last "
-            f"row is followed by the first within {OPEN:g} of the largest step, {widest:.4g} deg{hint}"
+            f"{path}: {name} covers {span:.6g} deg instead of a closed turn; the step from the last row to the "
+            f"first must be at most {CLOSING_STEP:g} times the largest step, {widest:.4g} deg{hint}"
         )
     gap = find_gap(np.append(steps, 360 - span))
     if gap is not None:
         ends = f"{polar[gap]:g} to {polar[(gap + 1) % len(polar)]:g}"
         raise InputError(
-            f"{path}: {name} has no row from {ends} deg, which is not allowed: no step may be above {WIDEST:g} times "
-            f"the median step of one closed turn"
+            f"{path}: {name} has no row from {ends} deg; no step may exceed {WIDEST:g} times the median step "
+            f"of one closed turn"
         )
 
 
-def _apart(places: Array, least: float) -> list[int]:
-    """Numbers of places (n,) that are at least so far from the last that is kept: rounding bends a crowd of points."""
-    kept = [0]
-    for number in range(1, len(places)):
-        if places[number] - places[kept[-1]] >= least:
-            kept.append(number)
-    return kept
+def _select_distinct(angles: Array, min_step: float) -> list[int]:
+    """Return indices of angles (n,) [deg] at least `min_step` after the last selected one.
+
+    Rounding would bend the curve through a crowd of points.
+    """
+    distinct = [0]
+    for number in range(1, len(angles)):
+        if angles[number] - angles[distinct[-1]] >= min_step:
+            distinct.append(number)
+    return distinct
 
 
-def path_of(source: str) -> Path:
-    """The file that a curve is in."""
-    return _parted(source)[0]
+def find_curve_path(source: str) -> Path:
+    """Return the file that contains a curve."""
+    return _split_prefix(source)[0]
 
 
-def _parted(source: str) -> tuple[Path, str]:
-    """A path and the prefix of the columns behind it, if there is one."""
+def _split_prefix(source: str) -> tuple[Path, str]:
+    """Return the path and the prefix of the columns, empty without one."""
     if Path(source).exists():
         return Path(source), ""
     path, colon, prefix = source.rpartition(":")
@@ -125,16 +130,17 @@ def _parted(source: str) -> tuple[Path, str]:
 
 
 def _check_mate(pair: Pair, source: str) -> None:
-    """Raise InputError where a mate is not the conjugate of its gear."""
-    polar, radius = _curve(source)
+    """Raise InputError if a mate is not the conjugate of its gear."""
+    polar, radius = _read_curve(source)
     share = np.linspace(0, 1, 4001)
     curve = pair.mate
     rows = curve.at(share * curve.length)
     conjugate = np.interp(np.mod(-pair.sense * np.abs(polar - polar[0]), TURN), rows[POLAR], np.hypot(*rows[:2]))
     missed = np.abs(conjugate - radius)
     worst = int(np.argmax(missed))
-    if missed[worst] > MISSED:
+    if missed[worst] > MATE_TOLERANCE:
         raise InputError(
             f"{source}: at {np.degrees(polar[worst]):.6g} deg the radius is {radius[worst] * 1e3:.6g} mm, but the "
-            f"conjugate of the gear has {conjugate[worst] * 1e3:.6g} mm there: it must be within {MISSED * 1e3:g} mm"
+            f"conjugate of the gear has {conjugate[worst] * 1e3:.6g} mm there: it must be within "
+            f"{MATE_TOLERANCE * 1e3:g} mm"
         )

@@ -1,4 +1,4 @@
-"""The options of commands that make gears."""
+"""Options of the commands that cut gears."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ Module2Option = Annotated[
 ]
 TeethOption = Annotated[
     str | None,
-    typer.Option("--teeth", metavar="Z1,Z2", help="teeth of a gear of stage 1 and of stage 2 [default: the whole "
-                 "number nearest to the pitch curve's length over pi m]", show_default=False),
+    typer.Option("--teeth", metavar="Z1,Z2", help="tooth counts of a gear of stage 1 and of stage 2 [default: the "
+                 "integer nearest to the pitch curve's length over pi m]", show_default=False),
 ]  # fmt: skip
 KeepOption = Annotated[
     Keep | None,
-    typer.Option(help="keep the size as designed, the module following; or the module, the pair being scaled "
+    typer.Option(help="keep the designed size and adapt the module, or keep the module and scale the pair "
                  "[default: the size with --teeth, else the module]", show_default=False),
 ]  # fmt: skip
 PressureAngleOption = Annotated[

@@ -1,4 +1,4 @@
-"""The files of a set of gears: drawings, previews, solids, flanks as tables, and how they are put together."""
+"""Files of a set of gears: drawings, previews, solids, tables of flanks, and the assembly."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from planter.workshop.bores import Bore
 from planter.workshop.drawing import Line
 from planter.workshop.outline import Traced
 
-LEAST_RIM = 0.5
-"""Least rim between a bore, its keyway included, and the roots, in tooth depths: the rim thickness factors of ISO
-6336-3 and AGMA 2001 end there."""
+MIN_RIM = 0.5
+"""Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness factors of ISO 6336-3
+and AGMA 2001 end there."""
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
 
 
 AnyGear = Gear | IncompleteGear
-"""What files are made of: with teeth all round, or on part of a turn."""
+"""A gear with teeth on the whole turn, or on part of it."""
 
 
 @dataclass(frozen=True)
-class Parts:
-    """What files are made with: tolerance of arcs, bore, width of the gears [m], and whether to make solids."""
+class PartSettings:
+    """Settings of the files: arc tolerance [m], bore, width of the gears [m], and whether to write solids."""
 
     tolerance: float
     bore: Bore | None
@@ -42,8 +42,9 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Placed:
-    """A gear in its place: turned by an angle [rad], its axis at a centre [m]; direction of its keyway in its frame."""
+class PlacedGear:
+    """A gear rotated by an angle [rad] with its axis at a centre [m], and the direction of its keyway [rad] in its "
+    "frame."""
 
     gear: AnyGear
     angle: float = 0.0
@@ -52,11 +53,11 @@ class Placed:
 
 
 @dataclass(frozen=True)
-class Part:
-    """A gear as it is made."""
+class GearPart:
+    """A gear with its manufacturing settings."""
 
-    placed: Placed
-    made: Parts
+    placed: PlacedGear
+    settings: PartSettings
 
     @property
     def stem(self) -> str:
@@ -64,37 +65,37 @@ class Part:
 
     @cached_property
     def teeth(self) -> Arcs:
-        """Its outline as arcs."""
-        return biarcs.fit(self.placed.gear.outline().pieces, self.made.tolerance).arcs
+        """The outline as arcs."""
+        return biarcs.fit(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
 
     @cached_property
     def pitch(self) -> Arcs:
-        """Its pitch curve as arcs."""
-        gear, tolerance = self.placed.gear, 10 * self.made.tolerance
+        """The pitch curve as arcs."""
+        gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
         if isinstance(gear, IncompleteGear):
             return biarcs.fit([gear.pitch_line], tolerance, closed=False).arcs
         return biarcs.fit([Traced("pitch curve", gear.curve.places)], tolerance).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
-        """Its bore, with the keyway where its shaft has it."""
-        bore = self.made.bore
+        """The bore, its keyway in the direction of the shaft's."""
+        bore = self.settings.bore
         if bore is None or bore.keyway is None or self.placed.key is None:
             return bore
         return replace(bore, keyway=replace(bore.keyway, phase=self.placed.key))
 
     @cached_property
     def rim(self) -> Rim | None:
-        """The rim between the bore and the roots, None without a bore. Raises InputError where it is too thin."""
+        """The rim between the bore and the roots, None without a bore. Raises InputError if it is too thin."""
         if self.bore is None:
             return None
         sizes = self.placed.gear.rack.sizes
         depth = sizes["tip"] + sizes["root"]
-        wall = bores.check_wall(self.bore, self.teeth, self.placed.gear.name, LEAST_RIM * depth)
+        wall = bores.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
         return Rim(wall * 1e3, wall / depth)
 
     def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[Line]:
-        """What a drawing shows of it, turned and with its axis at a centre."""
+        """Yield the lines of a drawing of the gear, rotated by `turn` [rad], its axis at a centre [m]."""
         yield Line("TEETH", self.teeth.moved(turn, centre))
         yield Line("PITCH", self.pitch.moved(turn, centre))
         if self.bore is not None:
@@ -102,29 +103,29 @@ class Part:
         yield from drawing.cross(centre, 0.1 * float(np.hypot(*self.teeth.vertices.T).max()))
 
     def files(self) -> Iterator[tuple[str, bytes]]:
-        """Names and contents of its files."""
+        """Yield names and contents of the gear's files."""
         lines = list(self.lines())
         yield f"{self.stem}.dxf", drawing.dxf(lines)
         yield f"{self.stem}.svg", preview.svg(lines, self.placed.gear.name).encode()
-        yield f"{self.stem}_flanks.csv", _table(self.placed.gear).encode()
+        yield f"{self.stem}_flanks.csv", _tabulate_flanks(self.placed.gear).encode()
         holes = [] if self.bore is None else [self.bore.edge]
-        if self.made.step:
+        if self.settings.step:
             pieces = self.placed.gear.outline().pieces
-            yield f"{self.stem}.step", solids.step(self.placed.gear.name, pieces, holes, self.made.width)
-        if self.made.stl:
-            yield f"{self.stem}.stl", mesh.stl(self.teeth, holes, self.made.width, self.made.tolerance)
+            yield f"{self.stem}.step", solids.step(self.placed.gear.name, pieces, holes, self.settings.width)
+        if self.settings.stl:
+            yield f"{self.stem}.stl", mesh.stl(self.teeth, holes, self.settings.width, self.settings.tolerance)
 
 
-def check(gears: Sequence[Placed], made: Parts) -> list[Part]:
-    """Return the gears as they are made. Raises InputError for a bore that leaves too thin a rim."""
-    found = [Part(one, made) for one in gears]
-    for part in found:
+def check_parts(gears: Sequence[PlacedGear], settings: PartSettings) -> list[GearPart]:
+    """Return the gears with their settings. Raises InputError for a bore that leaves too thin a rim."""
+    parts = [GearPart(gear, settings) for gear in gears]
+    for part in parts:
         _ = part.rim
-    return found
+    return parts
 
 
-def files(parts: Sequence[Part]) -> Iterator[tuple[str, bytes]]:
-    """Names and contents of all files: those of each gear, and of their assembly."""
+def build_part_files(parts: Sequence[GearPart]) -> Iterator[tuple[str, bytes]]:
+    """Yield names and contents of all files: those of each gear, and of their assembly."""
     for part in parts:
         yield from part.files()
     lines = [line for part in parts for line in part.lines(part.placed.angle, part.placed.centre)]
@@ -132,13 +133,13 @@ def files(parts: Sequence[Part]) -> Iterator[tuple[str, bytes]]:
     yield "assembly.svg", preview.svg(lines, "assembly").encode()
 
 
-def _table(gear: AnyGear) -> str:
-    """Places along the outline of a gear as CSV: which piece of which tooth, arc length, place, normal, curvature."""
+def _tabulate_flanks(gear: AnyGear) -> str:
+    """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal, curvature."""
     pieces = gear.outline().pieces
-    found = courses.course(pieces, _ROWS)
-    told = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
-    columns = found.columns()
+    samples = courses.course(pieces, _ROWS)
+    labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
+    columns = samples.columns()
     values: Array = np.column_stack(list(columns.values()))
-    rows = ((*told[k], *row) for k, row in zip(found.piece.tolist(), values.tolist(), strict=True))
+    rows = ((*labels[k], *row) for k, row in zip(samples.piece.tolist(), values.tolist(), strict=True))
     comments = (f"gear: {gear.name}", f"teeth: {gear.z}", f"module_mm: {gear.rack.module * 1e3!r}")
     return csv_rows.written(comments, ("piece", "tooth", "side", *columns), rows)

@@ -80,9 +80,9 @@ class StageCut(Record):
     `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, `penetration_modules` is how deep
     these polygons reach into each other at most, in modules, over the whole period; all else is solved exactly.
     `lost_motion_deg` is how far the second gear turns from its central position to contact on one side, the first
-    gear fixed; `lost_motion_total_deg` is what a hand measures, the turn from contact on one side to contact on the
-    other, at the same position. `farther_lost_motion_deg`, `farther_total_deg` and `farther_contact_ratio` are those
-    with an error of the centre distance, null without one and where teeth lose contact at any position.
+    gear fixed; `lost_motion_total_deg` is the turn from contact on one side to contact on the other at the same
+    position, as it is measured on a machine. `farther_lost_motion_deg`, `farther_total_deg` and `farther_contact_ratio`
+    are those with an error of the centre distance, null without one and where teeth lose contact at any position.
     `sliding_max_mm` is the sliding speed of flanks per rotation rate of the first gear.
     """
 
@@ -111,10 +111,10 @@ class StageCut(Record):
 
 @dataclass(frozen=True)
 class Scaled(Record):
-    """What the scaling to a standard module does to a machine.
+    """Effect of scaling a machine to a standard module.
 
-    `tip_moved_max_mm` is how far the path of its tip moves at most; `broken_before`, `broken` are the requirements that
-    it breaks as designed and as scaled, null where it has none.
+    `tip_moved_max_mm` is the largest displacement of the path of its tip; `broken_before`, `broken` are the
+    requirements that it breaks as designed and as scaled, null if it has no requirements.
     """
 
     design: dict[str, float]
@@ -125,10 +125,10 @@ class Scaled(Record):
 
 @dataclass(frozen=True)
 class FrictionTurn(Record):
-    """A machine over a turn with one kind of friction between its teeth.
+    """A machine over a turn with one kind of tooth friction.
 
     `largest_N` and `rms_N` are those of forces by name, `lost_J` the work lost by place, of all sides together.
-    `efficiency` (stage 1, stage 2) is the share that a mesh leaves of the work that it is given, seen from the carrier.
+    `efficiency` (stage 1, stage 2) is the share of the supplied work that a mesh transmits, seen from the carrier.
     """
 
     largest_N: dict[str, float]
@@ -141,12 +141,12 @@ class FrictionTurn(Record):
 
 @dataclass(frozen=True)
 class Friction(Record):
-    """What friction between teeth does to a machine: without any, as its paper has it, and against the sliding.
+    """Effect of tooth friction on a machine: without friction, by the convention of its paper, and against the sliding.
 
     `sliding` has all pairs in contact bear the same; with `nearest` the one nearest to the pitch point bears all, with
     `farthest` the one farthest from there. `at_most_N` bounds the forces over all ways to share a load, and `pairs` are
-    the most pairs of a stage that bear at once. The support force, and with it the `objective`, feels none of it:
-    `support_changed_N` is by how much it changes at most.
+    the most pairs of a stage that bear at once. The support force, and with it the `objective`, does not depend
+    on friction: `support_changed_N` is its largest change.
     """
 
     friction_angle_deg: float
@@ -165,7 +165,7 @@ class Friction(Record):
 
 @dataclass(frozen=True)
 class IncompleteCut(Record):
-    """An incomplete gear: its teeth, cut ones included, the pieces of its outline, how far these are apart at most.
+    """An incomplete gear: its teeth including cut ones, the pieces of its outline and the largest gap between them.
 
     Margin and top land are those that the rack leaves, before the arcs.
     """
@@ -184,7 +184,7 @@ class IncompleteCut(Record):
 
 @dataclass(frozen=True)
 class LooseMotion(Record):
-    """How far a driven gear can turn at most, behind its law and ahead of it; null where nothing stops it."""
+    """Largest rotation of a driven gear behind its law and ahead of it; null if nothing limits it."""
 
     behind_deg: float | None
     ahead_deg: float | None
@@ -192,7 +192,7 @@ class LooseMotion(Record):
 
 @dataclass(frozen=True)
 class LooseTurn(Record):
-    """The same over the parts of a turn: `driven` is where teeth hold it both ways all the time."""
+    """Loose motion over the parts of a turn; in `driven` teeth limit it in both directions throughout."""
 
     after_dwell: LooseMotion
     driven: LooseMotion
@@ -204,10 +204,10 @@ class LooseTurn(Record):
 class Intermittent(Record):
     """A pair with teeth on part of its turn and locking arcs over the rest, both laid over each other as polygons.
 
-    `z` are the teeth of the driving gear, `pitches` those that the toothed arc has room for. `horns_deg` are the angles
+    `z` are the teeth of the driving gear, `pitches` the pitches on the toothed arc. `horns_deg` are the angles
     at the driving axis over which the driven gear lies in the arc after the dwell and before it. Pairs of angles of the
     driving gear, after the dwell and before it: `undriven_deg`, over which no teeth drive all the time;
-    `undriven_least_deg`, what the best phase for either side by itself would leave; `unheld_deg`, over which no teeth
+    `undriven_least_deg`, the same with the best phase for either side only; `unheld_deg`, over which no teeth
     hold back. `slack_deg` is what the driven gear can turn by in the middle of the dwell, clockwise and anticlockwise;
     `farther_loose` is its loose motion with an error of the centre distance, null without one. `contact_ratio` is of
     the pairs of flanks that the arcs leave whole, pressure angle, error of transmission and sliding (per rotation rate
@@ -245,8 +245,8 @@ class Intermittent(Record):
 class GearsFound(Record):
     """`planter gears`: every pair of gears, what they are cut with, and the files that were written.
 
-    `intermittent` is the pair of a machine that dwells, else null; such a machine has no `stages`. `friction` is null
-    where nothing is known of the machine's forces.
+    `intermittent` is the pair of a machine with a dwell, else null; such a machine has no `stages`. `friction` is null
+    if the forces of the machine are not available.
     """
 
     machine: str

@@ -1,8 +1,8 @@
-"""Toothed gears as tables that a person likes to read."""
+"""Tables of toothed gears for the terminal."""
 
 from __future__ import annotations
 
-from planter.gears import rubbing
+from planter.gears import friction
 from planter.gears.results import (
     FULL_RIM,
     Extent,
@@ -17,27 +17,29 @@ from planter.gears.results import (
 from planter.terminal.console import Console
 
 
-def show(console: Console, found: GearsFound) -> None:
-    """Every pair, what the scaling does, files."""
-    for one in found.stages:
-        _stage(console, one, found.centre_error_mm)
-    if found.intermittent:
-        _intermittent(console, found.intermittent)
-    for gear in [*(gear for pair in found.stages for gear in pair.gears),
-                 *(found.intermittent.gears if found.intermittent else ())]:  # fmt: skip
+def show(console: Console, result: GearsFound) -> None:
+    """Print every pair, the effect of scaling, friction and the number of files."""
+    for stage in result.stages:
+        _show_stage(console, stage, result.centre_error_mm)
+    if result.intermittent:
+        _show_intermittent(console, result.intermittent)
+    for gear in [*(gear for pair in result.stages for gear in pair.gears),
+                 *(result.intermittent.gears if result.intermittent else ())]:  # fmt: skip
         if gear.rim is not None:
             print(f"{gear.name}: {describe_rim(gear.rim)}")
-    if found.scaled:
-        print(f"scaled to the module, the tip's path moves by up to {found.scaled.tip_moved_max_mm:.4g} mm")
-        if found.scaled.broken is not None:
+    if result.scaled:
+        print(f"scaled to the module, the tip's path moves by up to {result.scaled.tip_moved_max_mm:.4g} mm")
+        if result.scaled.broken is not None:
             before, after = (
-                ", ".join(names or ()) or "none" for names in (found.scaled.broken_before, found.scaled.broken)
+                ", ".join(names or ()) or "none" for names in (result.scaled.broken_before, result.scaled.broken)
             )
             print(f"requirements broken as designed: {before}; as scaled: {after}")
-    if found.friction:
-        console.table("Friction of the teeth over a turn", rubbing.HEAD, list(rubbing.rows(found.friction)))
-    if found.files:
-        print(f"{len(found.files)} files written")
+    if result.friction:
+        console.table(
+            "Friction of the teeth over a turn", friction.HEAD, list(friction.tabulate_friction(result.friction))
+        )
+    if result.files:
+        print(f"{len(result.files)} files written")
 
 
 def describe_rim(rim: Rim) -> str:
@@ -46,84 +48,84 @@ def describe_rim(rim: Rim) -> str:
     return f"the bore leaves a rim of {rim.thickness_mm:.4g} mm, {rim.tooth_depths:.3g} tooth depths{weak}"
 
 
-def _stage(console: Console, one: StageCut, centre_error_mm: float) -> None:
+def _show_stage(console: Console, stage: StageCut, centre_error_mm: float) -> None:
     rows = [
         (gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})", len(gear.undercut),
          f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.root_radius_min_mm, gear.area_mm2,
          gear.keyway_phase_deg)
-        for gear in one.gears
+        for gear in stage.gears
     ]  # fmt: skip
     title = (
-        f"Pair {one.stage}: module {one.module_mm:.6g} mm, centre distance {one.centre_distance_mm:.7g} mm, scale "
-        f"{one.scale:.6g}"
+        f"Pair {stage.stage}: module {stage.module_mm:.6g} mm, centre distance {stage.centre_distance_mm:.7g} mm, "
+        f"scale {stage.scale:.6g}"
     )
     head = ("gear", "teeth", "margin (tooth)", "undercut", "top land / mm (tooth)", "root radius / mm", "area / mm2",
             "keyway / deg")  # fmt: skip
     console.table(title, head, rows)
-    ratio, angle, gap = one.contact_ratio, one.pressure_angle_deg, one.gap_mm
+    ratio, angle, gap = stage.contact_ratio, stage.pressure_angle_deg, stage.gap_mm
     console.table("", ("mesh", "least", "largest"), [
         ("contact ratio", ratio.min, ratio.max),
         ("pressure angle / deg", angle.min, angle.max),
-        ("error of transmission / rad", None, one.transmission_error_rad),
+        ("error of transmission / rad", None, stage.transmission_error_rad),
         ("gap of flanks / mm", gap.min, gap.max),
-        ("gap of polygons / mm", one.polygon_gap_mm.min, one.polygon_gap_mm.max),
-        ("overlap of polygons / mm2", None, one.overlap_mm2),
-        ("penetration of polygons / modules", None, one.penetration_modules),
-        *((name, extent.min, extent.max) for name, extent in lost_motions(one)),
+        ("gap of polygons / mm", stage.polygon_gap_mm.min, stage.polygon_gap_mm.max),
+        ("overlap of polygons / mm2", None, stage.overlap_mm2),
+        ("penetration of polygons / modules", None, stage.penetration_modules),
+        *((name, extent.min, extent.max) for name, extent in list_lost_motions(stage)),
     ])  # fmt: skip
-    if centre_error_mm and one.farther_contact_ratio is None:
-        print(f"with the axes {centre_error_mm:g} mm farther apart the teeth of pair {one.stage} lose contact")
+    if centre_error_mm and stage.farther_contact_ratio is None:
+        print(f"with the axes {centre_error_mm:g} mm farther apart the teeth of pair {stage.stage} lose contact")
 
 
-def lost_motions(one: StageCut) -> list[tuple[str, Extent | Ratio]]:
-    """Return the lost motion of a pair in words, and what the axes farther apart make of it if teeth still touch."""
+def list_lost_motions(stage: StageCut) -> list[tuple[str, Extent | Ratio]]:
+    """Return the labelled lost motions of a pair, also with the axes farther apart if the teeth still touch."""
     lines = {
-        "lost motion, one side / deg": one.lost_motion_deg,
-        "lost motion, both sides / deg": one.lost_motion_total_deg,
-        "axes farther apart, contact ratio": one.farther_contact_ratio,
-        "axes farther apart, lost motion, one side / deg": one.farther_lost_motion_deg,
-        "axes farther apart, lost motion, both sides / deg": one.farther_total_deg,
+        "lost motion, one side / deg": stage.lost_motion_deg,
+        "lost motion, both sides / deg": stage.lost_motion_total_deg,
+        "axes farther apart, contact ratio": stage.farther_contact_ratio,
+        "axes farther apart, lost motion, one side / deg": stage.farther_lost_motion_deg,
+        "axes farther apart, lost motion, both sides / deg": stage.farther_total_deg,
     }
     return [(name, extent) for name, extent in lines.items() if extent is not None]
 
 
-def _intermittent(console: Console, one: Intermittent) -> None:
-    title = f"Incomplete gears: module {one.module_mm:.6g} mm, centre distance {one.centre_distance_mm:.7g} mm"
+def _show_intermittent(console: Console, pair: Intermittent) -> None:
+    title = f"Incomplete gears: module {pair.module_mm:.6g} mm, centre distance {pair.centre_distance_mm:.7g} mm"
     rows = [(gear.name, gear.teeth, f"{gear.margin:.4g} ({gear.margin_tooth})",
-             f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.area_mm2) for gear in one.gears]  # fmt: skip
+             f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.area_mm2) for gear in pair.gears]  # fmt: skip
     console.table(title, ("gear", "teeth", "margin (tooth)", "top land / mm (tooth)", "area / mm2"), rows)
-    console.table("", ("beside the dwell", "after it", "before it"), beside_the_dwell(one))
+    console.table("", ("ends of the dwell", "after it", "before it"), tabulate_dwell_ends(pair))
     console.table("", ("mesh", "least", "largest"), [
-        ("contact ratio", one.contact_ratio.min, one.contact_ratio.max),
-        ("pressure angle / deg", one.pressure_angle_deg.min, one.pressure_angle_deg.max),
-        ("error of transmission / rad", None, one.transmission_error_rad),
+        ("contact ratio", pair.contact_ratio.min, pair.contact_ratio.max),
+        ("pressure angle / deg", pair.pressure_angle_deg.min, pair.pressure_angle_deg.max),
+        ("error of transmission / rad", None, pair.transmission_error_rad),
     ])  # fmt: skip
-    for title, loose in (("loose motion / deg", one.loose), ("with the axes farther apart", one.farther_loose)):
-        if loose is not None:
+    for title, motions in (("loose motion / deg", pair.loose), ("with the axes farther apart", pair.farther_loose)):
+        if motions is not None:
             console.table("", (title, "behind the law", "ahead of it"), [
-                (part, turns.behind_deg, turns.ahead_deg) for part, turns in parts_of(loose)
+                (part, motion.behind_deg, motion.ahead_deg) for part, motion in list_loose_motions(motions)
             ])  # fmt: skip
     console.table("", ("turn", "value"), [
-        ("pitches on the toothed arc", one.pitches),
-        ("dwell / deg", one.dwell_deg),
-        ("radius of the locking arcs / mm", one.locking_radius_mm),
-        ("overlap over the teeth / mm2", one.overlap_mm2),
-        ("overlap in the dwell / mm2", one.dwell_overlap_mm2),
+        ("pitches on the toothed arc", pair.pitches),
+        ("dwell / deg", pair.dwell_deg),
+        ("radius of the locking arcs / mm", pair.locking_radius_mm),
+        ("overlap over the teeth / mm2", pair.overlap_mm2),
+        ("overlap in the dwell / mm2", pair.dwell_overlap_mm2),
     ])  # fmt: skip
 
 
-def parts_of(loose: LooseTurn) -> list[tuple[str, LooseMotion]]:
-    """The parts of a turn in words, with what is loose there."""
-    return [("after the dwell", loose.after_dwell), ("driven and held back", loose.driven),
-            ("before the dwell", loose.before_dwell), ("in the dwell", loose.dwell)]  # fmt: skip
+def list_loose_motions(motions: LooseTurn) -> list[tuple[str, LooseMotion]]:
+    """Return the labelled parts of a turn with their loose motion."""
+    return [("after the dwell", motions.after_dwell), ("driven and braked", motions.driven),
+            ("before the dwell", motions.before_dwell), ("in the dwell", motions.dwell)]  # fmt: skip
 
 
-def beside_the_dwell(one: Intermittent) -> list[tuple[str, float, float]]:
-    """What there is on both sides of the dwell: in words, after it, before it."""
+def tabulate_dwell_ends(pair: Intermittent) -> list[tuple[str, float, float]]:
+    """Return rows (label, value after the dwell, value before it)."""
     return [
-        ("pitch radius of the driving gear / mm", *one.end_radii_mm),
-        ("horn in the arc / deg", *one.horns_deg),
-        ("without drive / deg", *one.undriven_deg),
-        ("best phase for this side alone / deg", *one.undriven_least_deg),
-        ("without teeth that hold back / deg", *one.unheld_deg),
+        ("pitch radius of the driving gear / mm", *pair.end_radii_mm),
+        ("horn in the arc / deg", *pair.horns_deg),
+        ("without drive / deg", *pair.undriven_deg),
+        ("best phase for this side only / deg", *pair.undriven_least_deg),
+        ("without braking flanks / deg", *pair.unheld_deg),
     ]

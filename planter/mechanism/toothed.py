@@ -12,9 +12,9 @@ from planter.errors import InputError
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.pair import Pair
 from planter.gearing.teeth.sampled import of_samples
-from planter.gears.parts import Placed
+from planter.gears.parts import PlacedGear
+from planter.gears.request import GearOptions
 from planter.gears.results import GearsFound
-from planter.gears.room import Wanted
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
@@ -78,7 +78,7 @@ class Mesh:
             )
         return pair
 
-    def placed(self, cut: Toothed) -> Iterator[Placed]:
+    def placed(self, cut: Toothed) -> Iterator[PlacedGear]:
         """Yield both gears where they are at the start of the turn, their keyways along x of their frames.
 
         Where teeth ask for another size, the mechanism is as much larger about its origin.
@@ -94,7 +94,7 @@ class Mesh:
             turned = way + float(angle[0])
             x, y = centre + float(shift[0]) * _along(way)
             key = start["line"] + np.pi * number - start[f"polar_{number + 1}"] - turned
-            yield Placed(gear, turned, (float(x), float(y)), float(wrapped(np.asarray(key))))
+            yield PlacedGear(gear, turned, (float(x), float(y)), float(wrapped(np.asarray(key))))
 
     def _turn(self) -> Array:
         """Return angles (n + 1,) [rad] of the drive over a turn of the faster gear against the line of centres."""
@@ -123,9 +123,9 @@ class Mesh:
         }
 
 
-def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
     """Return the gears of every mesh. Raises InputError where there is none, and as `Mesh` and `toothed` do."""
-    from planter.gears import command
+    from planter.gears import gear_set
 
     machine = load_machine(source, wanted.changes, wanted.speed_rpm)
     mechanism = machine.document
@@ -137,14 +137,14 @@ def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listene
         numbers = ",".join(map(str, wanted.counts))
         allowed = f"it must be the teeth of one gear of each mesh: {', '.join(meshes)}"
         raise InputError(f"--teeth {numbers} is not allowed: {allowed}")
-    model, pairs, placed = Model(machine), [], list[Placed]()
+    model, pairs, placed = Model(machine), [], list[PlacedGear]()
     for number, (tag, names) in enumerate(meshes.items()):
         mesh = Mesh(model, tag, _tell_apart(names, tag, meshes))
         count, module = wanted.counts[number] if wanted.counts else None, wanted.modules_mm[min(number, 1)]
         pairs.append(toothed(mesh.pair(), wanted.teeth.order(count, module, wanted.keep), mesh.place, mesh.names))
         placed += mesh.placed(pairs[-1])
-    gears = command.Gears(mechanism.name, pairs, placed, None, files.provenance(mechanism))
-    return command.make(gears, wanted.teeth, wanted.made, out, progress)
+    gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.provenance(mechanism))
+    return gear_set.make_gear_set(gears, wanted.teeth, wanted.part_settings, out, progress)
 
 
 def _tell_apart(names: tuple[str, ...], tag: str, meshes: Mapping[str, tuple[str, ...]]) -> tuple[str, str]:

@@ -12,10 +12,9 @@ from planter.errors import InputError
 from planter.files import examples
 from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
 from planter.gears import intermittent as made_known
-from planter.gears.asked import Teeth
 from planter.gears.options import Keep
+from planter.gears.request import GearOptions, Teeth
 from planter.gears.results import GearsFound
-from planter.gears.room import Wanted
 from planter.pickup import gears
 from planter.pickup.file import Pickup, is_points, load
 from planter.pickup.locking import rolling
@@ -31,7 +30,7 @@ def takes(source: str) -> bool:
     return is_points(source) or examples.resembles(source, "pickup")
 
 
-def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
     """The gears of a pick-up.
 
     Raises InputError for what no pick-up takes and for a law without teeth beside a dwell, GeometryError as
@@ -41,13 +40,15 @@ def make(source: str, wanted: Wanted, out: Path | None = None, progress: Listene
     _check(machine, wanted)
     train = build(machine)
     gears.check(machine, train)
-    own: dict[str, Any] = {key: value for key, value in _own(machine).items() if key not in wanted.given}
+    own: dict[str, Any] = {key: value for key, value in _own(machine).items() if key not in wanted.explicit}
     teeth = replace(wanted.teeth, **own)
     found = cut(machine, train, teeth, wanted)
-    return made_known.make(found, machine.name, teeth, wanted.made, files.provenance(machine), out, progress)
+    return made_known.make_intermittent_pair(
+        found, machine.name, teeth, wanted.part_settings, files.provenance(machine), out, progress
+    )
 
 
-def _check(machine: Pickup, wanted: Wanted) -> None:
+def _check(machine: Pickup, wanted: GearOptions) -> None:
     """Raise InputError for what is wanted that no pick-up takes."""
     refused = {
         "--speed-rpm is not allowed: no pick-up's gears depend on its speed": wanted.speed_rpm is not None,
@@ -67,7 +68,7 @@ def _own(machine: Pickup) -> dict[str, float]:
     return {"pressure_angle": stage.alpha0_deg, "addendum": mean, "shift": shift}
 
 
-def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: Wanted) -> Intermittent:
+def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: GearOptions) -> Intermittent:
     """The non-circular pair with the module given or in the file, or with so many teeth on its arc as are given."""
     if train.law.dwell is None:
         raise InputError(f"{machine.source}: the arm does not dwell, but incomplete gears need a dwell")
@@ -80,7 +81,7 @@ def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: Wanted) -> Intermit
                         machine.source, NAMES)  # fmt: skip
 
 
-def _module(machine: Pickup, train: Train, wanted: Wanted) -> float:
+def _module(machine: Pickup, train: Train, wanted: GearOptions) -> float:
     """Module [m]. Raises InputError where the one that is given and the number of teeth disagree."""
     given, counts, arc = wanted.modules_mm[0], wanted.counts, train.arc
     if not counts:

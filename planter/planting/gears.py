@@ -16,10 +16,10 @@ from planter.gearing import families
 from planter.gearing.teeth.making import Toothed, toothed
 from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.pair import of_stage
-from planter.gears.asked import Teeth
-from planter.gears.command import Gears
+from planter.gears.gear_set import GearSet
 from planter.gears.options import Keep
-from planter.gears.parts import Placed
+from planter.gears.parts import PlacedGear
+from planter.gears.request import Teeth
 from planter.gears.results import Scaled
 from planter.kernels import Array
 from planter.numerics.angles import wrapped
@@ -48,7 +48,7 @@ class Train:
     def scaled(self) -> bool:
         return any(stage.sized.scale != 1 for stage in self.stages)
 
-    def placed(self) -> list[Placed]:
+    def placed(self) -> list[PlacedGear]:
         """The four gears of side 1 where they are while the carrier is at 0, each with its shaft's mark.
 
         The marks are the directions of x: the frame's for the sun, the middle body's for gears 5 and 6, which share a
@@ -66,7 +66,7 @@ class Train:
                 arm = at.contacts[contact] - at.centres[axis]
                 angle = float(np.arctan2(arm[1], arm[0])) - polar
                 x_, y_ = at.centres[axis] * 1e-3
-                found.append(Placed(gear, angle, (float(x_), float(y_)), float(wrapped(mark - angle))))
+                found.append(PlacedGear(gear, angle, (float(x_), float(y_)), float(wrapped(mark - angle))))
         return found
 
     def _turned(self, stage: int, t: float) -> float:
@@ -94,7 +94,7 @@ class Train:
 
 def gears(
     device: Device, teeth: Teeth, modules_mm: Sequence[float | None], counts: Sequence[int], keep: Keep | None
-) -> Gears:
+) -> GearSet:
     """The gears of a device's own design, by the options of a command: modules and teeth of each stage.
 
     Raises InputError for teeth of one stage alone, and as `toothed` does.
@@ -105,7 +105,7 @@ def gears(
     made = train(device, orders)
     told = files.provenance(device.machine)
     friction = rubbing(device, made.x, made.stages)
-    return Gears(device.machine.name, made.stages, made.placed(), made.change(), told, friction)
+    return GearSet(device.machine.name, made.stages, made.placed(), made.change(), told, friction)
 
 
 def train(device: Device, orders: Sequence[Order], design: Array | None = None) -> Train:

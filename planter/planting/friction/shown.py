@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.files import units
-from planter.gears.rubbing import KINDS, column
+from planter.gears.friction import KINDS, name_column
 
 JOINTS = {
     "F_A1": "size of the carrier's force on the middle shaft",
@@ -21,7 +21,7 @@ LOSSES = {
 def columns() -> dict[str, str]:
     """What each column of a table over a turn means."""
     return {
-        column(units.key(name, unit), kind): f"{meaning}; {said}"
+        name_column(units.key(name, unit), kind): f"{meaning}; {said}"
         for names, unit in ((JOINTS, "N"), (TORQUES, "N m"), (LOSSES, "W"))
         for name, meaning in names.items()
         for kind, said in KINDS.items()

@@ -8,8 +8,8 @@ import numpy as np
 
 from planter.files import units
 from planter.gearing.teeth.making import Toothed
+from planter.gears.friction import KINDS, FrictionCurves
 from planter.gears.results import Extent, Friction, FrictionTurn
-from planter.gears.rubbing import KINDS, Rubbing
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.planting import cycle
@@ -24,7 +24,7 @@ NORMAL = ("F_E", *(f"F_N{tag}" for tag in MESHES))
 LOST = {"stage 1": "F_P_loss", "stage 2": "F_Q_loss", "cams": "F_E_loss"}
 
 
-def rubbing(device: Device, x: Array, stages: Sequence[Toothed]) -> Rubbing:
+def rubbing(device: Device, x: Array, stages: Sequence[Toothed]) -> FrictionCurves:
     """What friction of the teeth of both stages does to a device at a design (p,) [SI]."""
     teeth = ToothedTurn(device, x, stages)
     bearings = teeth.bearings
@@ -51,7 +51,7 @@ def rubbing(device: Device, x: Array, stages: Sequence[Toothed]) -> Rubbing:
     order = np.argsort(phi)
     curves = _curves({kind: turns[kind] for kind in KINDS})
     ordered = {key: {kind: row[order] for kind, row in kinds.items()} for key, kinds in curves.items()}
-    return Rubbing(found, np.degrees(phi[order]), ordered)
+    return FrictionCurves(found, np.degrees(phi[order]), ordered)
 
 
 def told(teeth: ToothedTurn, turn: Turn) -> FrictionTurn:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from planter.errors import InputError
 from planter.gearing.teeth.order import LEAST_TEETH
-from planter.gears import asked
+from planter.gears import request
 from planter.planting.whole.wanted import Wanted
 
 
@@ -13,8 +13,8 @@ def wanted(module: float | None, module1: float | None, module2: float | None, t
 
     Raises InputError for teeth without a module, or not for each stage that has one, or fewer than a gear may have.
     """
-    modules = asked.modules(module, module1, module2)
-    counts = asked.counts(teeth)
+    modules = request.parse_modules(module, module1, module2)
+    counts = request.parse_tooth_counts(teeth)
     found = Wanted(tuple(None if m is None else m * 1e-3 for m in modules), (None, None))
     if not found.stages:
         if counts:

@@ -14,7 +14,7 @@ import shapely
 from planter.files import examples
 from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.polygons import points
-from planter.gears.parts import Placed
+from planter.gears.parts import PlacedGear
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import Train
 from planter.mapping.training import polar_curves
@@ -119,7 +119,7 @@ def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
     for one, two in ((0, 1), (2, 3)):
         assert shapely.intersection(shapes[one], shapes[two]).area < 1e-13
         assert shapely.distance(shapes[one], shapes[two]) < 2e-7
-    turned = [Placed(p.gear, p.angle + 1e-3, p.centre) for p in made.placed()]
+    turned = [PlacedGear(p.gear, p.angle + 1e-3, p.centre) for p in made.placed()]
     assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
 
 
@@ -130,7 +130,7 @@ def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> Non
     assert all(shape(placed).is_valid for placed in made.placed())
 
 
-def shape(placed: Placed) -> shapely.Polygon:
+def shape(placed: PlacedGear) -> shapely.Polygon:
     c, s = np.cos(placed.angle), np.sin(placed.angle)
     return shapely.Polygon(points(placed.gear) @ np.array([[c, s], [-s, c]]) + placed.centre)
 
@@ -215,12 +215,12 @@ BAD = {
     "--module 2 --bore-mm 45.75 --keyway-mm none": "it leaves a wall of 0.00",
     "--module 2 --bore-mm 46 --keyway-mm none": "there must be at least 2.25 mm",
     "--module 2 --addendum 0.5": "the contact ratio of tooth",
-    "--teeth 31": "--teeth 31 is not allowed: it must be Z1,Z2",
-    "--teeth a,b": "--teeth a,b is not allowed",
-    "--module 2 --module1 2": "--module is that of both stages",
+    "--teeth 31": "--teeth 31: give Z1,Z2",
+    "--teeth a,b": "--teeth a,b: give Z",
+    "--module 2 --module1 2": "--module sets both stages",
     "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is hollow with a radius of 21.16 mm at",
-    "--keyway-mm 4,2": "not allowed without --bore-mm",
-    "--curve own.csv": "one of MACHINE and --curve must be given",
+    "--keyway-mm 4,2": "needs --bore-mm",
+    "--curve own.csv": "either MACHINE or --curve",
     "--turns 2": "--turns goes with --curve, not with MACHINE",
     "--mate own.csv": "--mate goes with --curve, not with MACHINE",
     "--stl": "--stl needs --out DIR",
@@ -235,8 +235,8 @@ def test_bad_input_is_one_sentence(options: str) -> None:
 @pytest.mark.parametrize(
     ("machine", "told"),
     [
-        ("wang2071", "there is no built-in machine of that name, did you mean wang2017"),
-        ("shi2021", "no gears are cut of such a machine: it must be one like"),
+        ("wang2071", "did you mean wang2017"),
+        ("shi2021", "use one like compact, wang2017"),
         ("own.toml", "there is no such file"),
     ],
 )
@@ -255,7 +255,7 @@ def test_a_file_with_a_fault_is_told_by_its_own_room(tmp_path: Path) -> None:
 def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
     told = {
         "narrow": (wavy(40, 9, lobes=2), "which no hob can cut"),
-        "few": (wavy(count=5), "6 points are not allowed"),
+        "few": (wavy(count=5), "6 points"),
         "sharp": (wavy(20, 6, lobes=4), "gear: the pitch curve's radius is"),
     }
     for name, (radius, sentence) in told.items():

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from planter.gearing.teeth import making, pair
 from planter.gearing.teeth.order import Order
-from planter.gears.parts import Part, Parts, Placed
+from planter.gears.parts import GearPart, PartSettings, PlacedGear
 from planter.kernels import Array
 from planter.planting import file
 from planter.planting.model import Device
@@ -25,26 +25,26 @@ from tests.support.outlines import between, read_dxf, sampled
 
 TOLERANCE, WIDTH, MM = 1e-6, 0.01, 1e3
 FINE = np.linspace(0, 1, 801)
-MADE = Parts(TOLERANCE, Bore(0.012, Keyway(0.004, 0.0018)), WIDTH, step=False, stl=True)
+MADE = PartSettings(TOLERANCE, Bore(0.012, Keyway(0.004, 0.0018)), WIDTH, step=False, stl=True)
 
 
 @pytest.fixture(scope="module")
-def parts() -> list[Part]:
+def parts() -> list[GearPart]:
     device = Device(file.load("wang2017"))
     found = []
     for number, stage in enumerate(device.stages):
         curves = pair.of_stage(stage, device.of_stage(number, device.design))
         gears = making.toothed(curves, Order(teeth=31), f"stage {number}", (f"inner {number}", f"outer {number}")).gears
-        found += [Part(Placed(gear, key=0.3), MADE) for gear in gears]
+        found += [GearPart(PlacedGear(gear, key=0.3), MADE) for gear in gears]
     return found
 
 
 @pytest.fixture(scope="module")
-def files(parts: list[Part]) -> list[dict[str, bytes]]:
+def files(parts: list[GearPart]) -> list[dict[str, bytes]]:
     return [dict(part.files()) for part in parts]
 
 
-def drawn(part: Part, contents: dict[str, bytes]) -> Arcs:
+def drawn(part: GearPart, contents: dict[str, bytes]) -> Arcs:
     """The outline of a gear's drawing, read back."""
     document, found = read_dxf(contents[f"{part.stem}.dxf"])
     audit = document.audit()
@@ -57,7 +57,7 @@ def drawn(part: Part, contents: dict[str, bytes]) -> Arcs:
     return outline
 
 
-def off(part: Part, places: Array) -> float:
+def off(part: GearPart, places: Array) -> float:
     """How far places (n, 2) are from the exact outline at most [m], across it where many places on it are nearest."""
     pieces = part.placed.gear.outline().pieces
     exact = np.vstack([piece.at(FINE) for piece in pieces])
@@ -68,7 +68,7 @@ def off(part: Part, places: Array) -> float:
     return float(found.max())
 
 
-def strays(part: Part, outline: Arcs) -> float:
+def strays(part: GearPart, outline: Arcs) -> float:
     """How far an outline of arcs and the exact one are apart, as seen from either [m]."""
     exact = np.vstack([piece.at(np.linspace(0, 1, 6)) for piece in part.placed.gear.outline().pieces])
     return max(off(part, sampled(outline, 9)), float(between(exact, outline).max()))
@@ -76,7 +76,7 @@ def strays(part: Part, outline: Arcs) -> float:
 
 @pytest.mark.parametrize("number", range(4))
 def test_a_drawing_is_closed_clean_and_within_its_tolerance(
-    parts: list[Part], files: list[dict[str, bytes]], number: int
+    parts: list[GearPart], files: list[dict[str, bytes]], number: int
 ) -> None:
     part, outline = parts[number], drawn(parts[number], files[number])
     assert strays(part, outline) <= TOLERANCE
@@ -84,7 +84,7 @@ def test_a_drawing_is_closed_clean_and_within_its_tolerance(
     assert len(outline.vertices) < 26 * part.placed.gear.z
 
 
-def test_a_wrong_side_and_a_moved_vertex_are_found(parts: list[Part], files: list[dict[str, bytes]]) -> None:
+def test_a_wrong_side_and_a_moved_vertex_are_found(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
     outline = drawn(parts[0], files[0])
     bulges, vertices = outline.bulges.copy(), outline.vertices.copy()
     bulges[int(np.argmin(bulges * np.hypot(*outline.chords.T)))] *= -1
@@ -93,7 +93,7 @@ def test_a_wrong_side_and_a_moved_vertex_are_found(parts: list[Part], files: lis
         assert strays(parts[0], tampered) > 2 * TOLERANCE
 
 
-def test_a_mesh_is_watertight_and_has_the_volume(parts: list[Part], files: list[dict[str, bytes]]) -> None:
+def test_a_mesh_is_watertight_and_has_the_volume(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
     for part, contents in zip(parts, files, strict=True):
         body = trimesh.load(io.BytesIO(contents[f"{part.stem}.stl"]), file_type="stl")
         assert body.is_watertight
@@ -102,7 +102,7 @@ def test_a_mesh_is_watertight_and_has_the_volume(parts: list[Part], files: list[
         assert body.volume == pytest.approx(area * WIDTH * MM**3, rel=1e-4)
 
 
-def test_a_table_holds_places_of_the_outline(parts: list[Part], files: list[dict[str, bytes]]) -> None:
+def test_a_table_holds_places_of_the_outline(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
     text = files[1][f"{parts[1].stem}_flanks.csv"].decode()
     head, *rows = (line.split(",") for line in text.splitlines() if not line.startswith("#"))
     x, y = head.index("x_mm"), head.index("y_mm")
@@ -112,14 +112,14 @@ def test_a_table_holds_places_of_the_outline(parts: list[Part], files: list[dict
     assert {int(row[head.index("tooth")]) for row in rows} == set(range(31))
 
 
-def test_a_solid_reads_back_valid_and_where_the_outline_is(parts: list[Part], tmp_path: Path) -> None:
+def test_a_solid_reads_back_valid_and_where_the_outline_is(parts: list[GearPart], tmp_path: Path) -> None:
     pytest.importorskip("OCP", reason="planter[step] is not installed: Open CASCADE, 477 MB")
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
     from OCP.STEPControl import STEPControl_Reader
 
-    part = replace(parts[0], made=replace(MADE, step=True, stl=False))
+    part = replace(parts[0], settings=replace(MADE, step=True, stl=False))
     (tmp_path / "gear.step").write_bytes(dict(part.files())[f"{part.stem}.step"])
     reader = STEPControl_Reader()
     reader.ReadFile(str(tmp_path / "gear.step"))

@@ -15,7 +15,7 @@ from planter.engine.machine import load_machine
 from planter.gearing.teeth.making import toothed
 from planter.gearing.teeth.order import Order
 from planter.gearing.teeth.pair import circles
-from planter.gears.report import scene as gears
+from planter.gears.report import figures as gears
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
 from planter.mapping.report import scene as mapping
@@ -120,7 +120,7 @@ def test_teeth_mesh_without_overlap_as_they_turn() -> None:
     """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share an area."""
     order = Order(teeth=23)
     pair = toothed(circles(0.023, 0.023), order, "own", ("gear", "mate"))
-    shown = gears.scene(pair)
+    shown = gears.build_scene(pair)
     for moment in (0, 17, 101):
         one, two = (Polygon(lines[0]) for lines in placed(shown, moment).values())
         assert one.distance(two) < 0.02
