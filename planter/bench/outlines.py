@@ -25,7 +25,7 @@ from planter.gearing.teeth import making, pair
 from planter.gearing.teeth.order import Order
 from planter.planting.model import Device
 from planter.workshop import biarcs, drawing
-from planter.workshop.drawing import Line
+from planter.workshop.drawing import DrawingLine
 
 ECCENTRICITY, TEETH, MODULE, TOLERANCE = 0.2, 30, 2e-3, 1e-6
 UNIT = f"us per pair of ellipses of eccentricity {ECCENTRICITY} with {TEETH} teeth each: outlines, checks, DXF"
@@ -52,14 +52,14 @@ def ways(case: Case) -> tuple[dict[str, Maker], list[Skipped]]:
 def ours(case: Case) -> Maker:
     """Exact pieces, all contacts solved, arcs within a micrometre."""
     device = Device(case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0}))
-    fits: list[biarcs.Fit] = []
+    fits: list[biarcs.ArcFit] = []
 
     def make(_: Any) -> None:
         curves = pair.of_stage(device.stages[1], device.of_stage(1, device.design))
         order = Order(module=MODULE, keep="module")
         found = making.toothed(curves, order, "ellipses", ("inner gear", "outer gear"))
-        fits[:] = [biarcs.fit(gear.outline().pieces, TOLERANCE) for gear in found.gears]
-        drawing.dxf(Line("TEETH", fit.arcs) for fit in fits)
+        fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in found.gears]
+        drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
         if found.gears[0].z != TEETH or np.abs(found.contacts.errors).max() > TOLERANCE:
             raise Absent("the pair does not mesh")
 

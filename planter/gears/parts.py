@@ -13,11 +13,11 @@ from planter.gearing.teeth.gear import Gear
 from planter.gearing.teeth.incomplete.gear import IncompleteGear
 from planter.gears.results import Rim
 from planter.kernels import Array
-from planter.workshop import biarcs, bores, courses, drawing, mesh, preview, solids
+from planter.workshop import biarcs, bores, drawing, outline, solids
 from planter.workshop.arcs import Arcs
 from planter.workshop.bores import Bore
-from planter.workshop.drawing import Line
-from planter.workshop.outline import Traced
+from planter.workshop.drawing import DrawingLine
+from planter.workshop.outline import ClosedCurve
 
 MIN_RIM = 0.5
 """Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness factors of ISO 6336-3
@@ -66,15 +66,15 @@ class GearPart:
     @cached_property
     def teeth(self) -> Arcs:
         """The outline as arcs."""
-        return biarcs.fit(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
+        return biarcs.fit_arcs(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
 
     @cached_property
     def pitch(self) -> Arcs:
         """The pitch curve as arcs."""
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
         if isinstance(gear, IncompleteGear):
-            return biarcs.fit([gear.pitch_line], tolerance, closed=False).arcs
-        return biarcs.fit([Traced("pitch curve", gear.curve.places)], tolerance).arcs
+            return biarcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
+        return biarcs.fit_arcs([ClosedCurve("pitch curve", gear.curve.places)], tolerance).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
@@ -94,26 +94,26 @@ class GearPart:
         wall = bores.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
         return Rim(wall * 1e3, wall / depth)
 
-    def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[Line]:
+    def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[DrawingLine]:
         """Yield the lines of a drawing of the gear, rotated by `turn` [rad], its axis at a centre [m]."""
-        yield Line("TEETH", self.teeth.moved(turn, centre))
-        yield Line("PITCH", self.pitch.moved(turn, centre))
+        yield DrawingLine("TEETH", self.teeth.moved(turn, centre))
+        yield DrawingLine("PITCH", self.pitch.moved(turn, centre))
         if self.bore is not None:
             yield from self.bore.lines(turn, centre)
-        yield from drawing.cross(centre, 0.1 * float(np.hypot(*self.teeth.vertices.T).max()))
+        yield from drawing.build_cross(centre, 0.1 * float(np.hypot(*self.teeth.vertices.T).max()))
 
     def files(self) -> Iterator[tuple[str, bytes]]:
         """Yield names and contents of the gear's files."""
         lines = list(self.lines())
-        yield f"{self.stem}.dxf", drawing.dxf(lines)
-        yield f"{self.stem}.svg", preview.svg(lines, self.placed.gear.name).encode()
+        yield f"{self.stem}.dxf", drawing.format_dxf(lines)
+        yield f"{self.stem}.svg", drawing.format_svg(lines, self.placed.gear.name).encode()
         yield f"{self.stem}_flanks.csv", _tabulate_flanks(self.placed.gear).encode()
         holes = [] if self.bore is None else [self.bore.edge]
         if self.settings.step:
             pieces = self.placed.gear.outline().pieces
-            yield f"{self.stem}.step", solids.step(self.placed.gear.name, pieces, holes, self.settings.width)
+            yield f"{self.stem}.step", solids.format_prism(self.placed.gear.name, pieces, holes, self.settings.width)
         if self.settings.stl:
-            yield f"{self.stem}.stl", mesh.stl(self.teeth, holes, self.settings.width, self.settings.tolerance)
+            yield f"{self.stem}.stl", solids.format_stl(self.teeth, holes, self.settings.width, self.settings.tolerance)
 
 
 def check_parts(gears: Sequence[PlacedGear], settings: PartSettings) -> list[GearPart]:
@@ -129,14 +129,14 @@ def build_part_files(parts: Sequence[GearPart]) -> Iterator[tuple[str, bytes]]:
     for part in parts:
         yield from part.files()
     lines = [line for part in parts for line in part.lines(part.placed.angle, part.placed.centre)]
-    yield "assembly.dxf", drawing.dxf(lines)
-    yield "assembly.svg", preview.svg(lines, "assembly").encode()
+    yield "assembly.dxf", drawing.format_dxf(lines)
+    yield "assembly.svg", drawing.format_svg(lines, "assembly").encode()
 
 
 def _tabulate_flanks(gear: AnyGear) -> str:
     """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal, curvature."""
     pieces = gear.outline().pieces
-    samples = courses.course(pieces, _ROWS)
+    samples = outline.sample_outline(pieces, _ROWS)
     labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
     columns = samples.columns()
     values: Array = np.column_stack(list(columns.values()))

@@ -20,7 +20,7 @@ from planter.gears.options import Keep, Process
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound
 from planter.progress import Listener
-from planter.workshop.bores import Bore, Keyway, standard
+from planter.workshop.bores import Bore, Keyway, find_standard_keyway
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _parse_keyway(bore_mm: float, argument: str | None) -> Keyway | None:
     if argument == "none":
         return None
     if argument is None:
-        return Keyway(*standard(bore_mm * 1e-3))
+        return Keyway(*find_standard_keyway(bore_mm * 1e-3))
     values = [csv_rows.number(part) for part in argument.split(",")]
     if len(values) != 2 or not all(value is not None and 0 < value < bore_mm for value in values):
         raise InputError(f"--keyway-mm {argument}: give WIDTH,DEPTH, both above 0 and below the bore, or none")

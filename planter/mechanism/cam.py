@@ -16,10 +16,9 @@ from planter.mechanism.periodicity import require_repeating
 from planter.numerics.angles import TURN
 from planter.workshop import solids
 from planter.workshop.bores import Bore
-from planter.workshop.cams.files import Made, Told
-from planter.workshop.cams.lifting import Push, lift_off
-from planter.workshop.cams.part import part
-from planter.workshop.cams.profile import Columns, Profile, check_roller
+from planter.workshop.cams.part import build_cam_part
+from planter.workshop.cams.profile import Columns, Profile, Push, check_roller, find_lift_off
+from planter.workshop.cams.report import CamOutput, CamPageContent
 
 FORMULAS = "disc_cam"
 FOLLOWERS = "followers"
@@ -65,19 +64,19 @@ def profile(model: Model, roller: float, x: str, y: str) -> Profile:
 
 def made(
     model: Model, roller: float, centre: tuple[str, str], force: str | None, tolerance: float, width: float, bore: float
-) -> Made:
+) -> CamOutput:
     """The disc of a `width` with a bore [m], for a roller whose centre is at the sums `centre`, x and y.
 
     Raises InputError and GeometryError as `profile` and `push` do, and for a bore that is too large.
     """
     found, hole = profile(model, roller, *centre), Bore(bore) if bore else None
     pushing = push(model, force) if force is not None else None
-    lifted = lift_off(pushing, model.speed) if pushing is not None else None
+    lifted = find_lift_off(pushing, model.speed) if pushing is not None else None
     machine = model.machine
-    told = Told(machine.document, machine.meanings, formulas.load(FORMULAS).sidecar, pushing, model.speed)
+    told = CamPageContent(machine.document, machine.meanings, formulas.load(FORMULAS).sidecar, pushing, model.speed)
     holes = [hole.edge] if hole else []
-    disc = part(found, "disc", tolerance, lifted, model.speed, width, hole)
-    return Made(disc, told, lambda: solids.step(f"cam of {machine.name}", found.pieces, holes, width))
+    disc = build_cam_part(found, "disc", tolerance, lifted, model.speed, width, hole)
+    return CamOutput(disc, told, lambda: solids.format_prism(f"cam of {machine.name}", found.pieces, holes, width))
 
 
 def centre_of_follower(model: Model, force: str | None) -> tuple[tuple[str, str], str]:

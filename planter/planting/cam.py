@@ -14,10 +14,9 @@ from planter.kernels.formulas import HOISTED, load
 from planter.planting import flanks
 from planter.planting.model import Device
 from planter.workshop import solids
-from planter.workshop.cams.files import Made, Told
-from planter.workshop.cams.lifting import Push, lift_off
-from planter.workshop.cams.part import part
-from planter.workshop.cams.profile import Columns, Profile, check_roller
+from planter.workshop.cams.part import build_cam_part
+from planter.workshop.cams.profile import Columns, Profile, Push, check_roller, find_lift_off
+from planter.workshop.cams.report import CamOutput, CamPageContent
 
 CAM = "planting_end_face"
 Section = Callable[[Array], Columns]
@@ -86,7 +85,7 @@ def push(device: Device) -> Push:
     return at
 
 
-def made(device: Device, roller: float, tolerance: float, width: float) -> Made:
+def made(device: Device, roller: float, tolerance: float, width: float) -> CamOutput:
     """The cam with a rim of a `width` [m] about the base cylinder, for a roller of a radius, arcs within `tolerance`.
 
     Raises InputError for a rim that reaches the axis, GeometryError for a roller that cuts in, inside the rim or at it.
@@ -100,22 +99,22 @@ def made(device: Device, roller: float, tolerance: float, width: float) -> Made:
     pushing, speed = push(device), machine.si("speed_rpm")
     stations = (face.radius - width / 2, face.radius + width / 2)
     for station in stations:
-        face.at(station).check()
-    found = part(face.at(face.radius), "end-face", tolerance, lift_off(pushing, speed), speed, width)
+        face.at(station).check_clearance()
+    found = build_cam_part(face.at(face.radius), "end-face", tolerance, find_lift_off(pushing, speed), speed, width)
     meanings = {entry["shown"]: entry["meaning"] for entry in device.sidecar["vectors"]["machine"]}
-    told = Told(machine, meanings, load(CAM).sidecar, pushing, speed)
-    return Made(found, told, lambda: _solid(face, stations, width))
+    told = CamPageContent(machine, meanings, load(CAM).sidecar, pushing, speed)
+    return CamOutput(found, told, lambda: _solid(face, stations, width))
 
 
 def _solid(face: EndFace, stations: tuple[float, float], width: float) -> bytes:
     """The rim between two sections, down to a plane a width below its lowest place."""
     inner, outer = (face.section(station) for station in stations)
-    low = min(face.at(station).least("surface_z").value for station in stations)
+    low = min(face.at(station).find_smallest("surface_z").value for station in stations)
     rims = [(_course(inner, a, b), _course(outer, a, b)) for a, b in pairwise(face.breaks)]
-    return solids.ring(f"cam of {face.device.machine.name}", rims, low - width)
+    return solids.format_ring(f"cam of {face.device.machine.name}", rims, low - width)
 
 
-def _course(section: Section, start: float, end: float) -> solids.Course:
+def _course(section: Section, start: float, end: float) -> solids.SpaceCurve:
     """The contact in space along a smooth piece."""
 
     def places(s: Array) -> Array:

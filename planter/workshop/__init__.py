@@ -1,1 +1,1 @@
-"""From exact outlines to what a workshop takes: arcs within a tolerance, drawings, solids, meshes, tables."""
+"""Files for manufacturing from exact outlines: arcs within a tolerance, drawings, solids, meshes, tables."""

@@ -1,4 +1,4 @@
-"""Bores and their keyways, by DIN 6885-1 or as told, as closed curves about an axis."""
+"""Bores and their keyways, by DIN 6885-1 or by dimensions, as closed curves about an axis."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files.text import parse_toml
-from planter.workshop.arcs import Arcs, circle
-from planter.workshop.drawing import Line
+from planter.workshop.arcs import Arcs, build_circle
+from planter.workshop.drawing import DrawingLine
 
 _MM = 1e-3
 _CHORD = 1e-6
-"""How far a chord strays from its arc where a part is looked at [m]."""
+"""Deviation of chords from arcs in the measurement of walls [m]."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Keyway:
 class Bore:
     """A bore about the origin by its diameter [m], with a keyway or without.
 
-    Raises InputError for a keyway that is not narrower than the bore.
+    Raises InputError if the keyway is not narrower than the bore.
     """
 
     diameter: float
@@ -40,43 +40,44 @@ class Bore:
 
     def __post_init__(self) -> None:
         if self.keyway is not None and not self.keyway.width < self.diameter:
-            told = f"{self.keyway.width / _MM:g} mm is not allowed: it must be less than the bore's"
-            raise InputError(f"a keyway of a width of {told} {self.diameter / _MM:g} mm")
+            raise InputError(
+                f"keyway width = {self.keyway.width / _MM:g} mm: it must be below the bore's {self.diameter / _MM:g} mm"
+            )
 
     @property
     def reach(self) -> float:
-        """How far from the axis it cuts at most [m]."""
+        """Largest distance of the edge from the axis [m]."""
         if self.keyway is None:
             return self.diameter / 2
         return float(np.hypot(self.diameter / 2 + self.keyway.depth, self.keyway.width / 2))
 
     @property
     def edge(self) -> Arcs:
-        """Its whole edge, keyway included, anticlockwise."""
+        """The edge with the keyway, anticlockwise."""
         if self.keyway is None:
-            return circle(self.diameter / 2)
+            return build_circle(self.diameter / 2)
         slot = self._slot(self.keyway)
-        round_ = np.tan((np.pi + slot.half_angles[-1]) / 2)
-        return Arcs(slot.vertices, np.array([0.0, 0.0, 0.0, round_]))
+        bulge = np.tan((np.pi + slot.half_angles[-1]) / 2)
+        return Arcs(slot.vertices, np.array([0.0, 0.0, 0.0, bulge]))
 
-    def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[Line]:
-        """The bore's circle, and the keyway's own outline, whose inner side lies on it."""
-        yield Line("BORE", circle(self.diameter / 2, centre))
+    def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[DrawingLine]:
+        """Yield the circle of the bore, and the outline of the keyway, whose inner side lies on it."""
+        yield DrawingLine("BORE", build_circle(self.diameter / 2, centre))
         if self.keyway is not None:
-            yield Line("KEYWAY", self._slot(self.keyway).moved(turn, centre))
+            yield DrawingLine("KEYWAY", self._slot(self.keyway).moved(turn, centre))
 
     def _slot(self, keyway: Keyway) -> Arcs:
         half, radius = keyway.width / 2, self.diameter / 2
-        near, far = np.sqrt(radius**2 - half**2), radius + keyway.depth
-        corners = np.array([[near, -half], [far, -half], [far, half], [near, half]])
-        inner = -np.tan(np.arcsin(half / radius) / 2)
-        return Arcs(corners, np.array([0.0, 0.0, 0.0, inner])).moved(keyway.phase)
+        inner_x, outer_x = np.sqrt(radius**2 - half**2), radius + keyway.depth
+        corners = np.array([[inner_x, -half], [outer_x, -half], [outer_x, half], [inner_x, half]])
+        inner_bulge = -np.tan(np.arcsin(half / radius) / 2)
+        return Arcs(corners, np.array([0.0, 0.0, 0.0, inner_bulge])).moved(keyway.phase)
 
 
-def standard(diameter: float) -> tuple[float, float]:
-    """Width and depth in the hub [m] of the keyway of a bore [m] by DIN 6885-1.
+def find_standard_keyway(diameter: float) -> tuple[float, float]:
+    """Return width and depth in the hub [m] of the keyway of a bore [m] by DIN 6885-1.
 
-    Raises InputError for a bore that the standard has none for.
+    Raises InputError for a bore outside the range of the standard.
 
     >>> standard(0.020)
     (0.006, 0.0028)
@@ -88,26 +89,25 @@ def standard(diameter: float) -> tuple[float, float]:
         if low < diameter / _MM <= high:
             return row["width_mm"] * _MM, row["depth_mm"] * _MM
     raise InputError(
-        f"a bore of {diameter / _MM:g} mm has no keyway in {table['source']}: it must be over {limits[0]} mm, "
-        f"{limits[-1]} mm at most, or the keyway's width and depth be given"
+        f"a bore of {diameter / _MM:g} mm has no keyway in {table['source']}: choose a bore over {limits[0]} mm "
+        f"and up to {limits[-1]} mm, or give the width and depth of the keyway"
     )
 
 
-def check_wall(bore: Bore, outline: Arcs, name: str, least: float) -> float:
-    """Return the least wall [m] between a bore, its keyway included, and the outline of a part.
+def check_wall(bore: Bore, outline: Arcs, name: str, limit: float) -> float:
+    """Return the smallest wall [m] between a bore with its keyway and the outline of a part.
 
-    Raises InputError where it is below `least` > 0 [m].
+    Raises InputError if it is below `limit` > 0 [m].
     """
     from shapely import Polygon
 
     part, edge = (Polygon(arcs.points(_CHORD)) for arcs in (outline, bore.edge))
     wall = float(part.exterior.distance(edge)) if part.contains(edge) else 0.0
-    if wall < least:
+    if wall < limit:
         roots = float(np.hypot(*outline.vertices.T).min())
         slot = "" if bore.keyway is None else f", with its keyway {bore.reach / _MM:.4g} mm from the axis,"
         raise InputError(
-            f"{name}: a bore of {bore.diameter / _MM:g} mm{slot} is not allowed: it leaves a wall of {wall / _MM:.4g} "
-            f"mm, but there must be at least {least / _MM:.4g} mm within an outline that comes as near to the axis as "
-            f"{roots / _MM:.4g} mm"
+            f"{name}: a bore of {bore.diameter / _MM:g} mm{slot} leaves a wall of {wall / _MM:.4g} mm; at least "
+            f"{limit / _MM:.4g} mm are needed inside an outline whose smallest radius is {roots / _MM:.4g} mm"
         )
     return wall

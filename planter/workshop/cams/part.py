@@ -1,4 +1,4 @@
-"""A cam as it leaves: its contour as drawn, what limits it, and where its roller is along the turn."""
+"""A cam as a part: its contour in arcs, its limits, and the table of its contour over the turn."""
 
 from __future__ import annotations
 
@@ -12,88 +12,97 @@ from planter.kernels import Array
 from planter.numerics.extremes import Extreme
 from planter.workshop import biarcs
 from planter.workshop.arcs import Arcs
-from planter.workshop.biarcs import Fit
+from planter.workshop.biarcs import ArcFit
 from planter.workshop.bores import Bore, check_wall
 from planter.workshop.cams import results
-from planter.workshop.cams.lifting import LiftOff
-from planter.workshop.cams.profile import Columns, Profile
-from planter.workshop.drawing import Line, cross
+from planter.workshop.cams.profile import Columns, Profile, RollerLiftOff
+from planter.workshop.drawing import DrawingLine, build_cross
 
-LEAST_WALL = 0.1
-"""Least wall between a bore and the contour, in diameters of the bore: a rule of this program, for which no standard is
-known; a thinner ring gives way under the roller and in the chuck."""
+MIN_WALL = 0.1
+"""Smallest wall between a bore and the contour, in diameters of the bore: a rule of this program without a standard;
+a thinner ring deforms under the roller and in the chuck."""
 _STEP = np.radians(1.0)
-_ALIKE = 1e-9
-"""Angles nearer than this [rad] are one row of the table."""
+_ANGLE_TOLERANCE = 1e-9
+"""Difference below which two angles are one row of the table [rad]."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """A cam's profile with its lines as drawn, and the result without the files' names."""
+class CamPart:
+    """A cam's profile with the lines of its drawing, and the result without file names."""
 
     profile: Profile
-    lines: tuple[Line, ...]
+    lines: tuple[DrawingLine, ...]
     result: results.Cam
 
 
-def part(
-    profile: Profile, kind: str, tolerance: float, lifted: LiftOff | None, own_speed: float, base: float,
+def build_cam_part(
+    profile: Profile, kind: str, tolerance: float, lift_off: RollerLiftOff | None, machine_speed: float, base: float,
     bore: Bore | None = None,
-) -> Part:  # fmt: skip
-    """The part that a profile gives, its arcs within `tolerance` [m].
+) -> CamPart:  # fmt: skip
+    """Return the part of a profile with arcs within `tolerance` [m].
 
-    `base` is how far the strip of an open contour reaches below it [m]; a closed one may have a bore. Speeds [rad/s].
+    `base` is the height of the strip below an open contour [m]; a closed one may have a bore. Speeds in [rad/s].
 
-    Raises GeometryError where the roller is too large for it, InputError where the bore is.
+    Raises GeometryError if the roller is too large, InputError if the bore is.
     """
-    tightest = profile.check()
-    contour = biarcs.fit(profile.pieces, tolerance, profile.closed)
-    pitch = biarcs.fit(profile.pitch_pieces, tolerance, profile.closed)
-    outline = contour.arcs if profile.closed else _strip(contour.arcs, base)
-    lines = [Line("CONTOUR", outline), Line("PITCH", pitch.arcs)]
+    tightest = profile.check_clearance()
+    contour = biarcs.fit_arcs(profile.pieces, tolerance, profile.closed)
+    pitch = biarcs.fit_arcs(profile.pitch_pieces, tolerance, profile.closed)
+    outline = contour.arcs if profile.closed else _close_strip(contour.arcs, base)
+    lines = [DrawingLine("CONTOUR", outline), DrawingLine("PITCH", pitch.arcs)]
     if profile.closed:
         if bore is not None:
-            check_wall(bore, outline, profile.name, LEAST_WALL * bore.diameter)
+            check_wall(bore, outline, profile.name, MIN_WALL * bore.diameter)
             lines += bore.lines()
-        lines += cross((0.0, 0.0), float(np.hypot(*outline.vertices.T).max()) * 1.1)
-    return Part(profile, tuple(lines), _result(profile, kind, tightest, contour, lifted, own_speed))
+        lines += build_cross((0.0, 0.0), float(np.hypot(*outline.vertices.T).max()) * 1.1)
+    return CamPart(profile, tuple(lines), _summarise(profile, kind, tightest, contour, lift_off, machine_speed))
 
 
-def _result(
-    profile: Profile, kind: str, tightest: Extreme, contour: Fit, lifted: LiftOff | None, own_speed: float
+def _summarise(
+    profile: Profile,
+    kind: str,
+    tightest: Extreme,
+    contour: ArcFit,
+    lift_off: RollerLiftOff | None,
+    machine_speed: float,
 ) -> results.Cam:
-    radius, hollow, pressure = profile.roller * 1e3, tightest.value < 1, profile.largest("pressure")
+    radius, concave, pressure = profile.roller * 1e3, tightest.value < 1, profile.find_largest("pressure")
     return results.Cam(
         machine=profile.name,
         kind=kind,
         roller=results.Roller(
             radius_mm=radius,
             margin=tightest.value,
-            least_curvature_radius_mm=radius / (1 - tightest.value) if hollow else None,
-            at_deg=float(np.degrees(tightest.place)) if hollow else None,
+            least_curvature_radius_mm=radius / (1 - tightest.value) if concave else None,
+            at_deg=float(np.degrees(tightest.place)) if concave else None,
         ),
         pressure_angle_deg=results.Most(float(np.degrees(pressure.value)), float(np.degrees(pressure.place))),
-        lift_off=None if lifted is None else results.LiftOff(
-            lifted.speed / units.factor("_rpm"), own_speed / units.factor("_rpm"), float(np.degrees(lifted.angle))
+        lift_off=None
+        if lift_off is None
+        else results.LiftOff(
+            lift_off.speed / units.factor("_rpm"),
+            machine_speed / units.factor("_rpm"),
+            float(np.degrees(lift_off.angle)),
         ),
         contour=results.Contour(
             float(contour.arcs.lengths.sum()) * 1e3, len(contour.arcs.chords), contour.deviation * 1e6
         ),
         files=[],
-    )  # fmt: skip
+    )
 
 
-def _strip(contour: Arcs, base: float) -> Arcs:
-    """A contour as the upper edge of a strip, down to `base` below its lowest place [m]: one closed outline."""
+def _close_strip(contour: Arcs, base: float) -> Arcs:
+    """Return the closed outline of a strip under a contour, down to `base` [m] below its lowest point."""
     low = float(contour.vertices[:, 1].min()) - base
     corners = [(contour.vertices[-1, 0], low), (contour.vertices[0, 0], low)]
     return Arcs(np.vstack([contour.vertices, corners]), np.append(contour.bulges, [0.0, 0.0]))
 
 
-def table(profile: Profile, entries: Sequence[dict[str, str]]) -> dict[str, Array]:
-    """Every quantity of a contour in shown units, under keys that end in them, at whole degrees and all joints."""
+def tabulate_contour(profile: Profile, entries: Sequence[dict[str, str]]) -> dict[str, Array]:
+    """Return all quantities of a contour in display units by keys that end in them, at whole degrees and "
+    "breakpoints."""
     angles = np.unique(np.concatenate([np.arange(0, 2 * np.pi, _STEP), profile.breaks]))
-    angles = angles[np.append(np.diff(angles) > _ALIKE, True)]
-    found: Columns = profile.course(angles)
+    angles = angles[np.append(np.diff(angles) > _ANGLE_TOLERANCE, True)]
+    columns: Columns = profile.course(angles)
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in entries}
-    return {"cam_deg": np.degrees(angles), **{key: found[name] / units.factor(key) for name, key in keys.items()}}
+    return {"cam_deg": np.degrees(angles), **{key: columns[name] / units.factor(key) for name, key in keys.items()}}

@@ -1,4 +1,4 @@
-"""The contour of a cam along the angle of its turn, in exact pieces, and what limits the roller."""
+"""Contour of a cam by its angle, in exact pieces, with the limits of its roller: undercutting and lift-off."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import brentq
 from shapely import LineString
 
 from planter.errors import GeometryError, InputError
@@ -17,24 +18,23 @@ from planter.numerics.extremes import Extreme
 
 Columns = Mapping[str, Array]
 SAMPLES = 180
-"""Places on a piece where its extremes are looked for."""
-LARGEST_ROLLER = 1.0
-_INSIDE = 1e-9
-"""How far within a piece its ends are looked at, as a share of it: on the side of a joint that is the piece's."""
-_CROSSING = 1e-5
-"""Crossings of a contour are looked for on chords that stray by this much [m]."""
+"""Points of a piece from which its extremes are searched."""
+MAX_ROLLER_RADIUS = 1.0
+_END_OFFSET = 1e-9
+"""Share of a piece by which its ends are moved inwards, to the piece's side of a breakpoint."""
+_CHORD_TOLERANCE = 1e-5
+"""Deviation of the chords in the search for self-intersections [m]."""
 
 
 def check_roller(radius: float) -> None:
-    """Raise InputError for a radius [m] that no roller has."""
-    if not 0 < radius <= LARGEST_ROLLER:
-        allowed = f"it must be over 0, {LARGEST_ROLLER * 1e3:g} at most"
-        raise InputError(f"--roller-mm = {radius * 1e3:g} is not allowed: {allowed}")
+    """Raise InputError if a roller radius [m] is out of range."""
+    if not 0 < radius <= MAX_ROLLER_RADIUS:
+        raise InputError(f"--roller-mm = {radius * 1e3:g}: give a radius above 0 and up to {MAX_ROLLER_RADIUS * 1e3:g}")
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """A smooth piece of a contour from one angle of the cam to another, which may be the smaller."""
+class ContourPiece:
+    """A smooth piece of a contour from one angle of the cam [rad] to another, which may be smaller."""
 
     kind: str
     start: float
@@ -42,29 +42,29 @@ class Stretch:
     course: Callable[[Array], Columns]
 
     def _angles(self, s: Array) -> Array:
-        return self.start + (self.end - self.start) * np.clip(s, _INSIDE, 1 - _INSIDE)
+        return self.start + (self.end - self.start) * np.clip(s, _END_OFFSET, 1 - _END_OFFSET)
 
     def at(self, s: Array) -> Array:
-        found = self.course(self._angles(s))
-        return np.column_stack([found["contact_x"], found["contact_y"]])
+        columns = self.course(self._angles(s))
+        return np.column_stack([columns["contact_x"], columns["contact_y"]])
 
     def tangent(self, s: Array) -> Array:
         heading, sense = self.course(self._angles(s))["heading"], np.sign(self.end - self.start)
         return sense * np.column_stack([np.cos(heading), np.sin(heading)])
 
     def curvature(self, s: Array) -> Array:
-        found = self.course(self._angles(s))
-        curvature: Array = np.sign(self.end - self.start) * found["kappa"] / found["room"]
+        columns = self.course(self._angles(s))
+        curvature: Array = np.sign(self.end - self.start) * columns["kappa"] / columns["room"]
         return curvature
 
 
 @dataclass(frozen=True)
 class Profile:
-    """A cam for a roller: places of the roller's centre and of the contact in the plane of the cam, by the angle.
+    """A cam for a roller: positions of the roller's centre and of the contact in the plane of the cam, by the angle.
 
-    `course` gives at angles (n,) [rad] what the generated functions call contact_x, contact_y, heading, kappa, room,
-    pressure (n,), and the pitch curve under the names in `pitch` [SI]. `breaks` are the angles of a turn, first and
-    last among them, between which it is smooth. `closed`: a disc, whose contour runs round it against the angle.
+    `course` returns at angles (n,) [rad] the columns of the generated functions contact_x, contact_y, heading, kappa,
+    room, pressure (n,), and the pitch curve under the names in `pitch` [SI]. `breaks` are the breakpoints
+    of a turn [rad], first and last included. `closed`: a disc, whose contour runs against the angle.
     """
 
     name: str
@@ -75,49 +75,93 @@ class Profile:
     pitch: tuple[str, str]
 
     @cached_property
-    def pieces(self) -> tuple[Stretch, ...]:
+    def pieces(self) -> tuple[ContourPiece, ...]:
         """Exact pieces of the contour in the direction of its outline."""
         angles = tuple(reversed(self.breaks)) if self.closed else self.breaks
-        return tuple(Stretch("contour", start, end, self.course) for start, end in pairwise(angles))
+        return tuple(ContourPiece("contour", start, end, self.course) for start, end in pairwise(angles))
 
     @cached_property
-    def pitch_pieces(self) -> tuple[Stretch, ...]:
-        """The same of the pitch curve."""
+    def pitch_pieces(self) -> tuple[ContourPiece, ...]:
+        """Exact pieces of the pitch curve in the direction of the outline."""
 
-        def along(angles: Array) -> Columns:
-            found, (x, y) = self.course(angles), self.pitch
-            return {"contact_x": found[x], "contact_y": found[y], "heading": found["heading"], "kappa": found["kappa"],
-                    "room": np.ones(len(angles))}  # fmt: skip
+        def evaluate_pitch(angles: Array) -> Columns:
+            columns, (x, y) = self.course(angles), self.pitch
+            return {
+                "contact_x": columns[x],
+                "contact_y": columns[y],
+                "heading": columns["heading"],
+                "kappa": columns["kappa"],
+                "room": np.ones(len(angles)),
+            }
 
-        return tuple(Stretch("pitch", piece.start, piece.end, along) for piece in self.pieces)
+        return tuple(ContourPiece("pitch", piece.start, piece.end, evaluate_pitch) for piece in self.pieces)
 
-    def least(self, column: str) -> Extreme:
-        """Least value of a column over a turn, both sides of every joint."""
-        return min((extremes.least(lambda at: self.course(at)[column], places) for places in self._places()),
-                   key=lambda found: found.value)  # fmt: skip
+    def find_smallest(self, column: str) -> Extreme:
+        """Return the smallest value of a column over a turn, on both sides of every breakpoint."""
+        return min((extremes.least(lambda at: self.course(at)[column], places) for places in self._sample_pieces()),
+                   key=lambda extreme: extreme.value)  # fmt: skip
 
-    def largest(self, column: str) -> Extreme:
-        """Largest value of a column, as `least` has the least."""
-        return max((extremes.largest(lambda at: self.course(at)[column], places) for places in self._places()),
-                   key=lambda found: found.value)  # fmt: skip
+    def find_largest(self, column: str) -> Extreme:
+        """Return the largest value of a column over a turn, on both sides of every breakpoint."""
+        return max((extremes.largest(lambda at: self.course(at)[column], places) for places in self._sample_pieces()),
+                   key=lambda extreme: extreme.value)  # fmt: skip
 
-    def _places(self) -> list[Array]:
-        inside = np.linspace(_INSIDE, 1 - _INSIDE, SAMPLES)
+    def _sample_pieces(self) -> list[Array]:
+        inside = np.linspace(_END_OFFSET, 1 - _END_OFFSET, SAMPLES)
         return [start + (end - start) * inside for start, end in pairwise(self.breaks)]
 
-    def check(self) -> Extreme:
-        """How far the roller is from cutting off its own contour, and where: 1 - radius / radius of curvature.
+    def check_clearance(self) -> Extreme:
+        """Return the smallest margin against undercutting, 1 - radius / radius of curvature, and its angle.
 
-        Raises GeometryError, naming the angle and the radius, where it does.
+        Raises GeometryError, naming the angle and the radius, if the roller undercuts the contour.
         """
-        found = self.least("room")
-        if found.value <= 0:
-            radius, angle = self.roller / (1 - found.value), np.degrees(found.place)
+        clearance = self.find_smallest("room")
+        if clearance.value <= 0:
+            radius, angle = self.roller / (1 - clearance.value), np.degrees(clearance.place)
             raise GeometryError(
-                f"{self.name}: a roller of a radius of {self.roller * 1e3:g} mm cuts off its own contour at a cam "
+                f"{self.name}: a roller of a radius of {self.roller * 1e3:g} mm undercuts the contour at a cam "
                 f"angle of {angle:.4g} deg, where the pitch curve has a radius of {radius * 1e3:.4g} mm: "
-                "the roller's must be less"
+                "choose a smaller roller"
             )
         if not LineString(np.vstack([piece.at(np.linspace(0, 1, SAMPLES)) for piece in self.pieces])).is_simple:
             raise GeometryError(f"{self.name}: the contour for a roller of {self.roller * 1e3:g} mm crosses itself")
-        return found
+        return clearance
+
+
+MIN_SPEED_SHARE = 1e-3
+"""Share of a machine's speed that stands for rest, at which directions of sliding are still defined."""
+MAX_SPEED_RATIO = 64
+"""Multiple of a machine's speed up to which a lift-off is searched."""
+_ANGLES = 2 * np.pi * np.arange(720) / 720
+Push = Callable[[Array, float], Array]
+"""Contact force (n,) [N], positive where the cam pushes, at angles (n,) [rad] and a speed [rad/s]."""
+
+
+@dataclass(frozen=True)
+class RollerLiftOff:
+    """A speed [rad/s], and the angle [rad] at which the roller lifts off first."""
+
+    speed: float
+    angle: float
+
+
+def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
+    """Return the lowest speed at which the contact force vanishes in a turn, or None up to `MAX_SPEED_RATIO` times
+    `speed`.
+
+    The speed is zero if nothing presses the roller on at rest.
+    """
+    low, high = MIN_SPEED_SHARE * speed, speed
+    rest = _find_smallest_force(push, low)
+    if rest.value <= 0:
+        return RollerLiftOff(0.0, rest.place % (2 * np.pi))
+    while _find_smallest_force(push, high).value > 0:
+        low, high = high, 2 * high
+        if abs(high) > MAX_SPEED_RATIO * abs(speed):
+            return None
+    critical = float(brentq(lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12))
+    return RollerLiftOff(critical, _find_smallest_force(push, critical).place % (2 * np.pi))
+
+
+def _find_smallest_force(push: Push, speed: float) -> extremes.Extreme:
+    return extremes.least(lambda angles: push(angles, speed), _ANGLES, closed=True)

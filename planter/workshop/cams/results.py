@@ -1,4 +1,4 @@
-"""What `planter cam` returns, key by key."""
+"""Result records of `planter cam`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class Most(Record):
-    """A largest value over a turn, and the cam angle where it stands."""
+    """A largest value over a turn, and its cam angle."""
 
     max: float
     at_deg: float
@@ -17,7 +17,7 @@ class Most(Record):
 
 @dataclass(frozen=True)
 class Roller(Record):
-    """Least radius of curvature of the pitch curve towards the cam: null, with its place, where it is nowhere hollow.
+    """Smallest concave radius of curvature of the pitch curve and its angle, both null if the curve is convex.
 
     `margin` is 1 - radius of the roller / that radius; rollers must be below it.
     """
@@ -30,7 +30,7 @@ class Roller(Record):
 
 @dataclass(frozen=True)
 class LiftOff(Record):
-    """The speed at which the force between cam and roller first vanishes, and the mechanism's angle where it does."""
+    """The lowest speed at which the force between cam and roller vanishes, and the angle of the mechanism there."""
 
     speed_rpm: float
     own_speed_rpm: float
@@ -39,7 +39,7 @@ class LiftOff(Record):
 
 @dataclass(frozen=True)
 class Contour(Record):
-    """The contour as drawn: its length, its arcs, and how far they stray from it at most."""
+    """The contour as drawn: its length, its arcs, and their largest deviation from it."""
 
     length_mm: float
     arcs: int
@@ -48,7 +48,7 @@ class Contour(Record):
 
 @dataclass(frozen=True)
 class Cam(Record):
-    """`planter cam`: a contour for a roller; lift-off null where the roller stays on, or no force of it was named."""
+    """`planter cam`: a contour for a roller; lift-off is null if the roller stays on or no force was given."""
 
     machine: str
     kind: str

@@ -7,7 +7,7 @@ import pytest
 
 from planter.mechanism import cam
 from planter.mechanism.model import Model
-from planter.workshop.cams.lifting import lift_off
+from planter.workshop.cams.profile import find_lift_off
 from tests.support import own
 from tests.support.cli import answer, refusal
 
@@ -40,7 +40,7 @@ def test_an_offset_line_is_another_cam(model: Model) -> None:
 
 
 def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None:
-    found = lift_off(cam.push(model, "N_cam"), model.speed)
+    found = find_lift_off(cam.push(model, "N_cam"), model.speed)
     assert found is not None
     top = 22 + 1800 * 0.014 + 0.65 * 9.81
     assert found.speed == pytest.approx(np.sqrt(top / (0.65 * 0.007)), rel=1e-9)
@@ -74,9 +74,9 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
         (("--y", "y_0+s", "--speed-rpm", "3"), "--speed-rpm does not apply"),
         (("--x", "1"), "--x needs --y"),
         (("--force", "guide"), "--force = guide is not allowed: there are N_cam"),
-        (("--y", "y_0+s", "--bore-mm", "70"), "cam_follower: a bore of 70 mm is not allowed"),
+        (("--y", "y_0+s", "--bore-mm", "70"), "cam_follower: a bore of 70 mm leaves a wall"),
         (("--y", "y_0+s", "--bore-mm", "58"), "it leaves a wall of"),
-        (("--y", "s"), "cuts off its own contour"),
+        (("--y", "s"), "undercuts the contour"),
     ],
 )
 def test_bad_input_is_one_sentence(options: tuple[str, ...], said: str) -> None:

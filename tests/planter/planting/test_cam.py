@@ -11,7 +11,7 @@ from planter.kernels import Array
 from planter.planting import cam, file
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
-from planter.workshop.cams.lifting import lift_off
+from planter.workshop.cams.profile import find_lift_off
 from tests.support.cli import answer, refusal
 from tests.support.outlines import read_dxf
 
@@ -85,7 +85,7 @@ def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, 
 
 def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_of_the_speed(device: Device) -> None:
     push, own = cam.push(device), device.machine.si("speed_rpm")
-    found = lift_off(push, own)
+    found = find_lift_off(push, own)
     assert found is not None
     angles = np.linspace(0, 2 * np.pi, 721)
     rest, one, two = (push(angles, share * own) for share in (1e-3, 1.0, 2.0))
@@ -126,10 +126,10 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
     [
         (
             ("--roller-mm", "9"),
-            "wang2017: a roller of a radius of 9 mm cuts off its own contour at a cam angle of 257.",
+            "wang2017: a roller of a radius of 9 mm undercuts the contour at a cam angle of 257.",
         ),
-        (("--roller-mm", "0"), "--roller-mm = 0 is not allowed: it must be over 0, 1000 at most"),
-        (("--roller-mm", "nan"), "--roller-mm = nan is not allowed"),
+        (("--roller-mm", "0"), "--roller-mm = 0: give a radius above 0 and up to 1000"),
+        (("--roller-mm", "nan"), "--roller-mm = nan"),
         (("--roller-mm", "5", "--width-mm", "60"), "less than the base cylinder's diameter of 60 mm"),
         (("--roller-mm", "5", "--step"), "--step needs --out DIR to write the solid to"),
         (("--roller-mm", "5", "--force", "F_E"), "--force is for a mechanism of your own"),

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from planter.workshop.arcs import Arcs, circle
+from planter.workshop.arcs import Arcs, build_circle
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 def test_a_circle_has_its_area_length_and_places() -> None:
-    found = circle(0.7, (0.2, -0.3)).moved(1.1)
+    found = build_circle(0.7, (0.2, -0.3)).moved(1.1)
     assert found.area == pytest.approx(np.pi * 0.7**2, rel=1e-14)
     assert found.lengths.sum() == pytest.approx(2 * np.pi * 0.7, rel=1e-14)
     centre = np.array([[0.2, -0.3]]) @ [[np.cos(1.1), np.sin(1.1)], [-np.sin(1.1), np.cos(1.1)]]

@@ -9,9 +9,9 @@ import pytest
 import trimesh
 
 from planter.errors import InputError
-from planter.workshop import biarcs, mesh, solids
+from planter.workshop import biarcs, solids
 from planter.workshop.bores import Bore, Keyway
-from planter.workshop.splines import through
+from planter.workshop.solids import fit_plane_spline
 from tests.support.outlines import Lobes, lobes
 
 WIDTH = 0.008
@@ -21,8 +21,8 @@ VOLUME = (EXACT.area - BORE.edge.area) * WIDTH
 
 
 def test_a_mesh_is_watertight_and_has_the_volume() -> None:
-    outline = biarcs.fit(lobes(), 1e-6).arcs
-    body = trimesh.load(io.BytesIO(mesh.stl(outline, [BORE.edge], WIDTH, 1e-6)), file_type="stl")
+    outline = biarcs.fit_arcs(lobes(), 1e-6).arcs
+    body = trimesh.load(io.BytesIO(solids.format_stl(outline, [BORE.edge], WIDTH, 1e-6)), file_type="stl")
     assert body.is_watertight
     assert body.is_winding_consistent
     assert body.volume == pytest.approx(VOLUME * 1e9, rel=1e-4)
@@ -30,14 +30,16 @@ def test_a_mesh_is_watertight_and_has_the_volume() -> None:
 
 
 def test_a_mesh_with_a_triangle_less_is_not_watertight() -> None:
-    body = trimesh.load(io.BytesIO(mesh.stl(biarcs.fit(lobes(), 1e-4).arcs, [], WIDTH, 1e-4)), file_type="stl")
+    body = trimesh.load(
+        io.BytesIO(solids.format_stl(biarcs.fit_arcs(lobes(), 1e-4).arcs, [], WIDTH, 1e-4)), file_type="stl"
+    )
     body.update_faces(np.arange(len(body.faces)) > 0)
     assert not body.is_watertight
 
 
 def test_splines_keep_to_their_pieces() -> None:
     for piece in (Lobes(0.1, 0.9), Lobes(0.9, 2.2)):
-        spline = through(piece, 1e-8)
+        spline = fit_plane_spline(piece, 1e-8)
         assert sum(spline.multiplicities) == len(spline.poles) + spline.degree + 1
         np.testing.assert_allclose(spline.poles[[0, -1]], piece.at(np.array([0.0, 1.0])), rtol=1e-13)
 
@@ -49,8 +51,8 @@ def test_a_solid_reads_back_valid_where_the_outline_is(tmp_path: Path, capfd: py
     from OCP.GProp import GProp_GProps
     from OCP.STEPControl import STEPControl_Reader
 
-    content = solids.step("gear 'A'", lobes(), [BORE.edge], WIDTH)
-    assert content == solids.step("gear 'A'", lobes(), [BORE.edge], WIDTH)
+    content = solids.format_prism("gear 'A'", lobes(), [BORE.edge], WIDTH)
+    assert content == solids.format_prism("gear 'A'", lobes(), [BORE.edge], WIDTH)
     assert capfd.readouterr() == ("", "")
     (tmp_path / "gear.step").write_bytes(content)
     reader = STEPControl_Reader()
@@ -89,4 +91,4 @@ def _splines(shape):  # type: ignore[no-untyped-def]
 def test_a_missing_kernel_is_told_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "OCP.Message", None)
     with pytest.raises(InputError, match=r"not installed: pip install 'planter\[step\]'"):
-        solids.step("gear", lobes(), [], WIDTH)
+        solids.format_prism("gear", lobes(), [], WIDTH)

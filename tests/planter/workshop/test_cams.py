@@ -9,8 +9,7 @@ from shapely import Point, Polygon
 from planter.errors import GeometryError, InputError
 from planter.kernels import Array, formulas
 from planter.workshop import biarcs
-from planter.workshop.cams.lifting import lift_off
-from planter.workshop.cams.profile import Profile, check_roller
+from planter.workshop.cams.profile import Profile, check_roller, find_lift_off
 
 ROLLER, PITCH, OFFSET = 0.009, 0.03, 0.008
 BREAKS = tuple(np.linspace(0, 2 * np.pi, 9).tolist())
@@ -38,33 +37,33 @@ def profile(roller: float = ROLLER) -> Profile:
 
 def test_the_contour_of_an_eccentric_circle_is_one() -> None:
     found = profile()
-    outline = biarcs.fit(found.pieces, 1e-6).arcs
+    outline = biarcs.fit_arcs(found.pieces, 1e-6).arcs
     centre = np.array([0.0, OFFSET])
     np.testing.assert_allclose(np.hypot(*(outline.points(1e-6) - centre).T), PITCH - ROLLER, rtol=1e-9)
     assert len(outline.vertices) <= 2 * len(BREAKS)
     assert outline.area == pytest.approx(np.pi * (PITCH - ROLLER) ** 2, rel=1e-9)
-    assert found.check().value == pytest.approx(1 - ROLLER / PITCH, rel=1e-9)
+    assert found.check_clearance().value == pytest.approx(1 - ROLLER / PITCH, rel=1e-9)
     for piece in found.pieces:
         np.testing.assert_allclose(piece.curvature(np.array([0.3])), 1 / (PITCH - ROLLER), rtol=1e-9)
 
 
 def test_its_pressure_angle_is_that_between_both_centres() -> None:
-    found = profile().largest("pressure")
+    found = profile().find_largest("pressure")
     assert found.value == pytest.approx(np.arcsin(OFFSET / PITCH), rel=1e-9)
     assert found.place % np.pi == pytest.approx(np.pi / 2, abs=1e-6)
 
 
 def test_a_roller_that_cuts_in_is_refused_with_its_place() -> None:
-    profile(0.999 * PITCH).check()
+    profile(0.999 * PITCH).check_clearance()
     with pytest.raises(GeometryError, match=r"a roller of a radius of 30.03 mm .* has a radius of 30 mm"):
-        profile(1.001 * PITCH).check()
-    with pytest.raises(InputError, match=r"--roller-mm = -1 is not allowed"):
+        profile(1.001 * PITCH).check_clearance()
+    with pytest.raises(InputError, match=r"--roller-mm = -1"):
         check_roller(-1e-3)
 
 
 def test_a_roller_touches_the_disc_wherever_it_is() -> None:
     found = profile()
-    disc = Polygon(biarcs.fit(found.pieces, 1e-7).arcs.points(1e-8))
+    disc = Polygon(biarcs.fit_arcs(found.pieces, 1e-7).arcs.points(1e-8))
     places = found.course(np.linspace(0, 2 * np.pi, 101))
     gaps = [disc.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in found.pitch), strict=True)]
     assert np.abs(gaps).max() < 2e-7
@@ -78,14 +77,14 @@ def test_a_mass_on_a_spring_lifts_off_where_inertia_outweighs_it(weight: float) 
         force: Array = preload + weight - mass * speed**2 * lift * np.sin(angles)
         return force
 
-    found = lift_off(push, 3.0)
+    found = find_lift_off(push, 3.0)
     assert found is not None
     assert found.speed == pytest.approx(np.sqrt((preload + weight) / mass / lift), rel=1e-9)
     assert found.angle == pytest.approx(np.pi / 2, abs=1e-4)
 
 
 def test_what_never_lifts_off_and_what_never_lies_on() -> None:
-    assert lift_off(lambda angles, speed: 1 + speed**2 + 0 * angles, 3.0) is None
-    loose = lift_off(lambda angles, speed: -1 + 0 * angles, 3.0)
+    assert find_lift_off(lambda angles, speed: 1 + speed**2 + 0 * angles, 3.0) is None
+    loose = find_lift_off(lambda angles, speed: -1 + 0 * angles, 3.0)
     assert loose is not None
     assert loose.speed == 0

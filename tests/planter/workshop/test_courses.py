@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from planter.workshop.courses import course
+from planter.workshop.outline import sample_outline
 from tests.support.outlines import lobes
 
 
 def test_lengths_normals_and_curvatures_are_those_of_the_pieces() -> None:
     pieces = lobes(5)
-    found = course(pieces, 64)
+    found = sample_outline(pieces, 64)
     ends = np.cumsum([piece.length for piece in pieces])
     np.testing.assert_allclose(found.length[found.piece == 4][-1], ends[-1], rtol=1e-8)
     np.testing.assert_allclose(found.length[64::65], ends, rtol=1e-8)

@@ -4,18 +4,22 @@ import numpy as np
 import pytest
 from ezdxf.entitydb import EntityDB
 
-from planter.workshop import biarcs, drawing, preview
-from planter.workshop.arcs import circle
+from planter.workshop import biarcs, drawing
+from planter.workshop.arcs import build_circle
 from planter.workshop.bores import Bore, Keyway
-from planter.workshop.drawing import Line
+from planter.workshop.drawing import DrawingLine
 from tests.support.outlines import lobes, read_dxf
 
-TOOTHED = biarcs.fit(lobes(), 1e-6).arcs
-LINES = (Line("TEETH", TOOTHED), *Bore(0.01, Keyway(0.003, 0.0014, 0.4)).lines(), *drawing.cross((0.0, 0.0), 0.04))
+TOOTHED = biarcs.fit_arcs(lobes(), 1e-6).arcs
+LINES = (
+    DrawingLine("TEETH", TOOTHED),
+    *Bore(0.01, Keyway(0.003, 0.0014, 0.4)).lines(),
+    *drawing.build_cross((0.0, 0.0), 0.04),
+)
 
 
 def test_a_drawing_reads_back_as_it_was() -> None:
-    document, found = read_dxf(drawing.dxf(LINES))
+    document, found = read_dxf(drawing.format_dxf(LINES))
     audit = document.audit()
     assert not audit.errors
     assert not audit.fixes
@@ -34,15 +38,15 @@ def test_same_curves_give_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> Non
     files = []
     for order in (kinds, kinds[::-1]):
         monkeypatch.setattr(EntityDB, "dxf_types_in_use", lambda _, order=order: order)
-        files.append(drawing.dxf(LINES))
+        files.append(drawing.format_dxf(LINES))
     assert files[0] == files[1]
-    assert drawing.dxf(LINES) != drawing.dxf(LINES[1:])
+    assert drawing.format_dxf(LINES) != drawing.format_dxf(LINES[1:])
 
 
 def test_the_preview_has_the_arcs_of_the_drawing() -> None:
-    hollow = Line("TEETH", TOOTHED)
-    told = preview.svg([hollow, Line("BORE", circle(0.005))], "a < b")
+    hollow = DrawingLine("TEETH", TOOTHED)
+    told = drawing.format_svg([hollow, DrawingLine("BORE", build_circle(0.005))], "a < b")
     assert "<title>a &lt; b</title>" in told
-    data = preview.data(TOOTHED)
+    data = drawing.format_path(TOOTHED)
     sweeps = [int(arc.split()[4]) for arc in data.removesuffix("Z").split("A")[1:]]
     np.testing.assert_array_equal(sweeps, TOOTHED.bulges < 0)
