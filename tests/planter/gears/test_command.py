@@ -215,7 +215,7 @@ BAD = {
     "--module 2 --bore-mm 45.75 --keyway-mm none": "mm leaves a wall of 0.00",
     "--module 2 --bore-mm 46 --keyway-mm none": "at least 2.25 mm",
     "--module 2 --addendum 0.5": "the contact ratio of tooth",
-    "--teeth 31": "--teeth 31: give Z1,Z2",
+    "--teeth 31": "it must be Z1,Z2",
     "--teeth a,b": "--teeth a,b: give Z",
     "--module 2 --module1 2": "--module sets both stages",
     "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is hollow with a radius of 21.16 mm at",
@@ -262,7 +262,7 @@ def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
         file = curve_file(tmp_path / f"{name}.csv", radius)
         assert sentence in refusal("gears", "--curve", file, "--module", "5")
     file = curve_file(tmp_path / "own.csv", wavy())
-    assert "it must have 80 teeth" in refusal("gears", "--curve", file, "--teeth", "40,41", "--turns", "2")
+    assert "needs 80 teeth" in refusal("gears", "--curve", file, "--teeth", "40,41", "--turns", "2")
     for option in ("--module2", "--speed-rpm"):
         told = refusal("gears", "--curve", file, "--teeth", "40", option, "2")
         assert f"{option} goes with MACHINE, not with --curve" in told
