@@ -75,7 +75,7 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
         (("--x", "1"), "--x needs --y"),
         (("--force", "guide"), "--force = guide is not allowed: there are N_cam"),
         (("--y", "y_0+s", "--bore-mm", "70"), "cam_follower: a bore of 70 mm leaves a wall"),
-        (("--y", "y_0+s", "--bore-mm", "58"), "it leaves a wall of"),
+        (("--y", "y_0+s", "--bore-mm", "58"), "leaves a wall of"),
         (("--y", "s"), "undercuts the contour"),
     ],
 )

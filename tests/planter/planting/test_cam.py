@@ -78,7 +78,7 @@ def test_the_pressure_angle_in_the_dwells_is_that_of_the_rocker(face: cam.EndFac
 def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, float]) -> None:
     """Two derivations, one of the cam by its own angle, one of the machine as it runs."""
     other = Device(file.load("wang2017", changes))
-    steepest = cam.EndFace(other, ROLLER).at(other.machine.si("base_radius_mm")).largest("pressure")
+    steepest = cam.EndFace(other, ROLLER).at(other.machine.si("base_radius_mm")).find_largest("pressure")
     told = simulate(other, 16).result.designer
     assert told.cam_pressure_angle_max_deg == pytest.approx(np.degrees(steepest.value), rel=1e-9)
 
