@@ -54,10 +54,10 @@ def wavy(size: float = 40.0, wave: float = 3.0, count: int = 60, lobes: int = 1)
 
 
 def test_the_answer_has_the_keys_of_the_contract() -> None:
-    found = answer("gears", "wang2017", "--teeth", "31,33", "--backlash-mm", "0.05")
-    jsonschema.validate(found, committed("gears"))
-    assert [[gear["name"] for gear in stage["gears"]] for stage in found["stages"]] == NAMES
-    for stage, z in zip(found["stages"], (31, 33), strict=True):
+    result = answer("gears", "wang2017", "--teeth", "31,33", "--backlash-mm", "0.05")
+    jsonschema.validate(result, committed("gears"))
+    assert [[gear["name"] for gear in stage["gears"]] for stage in result["stages"]] == NAMES
+    for stage, z in zip(result["stages"], (31, 33), strict=True):
         assert stage.keys() >= STAGE
         assert all(gear.keys() >= GEAR for gear in stage["gears"])
         assert (stage["z"], stage["scale"]) == ([z, z], 1.0)
@@ -65,11 +65,11 @@ def test_the_answer_has_the_keys_of_the_contract() -> None:
         assert stage["gap_mm"] == pytest.approx({k: 0.025 * np.cos(np.pi / 9) for k in ("min", "max")}, abs=1e-10)
         assert stage["overlap_mm2"] == 0
         assert stage["transmission_error_rad"] < 1e-11
-    assert found["scaled"] is None
-    assert found["files"] == []
-    sliding = found["friction"]["sliding"]
+    assert result["scaled"] is None
+    assert result["files"] == []
+    sliding = result["friction"]["sliding"]
     assert sliding["motor_work_J"] == pytest.approx(sum(sliding["lost_J"].values()), rel=1e-7)
-    assert sliding["motor_work_J"] > found["friction"]["convention"]["motor_work_J"]
+    assert sliding["motor_work_J"] > result["friction"]["convention"]["motor_work_J"]
 
 
 @pytest.mark.parametrize(("error_mm", "touches"), [(0.3, True), (3.9, False)])
@@ -100,34 +100,34 @@ def test_rim_is_reported_in_tooth_depths(tmp_path: Path) -> None:
 
 
 def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
-    found = answer("gears", "wang2017", "--module1", "2", "--module2", "1.5", "--keep", "module")
+    result = answer("gears", "wang2017", "--module1", "2", "--module2", "1.5", "--keep", "module")
     drawn = answer("simulate", "wang2017")["centre_distance_mm"]
-    for stage, module, name in zip(found["stages"], (2, 1.5), ("a1", "a2"), strict=True):
+    for stage, module, name in zip(result["stages"], (2, 1.5), ("a1", "a2"), strict=True):
         assert stage["module_mm"] == pytest.approx(module, rel=1e-14)
         assert stage["centre_distance_mm"] == pytest.approx(stage["scale"] * drawn[name], rel=1e-12)
-    scaled = found["scaled"]
+    scaled = result["scaled"]
     again = answer("simulate", "wang2017", *(f"--set={k}={v!r}" for k, v in scaled["design"].items()))
-    distances = [stage["centre_distance_mm"] for stage in found["stages"]]
+    distances = [stage["centre_distance_mm"] for stage in result["stages"]]
     assert list(again["centre_distance_mm"].values()) == pytest.approx(distances, rel=1e-12)
     assert 0.01 < scaled["tip_moved_max_mm"] < 5
     assert scaled["broken"] is None
 
 
 def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
-    made = gears.train(device, [Order()] * 2)
-    shapes = [shape(placed) for placed in made.placed()]
+    train = gears.train(device, [Order()] * 2)
+    shapes = [shape(placed) for placed in train.placed()]
     for one, two in ((0, 1), (2, 3)):
         assert shapely.intersection(shapes[one], shapes[two]).area < 1e-13
         assert shapely.distance(shapes[one], shapes[two]) < 2e-7
-    turned = [PlacedGear(p.gear, p.angle + 1e-3, p.centre) for p in made.placed()]
+    turned = [PlacedGear(p.gear, p.angle + 1e-3, p.centre) for p in train.placed()]
     assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
 
 
 def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> None:
     """There the flank stands still, and its arc length is known to half the digits."""
     slender = Order(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
-    made = gears.train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
-    assert all(shape(placed).is_valid for placed in made.placed())
+    train = gears.train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
+    assert all(shape(placed).is_valid for placed in train.placed())
 
 
 def shape(placed: PlacedGear) -> shapely.Polygon:
@@ -157,16 +157,16 @@ def _turned(device: Device) -> float:
 
 @pytest.mark.long
 def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
-    found = answer("gears", "wang2017", "--module", "2", "--bore-mm", "14", "--stl", "--out", str(tmp_path / "out"))
-    names = {Path(file).name for file in found["files"]}
+    result = answer("gears", "wang2017", "--module", "2", "--bore-mm", "14", "--stl", "--out", str(tmp_path / "out"))
+    names = {Path(file).name for file in result["files"]}
     assert names >= {
         f"{stem}.{kind}" for stem in ("sun", "gear_5", "gear_6", "planet_gear") for kind in ("dxf", "svg", "stl")
     }
     assert names >= {"assembly.dxf", "assembly.svg", "sun_flanks.csv", "friction.csv"}
-    assert all(Path(file).is_file() for file in found["files"])
+    assert all(Path(file).is_file() for file in result["files"])
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["stages"] == found["stages"]
-    assert summary["friction"] == found["friction"]
+    assert summary["stages"] == result["stages"]
+    assert summary["friction"] == result["friction"]
     assert "fetch" not in (page := (tmp_path / "out" / "report.html").read_text())
     assert "planet gear" in page
     head = (tmp_path / "out" / "sun_flanks.csv").read_text().splitlines()[3]
@@ -176,8 +176,8 @@ def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_curve_of_ones_own_has_a_conjugate(tmp_path: Path, sense: int) -> None:
     file = curve_file(tmp_path / "own.csv", wavy(), sense)
-    found = answer("gears", "--curve", file, "--teeth", "40", "--keep", "size")
-    (stage,), friction = found["stages"], found["friction"]
+    result = answer("gears", "--curve", file, "--teeth", "40", "--keep", "size")
+    (stage,), friction = result["stages"], result["friction"]
     assert friction is None
     assert stage["z"] == [40, 40]
     assert stage["transmission_error_rad"] < 1e-11
@@ -195,8 +195,8 @@ def test_a_mate_may_turn_once_in_several_turns(tmp_path: Path) -> None:
 def test_curves_of_a_train_are_taken(tmp_path: Path) -> None:
     """Both gears of a stage in one file, points crowded where the slope is least; the mate is held to the gear."""
     carrier = np.radians(np.arange(0, 361, 15))
-    found = Train(AngleCurve(carrier, -carrier + np.radians(8) * np.sin(carrier)), 0.07)
-    polar, radii = polar_curves(found)
+    result = Train(AngleCurve(carrier, -carrier + np.radians(8) * np.sin(carrier)), 0.07)
+    polar, radii = polar_curves(result)
     head = [f"{name}_{what}" for name in ("driver", "follower") for what in ("polar_deg", "radius_mm")]
     columns = dict(zip(head, (np.degrees(polar[0]), 1e3 * radii[0], np.degrees(polar[1]), 1e3 * radii[1]), strict=True))
     file = tmp_path / "pitch_curves.csv"
@@ -233,15 +233,15 @@ def test_bad_input_is_one_sentence(options: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("machine", "told"),
+    ("machine", "message"),
     [
         ("wang2071", "did you mean wang2017"),
         ("shi2021", "use one like compact, wang2017"),
         ("own.toml", "there is no such file"),
     ],
 )
-def test_a_machine_without_gears_is_told(machine: str, told: str) -> None:
-    assert told in refusal("gears", machine)
+def test_a_machine_without_gears_is_told(machine: str, message: str) -> None:
+    assert message in refusal("gears", machine)
 
 
 def test_a_file_with_a_fault_is_told_by_its_own_room(tmp_path: Path) -> None:
@@ -253,17 +253,17 @@ def test_a_file_with_a_fault_is_told_by_its_own_room(tmp_path: Path) -> None:
 
 
 def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
-    told = {
+    message = {
         "narrow": (wavy(40, 9, lobes=2), "which no hob can cut"),
         "few": (wavy(count=5), "6 points"),
         "sharp": (wavy(20, 6, lobes=4), "gear: the pitch curve's radius is"),
     }
-    for name, (radius, sentence) in told.items():
+    for name, (radius, sentence) in message.items():
         file = curve_file(tmp_path / f"{name}.csv", radius)
         assert sentence in refusal("gears", "--curve", file, "--module", "5")
     file = curve_file(tmp_path / "own.csv", wavy())
     assert "needs 80 teeth" in refusal("gears", "--curve", file, "--teeth", "40,41", "--turns", "2")
     for option in ("--module2", "--speed-rpm"):
-        told = refusal("gears", "--curve", file, "--teeth", "40", option, "2")
-        assert f"{option} goes with MACHINE, not with --curve" in told
+        message = refusal("gears", "--curve", file, "--teeth", "40", option, "2")
+        assert f"{option} goes with MACHINE, not with --curve" in message
     assert "has no column other_polar_deg" in refusal("gears", "--curve", f"{file}:other", "--teeth", "40")

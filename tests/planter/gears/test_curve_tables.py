@@ -45,17 +45,17 @@ PARTS = {
 
 @pytest.mark.parametrize("kind", PARTS)
 def test_table_of_no_closed_turn_exits_2(tmp_path: Path, kind: str) -> None:
-    polar, said = PARTS[kind]
+    polar, message = PARTS[kind]
     file = write_curve(tmp_path / "own.csv", polar, 40 + 3 * np.cos(np.radians(polar)))
-    assert said in refusal("gears", "--curve", file, "--module", "2")
+    assert message in refusal("gears", "--curve", file, "--module", "2")
 
 
 def test_radius_that_does_not_close_exits_2(tmp_path: Path) -> None:
-    for end, said in ((1.001, "radius_mm: 42.8"), (1.0, None)):
+    for end, message in ((1.001, "radius_mm: 42.8"), (1.0, None)):
         radius = np.append(RADIUS, end * RADIUS[0])
         file = write_curve(tmp_path / "own.csv", np.append(POLAR, 360.0), radius)
-        if said:
-            assert said in refusal("gears", "--curve", file, "--module", "2")
+        if message:
+            assert message in refusal("gears", "--curve", file, "--module", "2")
         else:
             assert load_pair(file, None, 1).sense == 1
 
@@ -84,10 +84,10 @@ IMPOSSIBLE = {
 
 @pytest.mark.parametrize("kind", IMPOSSIBLE)
 def test_impossible_curve_is_refused_in_seconds(tmp_path: Path, kind: str) -> None:
-    radius, said = IMPOSSIBLE[kind]
+    radius, message = IMPOSSIBLE[kind]
     file = write_curve(tmp_path / "own.csv", np.arange(len(radius)) * 360 / len(radius), radius)
     begun = time.process_time()
-    assert said in refusal("gears", "--curve", file, "--module", "2")
+    assert message in refusal("gears", "--curve", file, "--module", "2")
     assert time.process_time() - begun < 5
 
 
