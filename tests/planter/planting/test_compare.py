@@ -55,9 +55,9 @@ def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, i
     before = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
     assert len(before) == 1
     assert not (out / "summary.json").exists()
-    code, found, said = run(*words(out), "--resume")
-    assert code == 0, said
-    return json.loads(found), before, out, said
+    code, output, messages = run(*words(out), "--resume")
+    assert code == 0, messages
+    return json.loads(output), before, out, messages
 
 
 @pytest.mark.fault
