@@ -38,13 +38,31 @@ Values = dict[Quantity, mpf]
 
 
 class Formulas:
-    """Equations by what they claim to be, and the functions that solve them.
+    """Equations by what they claim to be, and the functions in closed form that solve them.
 
-    ``told`` names a function's packed output by the function. ``bind`` says how a source means its symbols, ``lacking``
-    lists claims that it does not make: what hangs on them, its functions do not give. With ``angle`` [rad] and
-    ``speed`` [rad/s], of the table, an angle drives them as it drives a mechanism: whatever works on a machine works
-    on what they define along it. Raises ClaimError if it makes a claim that it lacks, or makes one twice, ValueError
-    for an angle without a speed or in other units.
+    ``given`` is the table of quantities, all in SI. With ``angle`` [rad] and ``speed`` [rad/s] of the table, an angle
+    drives them as it drives a mechanism, and the commands for mechanisms work on them. ``bind`` replaces symbols of the
+    equations by expressions; ``lacking`` lists claims that the source does not make: steps that need them are left out.
+    ``told`` is the pattern of the names of packed outputs. Raises ClaimError if a claim is made twice, or made and
+    lacking; ValueError for an angle without a speed or in other units.
+
+    >>> from derive import Formulas, quantities, what
+    >>> q = quantities('''
+    ...     t | rad   | driver
+    ...     n | rad/s | speed of the driver | 9
+    ...     r | m     | crank               | 0.02
+    ...     y | m     | height
+    ... ''')
+    >>> f = Formulas("crank", given=q, angle=q.t, speed=q.n)
+    >>> from sympy import sin
+    >>> f.defines(q.y, q.r * sin(q.t))
+    y
+    >>> f.expr(what(q.y))
+    r*sin(t)
+    >>> f.function("height", (q.t, q.r), what(q.y)).outputs.quantities
+    (y,)
+    >>> f.system().lane.outputs.quantities
+    (y,)
     """
 
     def __init__(
@@ -67,9 +85,11 @@ class Formulas:
         self, symbol: Quantity, expr: Expr, claim: Claimed | None = None, *, named: bool = False,
         where: sp.Basic = sp.true,
     ) -> Quantity:  # fmt: skip
-        """State what a symbol comes out to be, or is by its meaning, ``named``, on the condition ``where``.
+        """State that ``symbol`` equals ``expr``, in the unit of the symbol, and return the symbol.
 
-        The claim is ``what(symbol)`` unless another is given.
+        The claim is ``what(symbol)`` unless another is passed. ``named`` says that the equation holds by the meaning of
+        the symbol, so that nothing is derived; ``where`` is a condition under which it holds. Raises ClaimError if the
+        claim is made twice. Example: `Formulas`.
         """
         self.holds(claim or what(symbol), symbol - expr, defines=symbol, named=named, where=where)
         return symbol
@@ -78,17 +98,41 @@ class Formulas:
         self, claim: Claimed, residual: Expr, relation: Relation = "=", *, defines: Quantity | None = None,
         named: bool = False, where: sp.Basic = sp.true,
     ) -> None:  # fmt: skip
-        """State what an expression is to zero; by its meaning, ``named``; on the condition ``where``."""
+        r"""State that ``residual``, in any one unit, is zero, or less or greater than zero by ``relation``.
+
+        ``claim`` says what the equation is, ``defines`` the symbol that it may be solved for. ``named`` and ``where``
+        are as in `defines`. Raises ClaimError if the claim is made twice.
+
+        >>> from derive import Formulas, quantities, what
+        >>> q = quantities("r | m | radius | 0.02\nR | m | the other | 0.04\na | m | distance")
+        >>> f = Formulas("gears", given=q)
+        >>> f.holds(what(q.a), q.r + q.R - q.a, defines=q.a)
+        >>> f.expr(what(q.a))
+        R + r
+        """
         self._add(replace(derived(claim, residual, defines, relation), stated=named, where=where))
 
     def expr(self, claim: Claimed) -> Expr:
-        """What a definition says that its symbol is. Raises ClaimError where nothing is defined by that claim."""
+        """Return the expression that a definition gives for its symbol, in the unit of the symbol.
+
+        Raises ClaimError if nothing is defined by that claim. Example: `Formulas`.
+        """
         return self._defined(claim)[1]
 
     def steps(self, *order: Wanted) -> tuple[Let, ...]:
-        """Equations solved one after the other, but for what hangs on claims that the source lacks.
+        r"""Return steps ``symbol = expr``, each in the unit of its symbol, that solve equations one after the other.
 
-        Raises ClaimError for a claim that nothing makes, ChainError for an equation that is not linear in its unknown.
+        Each of ``order`` is a step, the claim of a definition, or a claim with the symbol to solve it for. What depends
+        on claims that the source lacks is left out. Raises ClaimError for a claim that nothing makes, ChainError for an
+        equation that is not linear in its unknown.
+
+        >>> from derive import Formulas, quantities, what
+        >>> q = quantities("r | m | radius | 0.02\nR | m | the other | 0.04\na | m | distance")
+        >>> f = Formulas("gears", given=q)
+        >>> f.defines(q.a, q.r + q.R)
+        a
+        >>> [(step.symbol, step.expr) for step in f.steps((what(q.a), q.R))]
+        [(R, a - r)]
         """
         missing: set[Quantity] = set()
         found: list[Let] = []
@@ -108,16 +152,28 @@ class Formulas:
         self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = (),
         told: str = "",
     ) -> ClosedForm:  # fmt: skip
-        """A function in closed form: what its steps give, all of it unless told."""
+        """Return a function in closed form of packed or single ``inputs``, in SI, which becomes part of the model.
+
+        ``order`` is as in `steps`; ``gives`` selects the outputs, else all steps are; ``told`` names the packed output.
+        Raises ValueError if a step needs a quantity that neither an input nor a step gives. Example: `Formulas`.
+        """
         steps = self.steps(*order)
         outputs = Vector(told or self.told.format(name), tuple(gives) or tuple(step.symbol for step in steps))
         self.functions.append(ClosedForm(name, tuple(inputs), steps, outputs))
         return self.functions[-1]
 
     def followed(self, known: Mapping[Quantity, Any], *also: tuple[Claimed, Quantity]) -> Values:
-        """Known values, and those of all that definitions, and some equations ``also``, make of them.
+        r"""Return the known values, in SI, with those that the definitions give from them, and the equations ``also``.
 
-        Each quantity has its value by the first of them whose symbols are known.
+        A quantity takes its value from the first definition whose symbols are known.
+
+        >>> from derive import Formulas, quantities
+        >>> q = quantities("r | m | radius\nd | m | diameter")
+        >>> f = Formulas("disc", given=q)
+        >>> f.defines(q.d, 2 * q.r)
+        d
+        >>> f.followed({q.r: 3})[q.d]
+        mpf('6.0')
         """
         formulas = [_solved(equation) for equation in self._definitions.values()]
         formulas += [(step.symbol, step.expr) for step in self.steps(*also)]
@@ -131,10 +187,22 @@ class Formulas:
         return found
 
     def mesh(self, tag: str, inner: tuple[str, Expr, Expr], outer: tuple[str, Expr, Expr]) -> None:
-        """State two gears that mesh along x: name, polar angle of the pitch point [rad] and pitch radius [m] of each.
+        """State two gears that mesh side by side, each by name, angle and radius; the second is along x from the first.
 
-        The angles are those in the gears' own frames, so that they run against each other. Raises ClaimError where no
-        angle drives the formulas.
+        The angle [rad] is the direction of the pitch point in the gear's own frame, counter-clockwise, so that the two
+        run against each other; the radius [m] is that of the pitch curve there. Both are expressions of the driving
+        angle. Raises ClaimError if no angle drives the formulas.
+
+        >>> from derive import Formulas, quantities
+        >>> q = quantities('''
+        ...     t | rad   | driver
+        ...     n | rad/s | speed of the driver | 9
+        ...     r | m     | both gears          | 0.02
+        ... ''')
+        >>> f = Formulas("equal_gears", given=q, angle=q.t, speed=q.n)
+        >>> f.mesh("P", ("driver", -q.t, q.r), ("mate", q.t, q.r))
+        >>> dict(f.system().meshes)
+        {'P': ('driver', 'mate')}
         """
         if self.angle is None:
             raise ClaimError(f"{self.name}: gears mesh along an angle, but none drives these formulas")
@@ -142,7 +210,11 @@ class Formulas:
         self.meshes.append(Mesh(tag, gears, sp.S.Zero, (sp.Add(*radii), sp.S.Zero), polar, radii))
 
     def system(self) -> System:
-        """The model: all functions that were stated, and what is defined along the angle, if one drives them."""
+        """Return the model, in SI: all functions, and along the angle, if there is one, everything that is defined.
+
+        Raises ValueError if definitions need each other in a circle, or a quantity that nothing gives; ChainError if
+        one cannot be solved for its symbol. Example: `Formulas`.
+        """
         if self.angle is None:
             return System(self.name, self.title, self.source, self.assumptions, closed_forms=tuple(self.functions))
         lets = [self._let(claim, self._defined(claim)[0]) for claim in self._definitions]

@@ -32,13 +32,14 @@ def word(name: str) -> str:
 
 
 class Quantity(sp.Symbol):
-    """A real symbol with unit, meaning and source; two quantities are equal when their names and units are.
+    """A real symbol with ``unit``, ``meaning`` and ``source``; two quantities are equal if their names and units are.
 
-    A name that would break a generated module is refused with a ValueError: a word of Python, or one that a target
-    needs for itself.
+    ``unit`` is an SI unit such as "kg m2", "rad/s" or "1"; ``shown`` is the key of a machine file under which users see
+    the value, such as "mass.sun_kg". Raises ValueError if a part is empty, or for a name that is a word of Python or
+    that the generated code of some target needs for itself.
 
-    ``unit`` is an SI unit such as ``"kg m2"``, ``"rad/s"`` or ``"1"``; ``shown`` is where a user finds the value
-    (``"mass.sun_kg"``).
+    >>> Quantity("r", "m", "crank", "own").unit
+    'm'
     """
 
     unit: str

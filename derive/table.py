@@ -28,7 +28,14 @@ class TableError(ValueError):
 
 
 class Quantities(Mapping[str, Quantity]):
-    """Quantities by name, as attributes or by key, in the order of their table; ``data`` holds those with values."""
+    """Quantities by name, as attributes or by key, in the order of their table.
+
+    ``data`` holds the values and bounds of those that have any, as they were written, in the units of the table.
+
+    >>> q = quantities("r | mm | crank | 50 | 30 80")
+    >>> q.r.unit, q["r"].meaning, q.data["r"].value, q.data["r"].bounds
+    ('m', 'crank', Decimal('50'), (Decimal('30'), Decimal('80')))
+    """
 
     def __init__(self, known: Mapping[str, Quantity], data: Mapping[str, Datum]) -> None:
         self._known, self.data = dict(known), dict(data)
@@ -54,11 +61,19 @@ NOTHING = Quantities({}, {})
 
 
 def quantities(text: str, source: str = "own", section: str = SECTION) -> Quantities:
-    """The quantities of a table: ``name | unit | meaning | value | lower upper``, the last two only for data.
+    """Return the quantities of a table of lines ``name | unit | meaning | value | lower upper``; # begins a comment.
 
-    Units are those of SI or of ``SHOWN``; values stand in the unit of their line. Lines may end in a comment (#).
-    ``section`` is that of a machine file which shows the values; without one nothing does. Raises TableError that names
-    the line.
+    Value and bounds, for data only, are in the unit of their line: an SI unit (``kg m2``, ``N/m``, ``1``) or mm, mm/s,
+    deg, deg/s, r/min, GPa, which are converted; quantities themselves are in SI. ``section`` is that of the machine
+    file which holds the values; without one no file does. Raises TableError, which names the line.
+
+    >>> q = quantities('''
+    ...     phi   | rad   | crank angle
+    ...     omega | r/min | crank speed | 300           # no bounds: it does not vary in a search
+    ...     r     | mm    | crank       | 50   | 30 80
+    ... ''')
+    >>> q.omega.unit, q.r.shown, sorted(q.data)
+    ('rad/s', 'values.r_mm', ['omega', 'r'])
     """
     known: dict[str, Quantity] = {}
     data: dict[str, Datum] = {}

@@ -29,7 +29,7 @@ PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")
 
 sys.path.insert(0, str(DOCS))
 
-from book import commands, drawings, figures, findings, formats, keys, models, names, works  # noqa: E402
+from book import commands, drawings, figures, findings, formats, keys, models, names, reference, works  # noqa: E402
 
 
 def cells(page: Path) -> list[str]:
@@ -113,10 +113,10 @@ def test_every_example_that_is_shown_runs() -> None:
 
 
 def test_every_public_name_is_on_its_page() -> None:
-    page = names.page()
+    page = names.page() + "".join(map(reference.page, reference.PAGES))
     for package in (planter, derive):
         for name, found in names.public(package).items():
-            assert f":: {package.__name__}.{name}\n" in page
+            assert page.count(f":: {package.__name__}.{name}\n") == 1
             assert not callable(found) or found.__doc__, name
 
 

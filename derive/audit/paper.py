@@ -14,10 +14,10 @@ from ..quantity import Quantity
 
 @dataclass(frozen=True)
 class Reading:
-    """One of the things that a print may be meant to say.
+    """One admissible meaning of a printed equation.
 
-    ``printed`` and ``derived`` replace symbols of the print and of its derivation; ``text`` is another way to read the
-    characters, as a residual; ``because`` names the place in the paper that admits it.
+    ``printed`` and ``derived`` replace symbols of the print and of its derivation; ``text`` is another transcription of
+    the characters, as a residual; ``because`` names the place in the paper that admits it.
     """
 
     meaning: str
@@ -50,11 +50,20 @@ class Reference:
 
 @dataclass
 class Paper:
-    """Transcriptions of one paper, by equation number; a short name stands for a number where print gives none.
+    r"""The transcription of a paper: its equations by number; a short name stands for a number where print gives none.
 
-    ``reading`` says what printed symbols stand for in the named quantities, ``readings`` in single equations;
-    ``questions`` are what the paper leaves open. Papers are shown in the order of their ``place``, those that have none
-    after them, by name.
+    ``reading`` says what printed symbols stand for in all equations, ``readings`` in single ones, ``questions`` what
+    the paper leaves open. Quantities are in SI; digits that a paper prints may be in other units. Papers are listed in
+    the order of their ``place``, those without one last. `derive.trial` compares them with a mechanism or formulas.
+
+    >>> from derive import Paper, quantities, what
+    >>> q = quantities("r | m | radius\nd | m | diameter")
+    >>> paper = Paper("invented2026", "An invented paper")
+    >>> paper.defines("1", q.d, 2 * q.r, what(q.d))
+    >>> paper.equation("2", q.d - 2 * q.r)
+    >>> paper.shows("1", "table 1", d="40.0", r="20.0")
+    >>> [(number, equation.residual) for number, equation in paper.equations.items()]
+    [('1', d - 2*r), ('2', d - 2*r)]
     """
 
     name: str
@@ -68,15 +77,18 @@ class Paper:
 
     @property
     def rank(self) -> tuple[bool, int, str]:
-        """What papers are sorted by."""
+        """The key by which papers are sorted: place, then name; without unit."""
         return self.place is None, self.place or 0, self.name
 
     def equation(
         self, number: str, residual: Expr, claims: Claimed = Unclaimed.HOLDS, legibility: Legibility = "printed"
     ) -> None:
-        """An equation printed as ``residual = 0``, and the balance or relation that the paper says it is.
+        """Add an equation printed as ``residual = 0``, in any one unit, with what the paper claims it to be.
 
-        Without a claim it is held against values alone: whether it holds of the subject in motion.
+        The claim is a balance (`Mechanism.balance`), a closed loop (`derive.loop`), what a quantity is (`derive.what`)
+        or a sentence of the machine's vocabulary; without one the equation is only compared with values in motion.
+        ``legibility`` is "printed", "partly legible" or "lost". Raises ValueError if the number exists. Example:
+        `Paper`.
         """
         self._add(Equation(number, residual, f"{self.name} ({number})", claims, legibility))
 
@@ -84,7 +96,7 @@ class Paper:
         self, number: str, symbol: Quantity, expr: Expr, claims: Claimed = Unclaimed.HOLDS,
         legibility: Legibility = "printed",
     ) -> None:  # fmt: skip
-        """A formula printed as ``symbol = expr``; what it claims as of `equation`."""
+        """Add a formula printed as ``symbol = expr``, in the unit of the symbol; else as `equation`."""
         self._add(Equation(number, symbol - expr, f"{self.name} ({number})", claims, legibility, defines=symbol))
 
     def inequality(
@@ -96,16 +108,32 @@ class Paper:
         claims: Claimed,
         legibility: Legibility = "printed",
     ) -> None:
-        """A condition printed as ``left < right`` or the like."""
+        """Add a condition printed as ``left < right``, or with another ``relation``, in one unit; else as `equation`."""
         source = f"{self.name} ({number})"
         self._add(Equation(number, left - right, source, claims, legibility, relation=relation))
 
     def symbol(self, name: str, unit: str, meaning: str) -> Quantity:
-        """A symbol that only the paper uses."""
+        """Return a quantity that only the paper uses, in ``unit`` of SI. Raises ValueError for a name that code needs.
+
+        >>> from derive import Paper
+        >>> Paper("invented2026", "An invented paper").symbol("F_E", "N", "support force").source
+        'invented2026'
+        """
         return Quantity(name, unit, meaning, self.name)
 
     def reads(self, meaning: Mapping[sp.Symbol, Expr], *numbers: str) -> None:
-        """What printed symbols stand for: in the equations of these numbers, or wherever they stand without any."""
+        r"""State what printed symbols stand for, each in the unit of its symbol.
+
+        It applies to the numbered equations, or to all if no number is passed. Raises ValueError for a number that the
+        paper does not have.
+
+        >>> from derive import Paper, quantities
+        >>> q = quantities("r | m | radius\nd | m | diameter")
+        >>> paper = Paper("invented2026", "An invented paper")
+        >>> paper.reads({q.d: 2 * q.r})
+        >>> paper.reading
+        {d: 2*r}
+        """
         for number in numbers:
             self._known(number)
             self.readings.setdefault(number, {}).update(meaning)
@@ -113,24 +141,32 @@ class Paper:
             self.reading.update(meaning)
 
     def admits(self, numbers: Sequence[str], *readings: Reading) -> None:
-        """Every reading that the paper admits of some equations, the literal one first: one of them holds for all.
+        """State every reading that the paper admits of some equations, the literal one first.
 
-        A verdict is given under each. A symbol that may mean another thing elsewhere has a question of its own there.
+        One reading holds for all of the equations. Each is tried, and a verdict given for each. A symbol that may mean
+        something else elsewhere has another call there. Readings have no unit. Raises ValueError for a number that the
+        paper does not have.
         """
         for number in numbers:
             self._known(number)
         self.questions.append(Question(tuple(numbers), readings))
 
     def rebuilds(self, number: str, *pieces: str) -> None:
-        """Pieces of a transcription that cannot be read and were completed."""
+        """State which pieces of a transcription were illegible and completed, in words, without unit.
+
+        Raises ValueError for a number that the paper does not have.
+        """
         self.equations[number] = replace(self._known(number), rebuilt=pieces)
 
     def shows(
         self, number: str, where: str, between: Mapping[Quantity, tuple[Expr, Expr]] | None = None, **values: str
     ) -> None:
-        """Values that the paper prints of an equation's symbols: digits by the symbol's name.
+        """Add values that the paper prints for an equation: digits by the symbol's name.
 
-        ``between`` holds the least and the largest value that others allow of a symbol without printed values.
+        They are in the units of the print, which the equation must allow. ``where`` is their place in the paper.
+        ``between`` holds, for symbols without printed values, the smallest and the largest value that other symbols
+        allow [the unit of the symbol]. Raises ValueError for a number that the paper does not have, KeyError for a
+        symbol that its equation does not have. Example: `Paper`.
         """
         known = self._known(number)
         bounds = tuple((symbol, sp.sympify(low), sp.sympify(high)) for symbol, (low, high) in (between or {}).items())
@@ -140,7 +176,10 @@ class Paper:
         self.equations[number] = replace(known, witnesses=(*known.witnesses, witness))
 
     def refers(self, symbols: Sequence[Quantity], *numbers: str) -> None:
-        """The paper says that it has these quantities from these equations."""
+        """State that the paper takes ``symbols``, each in its unit, from these equations.
+
+        Raises ValueError for a number that the paper does not have.
+        """
         for number in numbers:
             self._known(number)
         self.references.append(Reference(tuple(symbols), numbers))

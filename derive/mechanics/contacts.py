@@ -17,10 +17,12 @@ from .kinematics import Kinematics
 
 @dataclass(frozen=True)
 class GearContact:
-    """Where two gears touch: on the line of centres, which is x of ``frame``, from the inner gear's centre outwards.
+    """Teeth of two gears that touch at the pitch point, on the line of centres, which is x of ``frame``.
 
-    ``outer`` is the centre of the outer gear, ``tangent`` the angle from the line to the tangent of the pitch curves,
-    counter-clockwise, in (0, pi): a right angle where gears are round. ``friction`` is the angle of friction.
+    The line points from the inner gear's centre to ``outer``, the centre of the outer gear, whose pitch radius is
+    ``outer_radius`` [m]. ``pressure_angle`` [rad] is that between the normal force and the tangent of the pitch curves;
+    ``friction`` [rad] the angle of friction, which acts outwards on the inner gear; ``tangent`` [rad], in (0, pi), the
+    angle from the line to the tangent, counter-clockwise, a right angle for round gears (`derive.tangent_angle`).
     """
 
     frame: Frame
@@ -31,42 +33,46 @@ class GearContact:
     tangent: Expr = sp.pi / 2
 
     def normal(self, bearing: int) -> Expr:
-        """Direction of the normal force on the inner gear, from its radius vector: into the gear."""
+        """Return the direction [rad] of the normal force on the inner gear, from its radius vector: into the gear.
+
+        ``bearing`` is 1 for the flank that turns the outer gear counter-clockwise, -1 for the other.
+        """
         return self.tangent + self.pressure_angle if bearing > 0 else self.tangent + sp.pi - self.pressure_angle
 
     def across(self, bearing: int) -> Expr:
-        """Direction of friction on the inner gear, from its radius vector: outwards."""
+        """Return the direction [rad] of friction on the inner gear, from its radius vector: outwards."""
         return self.normal(bearing) - bearing * sp.pi / 2
 
     def flank(self, bearing: int) -> tuple[Expr, Expr, Expr]:
-        """Force on the inner gear per normal force, on the flank that turns the outer one with (+1) or against it (-1).
+        """Return the force on the inner gear per normal force, without unit, along x, y and z of the contact's frame.
 
-        The normal makes the pressure angle with the tangent and points into the inner gear; friction is perpendicular
-        to it, outwards.
+        ``bearing`` is 1 for the flank that turns the outer gear counter-clockwise, -1 for the other. The normal makes
+        the pressure angle with the tangent and points into the inner gear; friction is perpendicular to it, outwards.
         """
         normal, across = self.normal(bearing), self.across(bearing)
         drag = self.drag(bearing)
         return sp.cos(normal) + drag * sp.cos(across), sp.sin(normal) + drag * sp.sin(across), S.Zero
 
     def drag(self, bearing: int) -> Expr:
-        """Friction per normal force, outwards."""
+        """Return friction per normal force, without unit, positive outwards."""
         return sp.tan(self.friction)
 
     @property
     def pitch_point(self) -> Point:
+        """The point where the pitch curves touch, ``outer_radius`` [m] from the outer gear's centre."""
         return Point("pitch point", self.outer, Vec(self.frame, (-self.outer_radius, S.Zero, S.Zero)))
 
     def lever(self, bearing: int) -> Expr:
-        """Moment about the outer gear's centre of what acts on it, per normal force."""
+        """Return the moment of the teeth on the outer gear about its centre per normal force [m]."""
         return self.outer_radius * self.flank(bearing)[1]
 
 
 @dataclass(frozen=True)
 class SlidingContact(GearContact):
-    """Teeth that touch a distance ``beyond`` from the pitch point along the line of action, and slide there.
+    """Teeth that touch a distance ``beyond`` [m] from the pitch point along the line of action, and slide there.
 
-    The distance counts along the normal force on the inner gear. ``turning`` is the rate of the inner gear relative to
-    the outer one. ``share`` of 1 has friction act against the sliding, of 0 outwards.
+    The distance counts along the normal force on the inner gear. ``turning`` [rad/s] is the speed of the inner gear
+    against the outer one. ``share`` of 1 has friction act against the sliding, of 0 outwards.
     """
 
     beyond: Expr = S.Zero
@@ -74,11 +80,11 @@ class SlidingContact(GearContact):
     share: Expr = S.One
 
     def lead(self, bearing: int) -> Expr:
-        """Share of the normal force that acts beyond the pitch point, less the share before it."""
+        """Return the share of the normal force beyond the pitch point less the share before it, without unit."""
         return sp.sign(self.beyond)
 
     def away(self, bearing: int) -> Expr:
-        """Mean distance of the normal force from the pitch point."""
+        """Return the mean distance of the normal force from the pitch point [m]."""
         return self.beyond * sp.sign(self.beyond)
 
     def drag(self, bearing: int) -> Expr:
@@ -86,11 +92,14 @@ class SlidingContact(GearContact):
         return sp.tan(self.friction) * (1 + self.share * (against - 1))
 
     def lever(self, bearing: int) -> Expr:
-        """Friction acts beyond the pitch point; the normal force, on its own line, has the lever that it has there."""
+        """Return the moment of the teeth on the outer gear about its centre per normal force [m].
+
+        Friction acts beyond the pitch point; the normal force keeps the lever that it has at the pitch point.
+        """
         return super().lever(bearing) + sp.sign(self.turning) * self._rubbing(bearing)
 
     def loss(self, bearing: int) -> Expr:
-        """Power lost per normal force."""
+        """Return the power lost to friction per normal force [m/s]."""
         return self.turning * sp.sign(self.turning) * self._rubbing(bearing)
 
     def _rubbing(self, bearing: int) -> Expr:
@@ -102,8 +111,8 @@ class SlidingContact(GearContact):
 class SharedContact(SlidingContact):
     """Several pairs of teeth on one line of action that share the normal force in any way.
 
-    ``leads`` and ``aways`` are what `lead` and `away` are over all pairs, on the flank that turns the outer gear with
-    (+1) and on the one that turns it against (-1).
+    ``leads``, without unit, and ``aways`` [m] are what `lead` and `away` are over all pairs, on the flank that turns
+    the outer gear counter-clockwise, then on the other.
     """
 
     leads: tuple[Expr, Expr] = (S.Zero, S.Zero)
@@ -117,9 +126,11 @@ class SharedContact(SlidingContact):
 
 
 def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, radius: Expr, slope: Expr) -> Expr:
-    """Angle from a gear's radius vector at the contact to its pitch curve's tangent, counter-clockwise, in (0, pi).
+    """Return the angle [rad] from a gear's radius vector at the contact to its pitch curve's tangent, in (0, pi).
 
-    ``slope`` is along the curve's own parameter, whose sense follows from the motion.
+    It counts counter-clockwise. ``radius`` [m] and ``slope`` [m/rad] are the pitch radius and its slope over
+    ``parameter`` [rad], the polar angle of the contact on the gear, in either sense, which follows from the motion.
+    ``line`` is the frame of the line of centres, ``gear`` that of the gear.
     """
     return sp.atan2(radius, polar_sense(motion, line, gear, parameter) * slope)
 
@@ -153,20 +164,60 @@ def pitch_places(line: Frame, distance: Expr, sense: Expr, point: PitchPoint, no
 
 
 class Contacts(Kinematics):
-    """What touches what: a force each, by laws where it is of a kind, and the events where a law turns round."""
+    """Contacts between bodies: a force each, by laws where it is of a kind, and the events where a law changes."""
 
     def contact(self, name: str, on: Body, by: Body, at: Point, way: Vec) -> Quantity:
-        """A smooth contact: the force N_name along a unit vector, out of ``by``; below zero it would have to pull."""
+        r"""State a smooth contact that can only push, and return its force N_name [N] of ``by`` on ``on``.
+
+        The force acts along ``way``, a unit vector that points out of ``by``. It is positive where ``by`` pushes; a
+        negative value is reported as it is: there the bodies would separate.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("g | m/s2 | free fall | 9.81\nm | kg | block | 2")
+        >>> m = Mechanism("block", q, gravity=q.g)
+        >>> block = m.body("block", m.world, q.m, m.O)
+        >>> m.contact("floor", block, m.ground, m.O, m.vector(m.world, 0, 1))
+        N_floor
+        >>> m.equations()[0].residual
+        N_floor - g*m
+        """
         normal = self.assembly.unknown(f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal")
         self.pushing.append(normal)
         self.assembly.act(name, on, by, at, normal * way)
         return normal
 
     def mesh(self, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
-        """Teeth of two gears beside each other: the flank bears that gives the required moment, and pushes.
+        """State the teeth of two gears side by side; the flank that gives the required moment bears the load.
 
-        M_tag is the moment of the inner gear's action about the outer one's centre, F_Ntag the normal force, F_tag the
-        force on the inner gear by axes of the world, F_tag_loss, where the teeth slide, the power lost.
+        M_tag [N m] is the moment of ``inner`` on ``outer`` about the outer gear's centre, positive counter-clockwise.
+        F_Ntag [N] is the normal force, positive where it presses the teeth together, F_tagx and F_tagy [N] are the
+        force of ``outer`` on ``inner`` along the axes of the world, friction included. With `derive.SlidingContact`,
+        F_tag_loss [W] is the power lost to friction. The pitch curves must roll on each other: the residuals
+        law_roll_tagx, law_roll_tagy [m/s] vanish if the stated motion does so. An event marks where M_tag changes its
+        sign.
+
+        >>> from derive import GearContact, Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | pinion
+        ...     omega | rad/s | its speed      | 10
+        ...     r     | m     | pinion         | 0.02
+        ...     R     | m     | wheel          | 0.04
+        ...     alpha | rad   | pressure angle | 0.35
+        ...     T     | N m   | load           | 1
+        ... ''')
+        >>> m = Mechanism("gears", q, angle=q.phi, speed=q.omega)
+        >>> D = m.point("D", m.O, m.world, q.r + q.R)
+        >>> pinion = m.body("pinion", m.frame("pinion", q.phi))
+        >>> wheel = m.body("wheel", m.frame("wheel", -q.phi * q.r / q.R))
+        >>> m.pin("O", pinion, m.ground, m.O)
+        >>> m.pin("D", wheel, m.ground, D)
+        >>> m.mesh("P", pinion, wheel, GearContact(m.world, D, q.R, q.alpha))
+        >>> m.torque("load", wheel, m.ground, q.T)
+        >>> m.motor("M_in", pinion, m.ground, m.O)
+        M_in
+        >>> lane = m.system(reported=["M_P"]).lane
+        >>> lane.steps[-1].symbol, lane.steps[-1].expr
+        (M_P, -T)
         """
         mechanism, teeth = self.assembly, f"the teeth of {inner} and {outer}"
         self.rolling[tag] = inner, outer, contact.pitch_point
@@ -188,13 +239,35 @@ class Contacts(Kinematics):
         self, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, friction: Expr = S.Zero,
         across: Vec | None = None, rubbing: Expr = S.Zero,
     ) -> Quantity:  # fmt: skip
-        """One-sided contact of a follower with a cam: the force ``name`` by its size, and its components.
+        """State the contact of a follower with a cam that can only push, and return the size ``name`` [N] of its force.
 
-        ``at`` is the roller's centre. The normal lies in the plane normal to ``across``, a unit vector, else the
-        world's z, and is perpendicular to the follower's velocity there relative to the cam. Friction turns the force
-        by the angle ``friction`` against the sliding: that velocity, and the share ``rubbing`` of the velocity along
-        ``across``; ``name``_loss is the power lost. The force is positive when it pushes the follower to the side
-        ``velocity x across``.
+        ``at`` is the centre of the follower's roller, ``cam_axis`` a point of the cam's axis. The force of ``cam`` on
+        ``on`` acts at ``at``, along the normal of the centre's path on the cam, in the plane across ``across`` (a unit
+        vector, the world's z unless it is passed): positive where it pushes to the side v cross ``across`` of the
+        velocity v of the centre against the cam. For a cam that turns counter-clockwise inside its follower, ``across``
+        is therefore -z. ``namex`` and its like [N] are its components along the axes of ``across``'s frame.
+
+        ``friction`` [rad] is the angle of friction, by which the force turns against the sliding: v in that plane, and
+        the share ``rubbing``, without unit, of the velocity along ``across``; ``name_loss`` [W] is the power lost.
+        Raises ValueError if the centre does not move against the cam, so that there is no normal.
+
+        >>> from derive import Mechanism, Y, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | cam
+        ...     omega | rad/s | its speed     | 10
+        ...     h     | m     | lift per turn | 0.01
+        ...     b     | m     | base radius   | 0.05
+        ...     F     | N     | load          | 20
+        ... ''')
+        >>> m = Mechanism("cam", q, angle=q.phi, speed=q.omega)
+        >>> P = m.point("P", m.O, m.world, 0, q.b + m.coordinate("s", "m", "lift", equals=q.h * q.phi))
+        >>> cam, tappet = m.body("cam", m.frame("cam", q.phi)), m.body("tappet", m.world)
+        >>> m.follower("N_cam", tappet, cam, P, m.O, across=m.vector(m.world, z=-1))
+        N_cam
+        >>> m.force("load", tappet, P, m.vector(m.world, 0, -q.F))
+        >>> m.slide("guide", tappet, m.ground, P, along=Y)
+        >>> [equation.residual for equation in m.equations()][-2]
+        -F + N_camy
         """
         mechanism, across = self.assembly, across or unit(self.world, Z)
         self.rollers[name] = cam, displacement(cam_axis, at, self.world)
@@ -218,10 +291,24 @@ class Contacts(Kinematics):
     def couple(
         self, name: str, first: Body, second: Body, carrier: Body, hinges: tuple[Point, Point], axis: Vec, ratio: Expr
     ) -> Quantity:  # fmt: skip
-        """Ideal gearing of two hinges on one body: the second swings ``ratio`` times the first, and no work is done.
+        r"""State ideal gearing of two hinges on ``carrier``, and return the moment ``name`` [N m] on ``second``.
 
-        So the moments about the hinges stand as -ratio to one, ``name`` on the second; the body that carries the
-        hinges takes their reverse.
+        ``second`` turns ``ratio`` times as fast as ``first``, both against the carrier about ``axis``, a unit vector.
+        No work is done, so the moment on ``first`` is -ratio times that on ``second``; the carrier takes the reverse of
+        both at the ``hinges`` of ``first`` and ``second``. The motion itself is stated elsewhere, by `coordinate`.
+
+        >>> from derive import Mechanism, quantities, unit, Z
+        >>> q = quantities("T | N m | torque | 1\nS | N m | load | 2\ni | 1 | ratio | -0.5")
+        >>> m = Mechanism("differential", q)
+        >>> first, second = m.body("first", m.world), m.body("second", m.world)
+        >>> m.pin("A", first, m.ground, m.O)
+        >>> m.pin("B", second, m.ground, m.O)
+        >>> m.couple("M_K", first, second, m.ground, (m.O, m.O), unit(m.world, Z), ratio=q.i)
+        M_K
+        >>> m.torque("drive", first, m.ground, q.T)
+        >>> m.torque("load", second, m.ground, q.S)
+        >>> [equation.residual for equation in m.equations() if "moment" in equation.number]
+        [-M_K*i + T, M_K + S]
         """
         meaning = f"moment of the coupling on {second}"
         moment = self.assembly.torque(name, second, carrier, hinges[1], axis, meaning)

@@ -19,12 +19,12 @@ LONG = 50
 
 
 class FrameError(ValueError):
-    """Vectors of different frames were mixed."""
+    """Vectors of different frames are added or multiplied."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A right-handed frame: its parent, turned by ``angle`` about ``axis`` (a unit vector)."""
+    """A right-handed frame: its parent, turned by ``angle`` [rad] about ``axis``, a unit vector of both."""
 
     name: str
     parent: Frame | None = None
@@ -32,7 +32,7 @@ class Frame:
     angle: Expr = S.Zero
 
     def turns(self) -> list[tuple[Axis, Expr]]:
-        """Rotations that carry components in this frame to the root, outermost first."""
+        """Return the rotations (axis, angle [rad]) that carry components in this frame to the root, outermost first."""
         return [] if self.parent is None else [*self.parent.turns(), (self.axis, self.angle)]
 
     def __str__(self) -> str:
@@ -59,7 +59,10 @@ def _merge(turns: list[tuple[Axis, Expr]]) -> list[tuple[Axis, Expr]]:
 
 @dataclass(frozen=True)
 class Vec:
-    """A vector by its components in a frame. Vectors of different frames do not mix."""
+    """A vector by its components in a frame, in the unit of the components; vectors of different frames do not mix.
+
+    Sum, difference, product with a number, `dot` and `cross` raise FrameError for another frame: use `resolved`.
+    """
 
     frame: Frame
     components: Triple
@@ -81,15 +84,17 @@ class Vec:
         return self.components[index]
 
     def dot(self, other: Vec) -> Expr:
+        """Return the scalar product, in the product of both units. Raises FrameError for a vector of another frame."""
         self._same_frame(other)
         return sp.Add(*(a * b for a, b in zip(self.components, other.components, strict=True)))
 
     def cross(self, other: Vec) -> Vec:
+        """Return the vector product, in the product of both units. Raises FrameError for a vector of another frame."""
         self._same_frame(other)
         return self._with(Matrix(self.components).cross(Matrix(other.components)))
 
     def resolved(self, frame: Frame) -> Vec:
-        """The same vector by its components in ``frame``."""
+        """Return the same vector by its components in ``frame``, in the same unit."""
         inverse = [(axis, -angle) for axis, angle in reversed(frame.turns())]
         turns = _merge(inverse + self.frame.turns())
         turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(self.components))
@@ -105,12 +110,12 @@ class Vec:
 
 
 def zero(frame: Frame) -> Vec:
-    """The vector of no length, by components of ``frame``."""
+    """Return the zero vector by components of ``frame``, in any unit."""
     return Vec(frame, (S.Zero, S.Zero, S.Zero))
 
 
 def unit(frame: Frame, axis: Axis) -> Vec:
-    """The vector of unit length along an axis of ``frame``."""
+    """Return the vector of length one along an axis of ``frame``, without unit."""
     return Vec(frame, tuple(sp.Integer(a) for a in axis))
 
 
@@ -129,22 +134,40 @@ def _shorter(component: Expr) -> Expr:
 
 @dataclass(frozen=True)
 class Point:
-    """A point: another point and the offset from it. The origin has no base."""
+    """A point: its ``base``, another point, and the ``offset`` from it [m]. The origin has neither."""
 
     name: str
     base: Point | None = None
     offset: Vec | None = None
 
     def chain(self) -> dict[Point, Vec | None]:
-        """Points from the origin to this one, each with its offset from the one before."""
+        """Return the points from the origin to this one, each with its offset [m] from the one before."""
         return {self: None} if self.base is None else {**self.base.chain(), self: self.offset}
 
 
 @dataclass
 class Motion:
-    """How quantities change in time: ``rates[q]`` is dq/dt. What is not listed is constant.
+    """The rates of quantities: ``rates[q]`` is dq/dt [the unit of q per s]; what is not listed is constant.
 
-    ``accelerations`` and ``places`` (offsets from a base point) hold results that have names of their own.
+    A mechanism holds its own as ``motion``; frames, points and vectors are differentiated by it. ``accelerations``
+    [m/s2] and ``places`` (base points and offsets [m]) hold results that have names of their own.
+
+    >>> from derive import Frame, Motion, Point, Quantity, X, unit
+    >>> phi, omega = Quantity("phi", "rad", "angle", "own"), Quantity("omega", "rad/s", "its rate", "own")
+    >>> r = Quantity("r", "m", "radius", "own")
+    >>> motion, world = Motion({phi: omega}), Frame("world")
+    >>> turned = Frame("turned", world, angle=phi)
+    >>> arm = r * unit(turned, X)
+    >>> motion.rate(phi**2), motion.spin(turned).components
+    (2*omega*phi, (0, 0, omega))
+    >>> motion.derivative(arm).components, motion.relative_derivative(arm, turned).components
+    ((0, omega*r, 0), (0, 0, 0))
+    >>> O = Point("O")
+    >>> A = Point("A", O, arm)
+    >>> motion.acceleration(A, turned).components, motion.arm(O, A, world).components
+    ((-omega**2*r, 0, 0), (r*cos(phi), r*sin(phi), 0))
+    >>> motion.drift(O, A, world).components
+    (-omega*r*sin(phi), omega*r*cos(phi), 0)
     """
 
     rates: dict[sp.Symbol, Expr] = field(default_factory=dict)
@@ -153,28 +176,28 @@ class Motion:
     _bends: dict[tuple[Vec, Frame], Vec] = field(default_factory=dict, repr=False)
 
     def rate(self, expr: Expr) -> Expr:
-        """Time derivative of a scalar by the chain rule."""
+        """Return the time derivative of a scalar by the chain rule [its unit per s]."""
         moving = sorted(expr.free_symbols & self.rates.keys(), key=str)
         return sp.Add(*(expr.diff(q) * self.rates[q] for q in moving))
 
     def spin(self, frame: Frame, seen_from: Frame | None = None) -> Vec:
-        """Angular velocity of a frame, absolute or relative to one of its ancestors, in its own components."""
+        """Return the angular velocity [rad/s] of a frame, along its own axes, absolute or ``seen_from`` an ancestor."""
         if frame.parent is None or frame == seen_from:
             return zero(frame)
         own = self.rate(frame.angle) * unit(frame, frame.axis)
         return self.spin(frame.parent, seen_from).resolved(frame) + own
 
     def derivative(self, vector: Vec) -> Vec:
-        """Absolute time derivative of a vector, in its own frame (transport theorem)."""
+        """Return the absolute time derivative of a vector [its unit per s], along the axes of the vector's frame."""
         relative = Vec(vector.frame, tuple(self.rate(c) for c in vector.components))
         return relative + self.spin(vector.frame).cross(vector)
 
     def relative_derivative(self, vector: Vec, observer: Frame) -> Vec:
-        """Time derivative of a vector as seen from another turning frame, in the vector's own frame."""
+        """Return the time derivative of a vector as seen from ``observer`` [its unit per s], in the vector's frame."""
         return self.derivative(vector) - self.spin(observer).resolved(vector.frame).cross(vector)
 
     def acceleration(self, point: Point, frame: Frame) -> Vec:
-        """Absolute acceleration of a point in components of ``frame``."""
+        """Return the absolute acceleration of a point [m/s2], along the axes of ``frame``."""
         if point in self.accelerations:
             return self.accelerations[point].resolved(frame)
         base, offset = self.places.get(point, (point.base, point.offset))
@@ -190,9 +213,10 @@ class Motion:
         return self._bends[offset, frame]
 
     def drift(self, base: Point, point: Point, frame: Frame) -> Vec:
-        """Rate of the vector from ``base`` to ``point`` as seen from ``frame``, by names where there are any.
+        """Return the rate of the vector from ``base`` to ``point`` as seen from ``frame`` [m/s], along its axes.
 
-        The offsets on the way must stand in ``frame`` or in frames that descend from it.
+        It is expressed by named places where there are any. The offsets between the points must stand in ``frame`` or
+        in frames that descend from it.
         """
         if point == base or point.base is None or point.offset is None:
             return zero(frame)
@@ -206,7 +230,10 @@ class Motion:
         return Vec(frame, tuple(self.rate(c) for c in named.components)) + swept
 
     def arm(self, start: Point, end: Point, frame: Frame) -> Vec:
-        """Vector from ``start`` to ``end``, by names where there are any."""
+        """Return the vector from ``start`` to ``end`` [m] along the axes of ``frame``.
+
+        It is expressed by named places where there are any.
+        """
         return _difference(self._named_chain(start), self._named_chain(end), frame)
 
     def _named_chain(self, point: Point) -> dict[Point, Vec | None]:
@@ -215,7 +242,10 @@ class Motion:
 
 
 def displacement(start: Point, end: Point, frame: Frame) -> Vec:
-    """Vector from ``start`` to ``end``; what both have in common on the way from the origin drops out."""
+    """Return the vector from ``start`` to ``end`` [m] along the axes of ``frame``.
+
+    Offsets that both points share on the way from the origin cancel.
+    """
     return _difference(start.chain(), end.chain(), frame)
 
 

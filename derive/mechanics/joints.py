@@ -21,11 +21,11 @@ Scalar: TypeAlias = Expr | float
 
 
 class Joints(Contacts):
-    """What a mechanism is made of; its motion stands in `Mechanism`."""
+    """Bodies of a mechanism, the joints between them, springs, motors and forces."""
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """The ground, then every body in the order in which it was stated."""
+        """The ground, then every body in the order in which it was stated; bodies have no unit."""
         return tuple(self.assembly.bodies)
 
     def body(
@@ -33,12 +33,26 @@ class Joints(Contacts):
         inertia: Scalar | Sequence[Scalar] = 0, about: Point | None = None, *, parts: Sequence[Part] = (),
         axes: Frame | None = None, tilting: bool = True, shared: bool = False,
     ) -> Body:  # fmt: skip
-        """A rigid body that turns with a frame; one without a mass only passes forces on.
+        r"""Return a rigid body that turns with ``frame``; without ``mass`` [kg] it only passes forces on.
 
-        ``inertia`` is that about the centroid: across the plane, or the diagonal of the tensor in the body's frame, or
-        its entries xx, yy, zz, xy, xz, yz [kg m2]; ``parts`` are rigid pieces besides. Moments are taken about
-        ``about``, else about a joint, the ground's before others; components along ``axes``, else the world's. In
-        space a shaft's moments across z may be left out, not ``tilting``. Equal sides have a ``shared`` body in common.
+        A mass needs a ``centroid``, a point.
+
+        ``inertia`` [kg m2] is about the centroid, along the axes of the body's frame: in the plane the moment about z,
+        in space the diagonal xx, yy, zz of the tensor or its entries xx, yy, zz, xy, xz, yz, with products of inertia
+        as they stand in the tensor: xy is minus the integral of x y dm. ``parts`` are further rigid pieces
+        (`derive.Part`).
+
+        Moments are balanced about ``about``, else about a joint, the ground's before others, else about the centroid.
+        With ``about``, balances are along ``axes``, the world's unless they are passed, and in space those of moments
+        about x and y are left out unless ``tilting``. A ``shared`` body belongs to two equal sides (`twin_lane`).
+        Raises MechanismError for a mass without a centroid or the reverse, or for a second body of the name.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("m | kg | mass | 2\nJ | kg m2 | about the centroid | 0.01\nl | m | centroid | 0.3")
+        >>> m = Mechanism("beam", q)
+        >>> beam = m.body("beam", m.world, mass=q.m, centroid=m.point("C", m.O, m.world, q.l), inertia=q.J)
+        >>> [part.inertia for part in beam.parts]
+        [(0, 0, J)]
         """
         if (mass is None) != (centroid is None):
             raise MechanismError(f"body {name}: a mass needs a centroid, and a centroid a mass")
@@ -46,30 +60,62 @@ class Joints(Contacts):
             raise MechanismError(f"two bodies are called {name}")
         tensor = inertia if isinstance(inertia, Sequence) else (0, 0, inertia)
         own = (Part(mass, centroid, tuple(map(sp.sympify, tensor))),) if mass is not None and centroid else ()
-        pin = None if about is None else Pin(about, axes or self.world, self.asked if tilting else SHAFT)
+        pin = None if about is None else Pin(about, axes or self.world, self._default_balances if tilting else SHAFT)
         body = self.assembly.add(Body(name, frame, (*own, *parts), pin))
         self.shared += [body] if shared else []
         return body
 
     def pin(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z, axes: Frame | None = None) -> None:
-        """A revolute joint about an axis of ``by``'s frame: the force F_name on a body, by the world's axes or others.
+        r"""State a revolute joint at a point, about ``axis`` of ``by``'s frame; in the plane the axis is z.
 
-        In space moments M_name too, by the axes of ``by``'s frame, if the body's balances ask for them. What is told by
-        other axes than the world's is told by the world's as well, as F_name_world_x or M_name_world_x.
+        F_namex, F_namey (in space F_namez) [N] are the force of ``by`` on ``on``, along the axes of the world, or of
+        the frame ``axes``; with ``axes``, F_name_world_x and its like are reported as well. In space M_name with the
+        axis, as M_namex [N m], are the moments of ``by`` on ``on`` across the axis, along the axes of ``by``'s frame,
+        unless these are left out of the balances of ``on`` (`body`); M_name_world_x and its like are along the world's.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("g | m/s2 | free fall | 9.81\nm | kg | mass | 2\nl | m | centroid | 0.3\nT | N m | load | 1")
+        >>> m = Mechanism("beam", q, gravity=q.g)
+        >>> beam = m.body("beam", m.world, q.m, m.point("C", m.O, m.world, q.l))
+        >>> m.pin("A", beam, m.ground, m.O)
+        >>> m.torque("load", beam, m.ground, q.T)
+        >>> [equation.residual for equation in m.equations()]
+        [F_Ax, F_Ay - g*m, T - g*l*m]
         """
         tilting = self.spatial and (on.pin is None or on.pin.asked != SHAFT)
         self._joint(name, on, by, at, self._directions, _across(axis) if tilting else (), axes)
 
     def weld(self, name: str, on: Body, by: Body, at: Point) -> None:
-        """A rigid joint: every force and every moment."""
+        """State a rigid joint: all forces and moments of ``by`` on ``on`` at a point.
+
+        F_namex, F_namey, in space F_namez, [N] are along the axes of the world, M_namez, in space also M_namex and
+        M_namey, [N m] along those of ``by``'s frame (in space also M_name_world_x and its like). Example: `equations`.
+        """
         self._joint(name, on, by, at, self._directions, range(3) if self.spatial else (2,))
 
     def ball(self, name: str, on: Body, by: Body, at: Point) -> None:
-        """A spherical joint: every force, no moment."""
+        """State a spherical joint: the force F_name [N] of ``by`` on ``on`` and no moment.
+
+        Its components F_namex, F_namey, in space F_namez, are along the axes of the world.
+
+        >>> from derive import Mechanism, X, Y, Z
+        >>> m = Mechanism("joints", spatial=True)
+        >>> body = m.body("body", m.world)
+        >>> m.ball("A", body, m.ground, m.O)
+        >>> m.universal("B", body, m.ground, m.O, X, Y)
+        >>> m.cylinder("C", body, m.ground, m.O, Z)
+        >>> m.plane("D", body, m.ground, m.O, normal=Z)
+        >>> m.unknowns
+        [F_Ax, F_Ay, F_Az, F_Bx, F_By, F_Bz, M_B, F_Cx, F_Cy, M_Cx, M_Cy, F_Dz, M_Dx, M_Dy]
+        """
         self._joint(name, on, by, at, self._directions, ())
 
     def universal(self, name: str, on: Body, by: Body, at: Point, axis: Axis, other: Axis) -> None:
-        """A universal joint about an ``axis`` of ``by``'s frame and an ``other`` of ``on``'s: one moment M_name."""
+        """State a universal joint about ``axis`` of ``by``'s frame and ``other`` of ``on``'s, which cross; in space.
+
+        F_namex, F_namey, F_namez [N] are the force of ``by`` on ``on`` along the axes of the world, M_name [N m] times
+        the cross product of both axes is the moment. Raises MechanismError in the plane. Example: `ball`.
+        """
         self._in_space(name)
         cross = unit(by.frame, axis).cross(unit(on.frame, other).resolved(by.frame))
         self._joint(name, on, by, at, self._directions, ())
@@ -77,19 +123,50 @@ class Joints(Contacts):
         self.assembly.act(f"{name}, moment", on, by, at, zero(by.frame), moment * cross)
 
     def cylinder(self, name: str, on: Body, by: Body, at: Point, axis: Axis) -> None:
-        """A cylindrical joint, which turns about and slides along an axis of ``by``'s frame."""
+        """State a cylindrical joint, which turns about and slides along ``axis`` of ``by``'s frame; in space.
+
+        Forces F_name [N] and moments M_name [N m] of ``by`` on ``on`` across the axis are along the axes of ``by``'s
+        frame; if ``by`` is not at rest, F_name_world_x, M_name_world_x and their like are along the world's. Raises
+        MechanismError in the plane. Example: `ball`.
+        """
         self._in_space(name)
         self._joint(name, on, by, at, _across(axis), _across(axis), by.frame)
 
     def plane(self, name: str, on: Body, by: Body, at: Point, normal: Axis) -> None:
-        """A planar joint: a force along the ``normal`` of ``by``'s frame, moments across it."""
+        """State a planar joint: ``on`` slides on a plane of ``by`` and turns about its ``normal``; in space.
+
+        The normal is an axis of ``by``'s frame. Along the axes of that frame, F_name [N] is the force of ``by`` on
+        ``on`` along the normal and M_name [N m] the moments across it. The joint pushes and pulls. Raises
+        MechanismError in the plane. Example: `ball`.
+        """
         self._in_space(name)
         self._joint(name, on, by, at, [i for i in range(3) if normal[i]], _across(normal), by.frame)
 
     def wheel(self, name: str, on: Body, centre: Point, radius: Scalar, axle: Axis, up: Axis) -> None:
-        """A thin wheel rolls without slip on the plane through the origin that is normal to an axis of the world.
+        """State a thin wheel that rolls without slip on the plane through the origin, in space, in free motion.
 
-        ``centre`` is fixed in the body, ``axle`` an axis of its frame; F_name is the plane's force on it.
+        ``radius`` [m]; ``centre`` is fixed in the body, ``axle`` an axis of its frame, ``up`` the axis of the world
+        that points from the plane to the wheel, as Z or (0, 0, -1). F_namex, F_namey, F_namez [N] are the force of the
+        plane on the wheel at the contact, along the axes of the world. It adds a gap and two slips as constraints.
+        Raises MechanismError in the plane. The coordinate of the centre along ``up`` should begin at the radius
+        (`begin`).
+
+        >>> from derive import Mechanism, X, Y, Z, quantities
+        >>> q = quantities('''
+        ...     R | m     | radius                 | 0.3
+        ...     m | kg    | wheel                  | 2
+        ...     I | kg m2 | inertia, across        | 0.06
+        ...     J | kg m2 | inertia, about the axle | 0.12
+        ... ''')
+        >>> m = Mechanism("disc", q, spatial=True)
+        >>> x, y, z = (m.coordinate(axis, "m", f"centre, {axis}") for axis in "xyz")
+        >>> yaw, lean, roll = (m.coordinate(angle, "rad", angle) for angle in ("yaw", "lean", "roll"))
+        >>> upright = m.frame("upright", lean, X, m.frame("heading", yaw))
+        >>> centre = m.point("centre", m.O, m.world, x, y, z)
+        >>> disc = m.body("disc", m.frame("disc", roll, Y, upright), q.m, centre, (q.I, q.J, q.I))
+        >>> m.wheel("W", disc, centre, q.R, axle=Y, up=Z)
+        >>> list(m.loops.gaps), list(m.slips), m.unknowns
+        (['gap_W'], ['slip_Wx', 'slip_Wy'], [F_Wx, F_Wy, F_Wz])
         """
         self._in_space(name)
         way, normal = unit(on.frame, axle).resolved(self.world), unit(self.world, up)
@@ -107,11 +184,39 @@ class Joints(Contacts):
         self, name: str, on: Body, by: Body, at: Point, along: Axis = X, friction: Scalar = 0,
         origin: Point | None = None,
     ) -> None:  # fmt: skip
-        """A prismatic joint along an axis of ``by``'s frame: in the plane the force N_name across it, moment M_name.
+        """State a prismatic joint along an axis ``along`` of ``by``'s frame.
 
-        In space the forces are F_name, in ``by``'s frame, and every moment; friction is one of the plane: Coulomb's,
-        ``friction`` |N|, acts against the sliding, which is that of ``at`` as it is seen from a
-        point fixed in ``by``: from ``origin``, that of the world if ``by`` is the ground.
+        In the plane N_name [N] is the force of ``by`` on ``on`` across the axis, positive to the left of it (z cross
+        the axis), and M_name [N m] the moment of ``by`` on ``on`` about z. With ``friction``, Coulomb's coefficient
+        without unit, friction |N_name| acts on ``on`` against its sliding v_name [m/s] along the axis, and P_name [W]
+        is the power lost, never negative. The sliding is that of ``at`` against a point fixed in ``by``: ``origin``,
+        which may be left out for the ground.
+
+        In space F_name [N] are the forces of ``by`` on ``on`` across the axis and M_name [N m] all moments, along the
+        axes of ``by``'s frame; F_name_world_x, M_name_world_x and their like are along the world's. Raises
+        MechanismError for friction in space, or without the ``origin`` of a moving ``by``; free motion raises it for
+        friction in `system`.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | angle
+        ...     omega | rad/s | speed     | 10
+        ...     h     | m     | stroke    | 0.1
+        ...     m     | kg    | slider    | 1.5
+        ...     g     | m/s2  | free fall | 9.81
+        ...     mu    | 1     | friction  | 0.1
+        ...     F     | N     | drive     | 20
+        ... ''')
+        >>> m = Mechanism("slider", q, angle=q.phi, speed=q.omega, gravity=q.g)
+        >>> at = m.point("P", m.O, m.world, m.coordinate("s", "m", "place", equals=q.h * q.phi))
+        >>> slider = m.body("slider", m.world, q.m, at)
+        >>> m.slide("guide", slider, m.ground, at, friction=q.mu)
+        >>> m.force("drive", slider, at, m.vector(m.world, q.F))
+        >>> for equation in m.equations():
+        ...     print(equation.residual)
+        F - m*s_ddot - mu*Piecewise((1, v_guide >= 0), (-1, True))*Abs(N_guide)
+        N_guide - g*m
+        M_guide
         """
         if self.spatial:
             if friction != 0:
@@ -130,7 +235,12 @@ class Joints(Contacts):
         self.assembly.act(name, on, by, at, force, moment * unit(by.frame, Z))
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
-        """What keeps the motion: the torque ``name``, about an axis of ``by``'s frame."""
+        """State the motor that keeps the motion along the angle, and return its torque ``name`` [N m].
+
+        The balances determine the torque. It acts on ``on`` by ``by``, positive about ``axis`` of ``by``'s frame,
+        counter-clockwise about z. P_name [W] is its power, positive where the motor drives: the torque times the speed
+        of ``on`` against ``by``. Example: `Mechanism`.
+        """
         way = unit(by.frame, axis)
         torque = self.assembly.torque(name, on, by, at, way, f"torque of {by} on {on}, which keeps the motion")
         turning = self.motion.spin(on.frame).resolved(by.frame) - self.motion.spin(by.frame)
@@ -141,9 +251,26 @@ class Joints(Contacts):
         self, name: str, on: Body, by: Body, ends: tuple[Point, Point], stiffness: Scalar, length: Scalar,
         damping: Scalar = 0,
     ) -> Quantity:  # fmt: skip
-        """A spring between a point of ``on`` and one of ``by``: it pulls by F_name where it is longer than ``length``.
+        """State a spring between a point of ``on`` and one of ``by``, and return its pull F_name [N].
 
-        ``stiffness`` in N/m, ``length`` in m; ``damping``, of the rate of its length, in N s/m.
+        F_name = ``stiffness`` [N/m] (l_name - ``length`` [m]) + ``damping`` [N s/m] times the rate of l_name [m], which
+        is the distance of the ``ends``. A positive F_name pulls the ends together, a negative one pushes them apart.
+        The force has no direction where the ends coincide.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     k | N/m | stiffness   | 100
+        ...     L | m   | free length | 0.1
+        ...     m | kg  | block       | 2
+        ...     w | m   | wall        | 0.3
+        ... ''')
+        >>> m = Mechanism("oscillator", q)
+        >>> at = m.point("P", m.O, m.world, m.coordinate("s", "m", "place"))
+        >>> block = m.body("block", m.world, q.m, at)
+        >>> m.spring("spring", block, m.ground, (at, m.point("wall", m.O, m.world, q.w)), q.k, q.L)
+        F_spring
+        >>> m.equations()[0].residual
+        F_spring*(-s + w)/l_spring - m*s_ddot
         """
         line = displacement(*ends, self.world)
         long = self.name_(f"l_{name}", "m", f"length of {name}", sp.sqrt(line.dot(line)))
@@ -155,11 +282,19 @@ class Joints(Contacts):
         return pull
 
     def force(self, name: str, on: Body, at: Point, force: Vec, by: Body | None = None) -> None:
-        """A given force [N] on a body at a point, by another body or by the ground."""
+        """Apply a given force [N] to a body at a point, and its reverse there to ``by`` or else to the ground.
+
+        The force is a vector of any frame, with which it turns (`vector`); its components may be expressions of
+        coordinates, rates and named quantities. Its name is not among the results: report it by `report`. Example:
+        `slide`.
+        """
         self.assembly.act(name, on, by or self.ground, at, force)
 
     def torque(self, name: str, on: Body, by: Body, torque: Expr, axis: Axis = Z) -> None:
-        """A given torque [N m] of one body on another, about an axis of ``by``'s frame."""
+        """Apply a given torque [N m] to ``on`` about ``axis`` of ``by``'s frame, and its reverse to ``by``.
+
+        Counter-clockwise is positive about z. Its name is not among the results: report it by `report`. Example: `pin`.
+        """
         self.assembly.act(name, on, by, self.O, zero(by.frame), torque * unit(by.frame, axis))
 
     @property

@@ -12,14 +12,14 @@ from ..model import Call, Event, RuntimeFunction
 from ..quantity import OpenVector, Quantity
 from .frames import Frame, Point, Vec, displacement, shorter
 from .loops import Coordinate
-from .statement import Statement, quantity
+from .statement import MechanismError, Statement, quantity
 
 _RATES = {"rad": ("rad/s", "rad/s2"), "m": ("m/s", "m/s2"), "1": ("1/s", "1/s2")}
 
 
 @dataclass(frozen=True)
 class GearStage:
-    """A pair of non-circular gears whose pitch curves are chosen at run time: the vectors of the inner one."""
+    """A pair of non-circular gears whose pitch curves are chosen at run time: number and vectors of the inner gear."""
 
     number: int
     parameters: OpenVector
@@ -64,10 +64,25 @@ class Kinematics(Statement):
     """How a mechanism moves: coordinates, places and accelerations by names, gear stages, flanks of cams."""
 
     def coordinate(self, name: str, unit: str, meaning: str, equals: Expr | None = None) -> Quantity:
-        """A coordinate with its rate ``name_dot`` and its acceleration ``name_ddot``.
+        """Return a coordinate in ``unit`` "rad", "m" or "1", with its rate ``name_dot`` and acceleration ``name_ddot``.
 
-        It is what ``equals`` says, or what closed loops determine (`close`, `constrain`).
+        The rate is in [rad/s], [m/s] or [1/s], the acceleration in that per s. Along an angle the coordinate is what
+        ``equals`` says, or loops determine it (`close`, `constrain`); in free motion it is a degree of freedom. Raises
+        MechanismError for another unit.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | cam angle
+        ...     omega | rad/s | its speed | 10
+        ...     h     | m     | lift      | 0.01
+        ... ''')
+        >>> m = Mechanism("cam", q, angle=q.phi, speed=q.omega)
+        >>> s = m.coordinate("s", "m", "lift", equals=q.h * q.phi**2)
+        >>> s.unit, m.motion.rates[s].unit, [str(step.expr) for step in m.named]
+        ('m', 'm/s', ['h*phi**2', '2*h*omega*phi', '2*h*omega**2'])
         """
+        if unit not in _RATES:
+            raise MechanismError(f"coordinate {name}: unit = {unit}: write {', '.join(_RATES)}")
         value = quantity(name, unit, meaning)
         rate = quantity(f"{name}_dot", _RATES[unit][0], f"{meaning}, rate")
         acceleration = quantity(f"{name}_ddot", _RATES[unit][1], f"{meaning}, acceleration")
@@ -79,9 +94,10 @@ class Kinematics(Statement):
         equals: Expr | None = None,
         at_start: Expr | None = None,
     ) -> Quantity:
-        """A coordinate, its rate and its acceleration by quantities of one's own.
+        """State a coordinate, its rate and its acceleration by three quantities of the table, and return the first.
 
-        ``at_start`` is what it is where the angle is zero.
+        The units are those of the quantities; ``equals`` is as in `coordinate`, ``at_start`` what the coordinate is at
+        angle zero.
         """
         value, rate, acceleration = symbols
         if equals is None:
@@ -98,10 +114,12 @@ class Kinematics(Statement):
         self, stage: GearStage, t: Quantity, argument: Expr, *, r: Quantity, dr: Quantity, ratio: Quantity,
         dratio: Quantity, turned: Quantity, start: Quantity,
     ) -> None:  # fmt: skip
-        """Contact of a gear stage at the polar angle ``t`` of its inner gear; ``start`` is ``turned`` at angle zero.
+        """State the contact of a gear stage at the polar angle ``t`` = ``argument`` [rad] of its inner gear.
 
-        Where the pitch curve is deformed, it has joints where both its segments meet. Raises ValueError where the polar
-        angle is not known at the start.
+        The quantities ``r`` and ``dr`` are the pitch radius of the inner gear [m] and its slope over t [m]; ``ratio``
+        and ``dratio`` the speed ratio and its slope, without unit; ``turned`` the angle by which the outer gear has
+        turned [rad], ``start`` the same at angle zero. A deformed pitch curve adds events where its segments meet.
+        Raises ValueError if the polar angle at angle zero is not known.
         """
         at_start = argument.xreplace(self.start)
         if moving := sorted(map(str, at_start.free_symbols & self.motion.rates.keys())):
@@ -117,9 +135,11 @@ class Kinematics(Statement):
         self, law: FollowerLaw, name: str, angle: tuple[Quantity, Expr], ends: tuple[Expr, Expr], x: Quantity,
         pace: Quantity, shares: tuple[Quantity, Quantity, Quantity],
     ) -> None:  # fmt: skip
-        """A cam's flank between two angles: position x in it, how fast it is passed, share of the rise with slopes.
+        """State a cam's flank between two angles ``ends`` [rad], by a law of motion that is chosen at run time.
 
-        ``angle`` is the cam's within its turn, and as it grows over turns.
+        ``angle`` is the cam's angle within its turn, and as it grows over turns [rad]. ``x`` becomes the position in
+        the flank from 0 to 1, without unit, ``pace`` its slope over the angle [1/rad], and ``shares`` the share of the
+        rise with its first and second slope over x, without unit. The joints of the law become events.
         """
         (within, grown), (start, end) = angle, ends
         place, (share, slope, bend) = (within - start) / (end - start), shares
@@ -135,14 +155,17 @@ class Kinematics(Statement):
         ]
 
     def name_acceleration(self, point: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
-        """Name the components of a point's acceleration along ``frame``."""
+        """Name the components of a point's acceleration [m/s2], along the axes of ``frame``, by ``symbols``."""
         acceleration = self.motion.acceleration(point, frame)
         for symbol, component in zip(symbols, acceleration.components, strict=False):
             self.let(symbol, component)
         self.motion.accelerations[point] = _vector(frame, symbols, acceleration.components)
 
     def name_place(self, point: Point, base: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
-        """Name a point's coordinates from ``base`` along ``frame``."""
+        """Name the components of the vector from ``base`` to a point [m], along the axes of ``frame``.
+
+        Their rates [m/s] follow.
+        """
         place = displacement(base, point, frame)
         for symbol, component in zip(symbols, place.components, strict=False):
             self.let(symbol, component)
@@ -151,12 +174,18 @@ class Kinematics(Statement):
         self.motion.rates |= dict(zip(symbols, drift.components, strict=False))
 
     def hang(self, point: Point, hinge: Point) -> None:
-        """Count a named place from the hinge that the point swings about, so that its motion is told from there."""
+        """Count a named place [m] from ``hinge``, about which the point swings: its acceleration is derived from there.
+
+        Raises KeyError if the place has no name (`name_place`).
+        """
         base, named = self.motion.places[point]
         self.motion.places[point] = hinge, named - self.motion.arm(base, hinge, named.frame)
 
     def mirror_place(self, image: Point, point: Point, base: Point, frame: Frame, plane: Expr) -> None:
-        """Name the place of a mirror image by that of its original, which it must be, in ``z = plane`` of ``frame``."""
+        """Name the place [m] of a mirror image by that of its original; the mirror is z = ``plane`` [m] of ``frame``.
+
+        Raises ValueError if ``image`` is not the mirror image of ``point``.
+        """
         place, meant = self.motion.arm(base, point, frame), displacement(base, point, frame)
         difference = displacement(base, image, frame) - Vec(frame, (meant[0], meant[1], 2 * plane - meant[2]))
         if any(sp.simplify(c) != 0 for c in difference.components):

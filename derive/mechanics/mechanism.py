@@ -22,12 +22,40 @@ WORLD = Frame("world")
 
 
 class Mechanism(Joints):
-    """Bodies that move along ``angle``, which turns at the constant ``speed``, or by themselves where none is given.
+    """A plane or spatial mechanism: state frames, points, bodies, joints and forces, then derive the model by `system`.
 
-    With ``acceleration``, one of the quantities, the speed changes at that rate, so that a motor line can drive them.
-    They move in the plane across z unless ``spatial``. ``given`` is the table of all quantities; ``gravity`` the
-    acceleration of free fall, along -y of the ``world``, or its components there. Lengths in m, angles in rad. Every
-    name becomes a name in the generated code.
+    ``angle`` [rad] drives it at ``speed`` [rad/s], both quantities of the table ``given``; with ``acceleration``
+    [rad/s2] the speed changes at that rate, without it the speed is constant. Without an angle the mechanism moves
+    freely on its constraints, and an integrator finds the motion. Raises MechanismError for an angle without a speed,
+    or for another unit.
+
+    Axes are right-handed and angles count counter-clockwise. Unless ``spatial``, bodies move in the plane x, y and turn
+    about z. ``gravity`` [m/s2] is one number, the acceleration of free fall along -y of the world, or its three
+    components along the axes of the world. Lengths are in m and all quantities in SI; a number without a quantity has
+    no unit, so that a length is stated as a quantity. Every name becomes a name in the generated code: an identifier of
+    Python, and none twice.
+
+    A joint or force acts on the body ``on`` at a point, and its reverse acts on the body ``by`` at the same point.
+    Results are named after it: F_ for forces and N_ for normal forces [N], M_ for moments [N m], P_ for powers [W].
+
+    ``world`` is the frame at rest, ``O`` its origin (a Point), ``ground`` the body at rest, ``motion`` the `Motion`.
+
+    >>> from derive import Mechanism, quantities
+    >>> q = quantities('''
+    ...     phi   | rad   | crank angle
+    ...     omega | rad/s | speed of the crank | 10
+    ...     g     | m/s2  | free fall          | 9.81
+    ...     r     | m     | centroid           | 0.05
+    ...     m     | kg    | mass of the crank  | 2
+    ... ''')
+    >>> m = Mechanism("crank", q, angle=q.phi, speed=q.omega, gravity=q.g)
+    >>> turned = m.frame("crank", q.phi)
+    >>> crank = m.body("crank", turned, q.m, m.point("C", m.O, turned, q.r))
+    >>> m.pin("A", crank, m.ground, m.O)
+    >>> m.motor("M_in", crank, m.ground, m.O)
+    M_in
+    >>> m.system(reported=["F_Ax", "F_Ay", "M_in"]).lane.outputs.quantities
+    (F_Ax, F_Ay, M_in)
     """
 
     def __init__(
@@ -67,13 +95,21 @@ class Mechanism(Joints):
 
     @property
     def time(self) -> Quantity:
-        """Time [s], for what is prescribed to a mechanism that moves by itself."""
+        """Time [s] as a quantity, for what is prescribed to a mechanism that moves freely."""
         return TIME
 
     def frame(self, name: str, angle: Scalar, axis: Axis = Z, parent: Frame | None = None) -> Frame:
-        """A frame turned by an angle [rad] about an axis of its parent, the world unless one is named.
+        r"""Return a frame turned by ``angle`` [rad] about ``axis`` of its parent, in the right-handed sense.
 
-        Raises DimensionError for what is no angle.
+        The parent is the world unless another frame is passed; the axis is X, Y, Z or the reverse of one, such as (0,
+        0, -1). Components v in the frame are R v in the parent, with Rodrigues' matrix R. Raises DimensionError if the
+        angle is not in rad.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nr | m | crank | 0.05")
+        >>> m = Mechanism("bar", q)
+        >>> m.vector(m.frame("crank", q.phi), q.r).resolved(m.world).components
+        (r*cos(phi), r*sin(phi), 0)
         """
         try:
             found = dimension(sp.sympify(angle))
@@ -84,23 +120,78 @@ class Mechanism(Joints):
         return Frame(name, parent or self.world, axis, sp.sympify(angle))
 
     def point(self, name: str, base: Point, frame: Frame, x: Scalar = 0, y: Scalar = 0, z: Scalar = 0) -> Point:
-        """A point at an offset [m] from another, in components of a frame."""
+        r"""Return the point at the offset (x, y, z) [m] from ``base``, along the axes of ``frame``.
+
+        The offset turns with the frame. Units are not checked here but where a force or a name needs the point.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nr | m | crank | 0.05\nl | m | arm | 0.2")
+        >>> m = Mechanism("bar", q)
+        >>> A = m.point("A", m.O, m.frame("crank", q.phi), q.r)
+        >>> m.position(m.point("B", A, m.world, q.l)).components
+        (l + r*cos(phi), r*sin(phi), 0)
+        """
         return Point(name, base, self.vector(frame, x, y, z))
 
     def vector(self, frame: Frame, x: Scalar = 0, y: Scalar = 0, z: Scalar = 0) -> Vec:
-        """A vector by its components in a frame."""
+        """Return the vector with the components x, y, z along the axes of ``frame``, in the unit of the components.
+
+        >>> from derive import Mechanism, quantities
+        >>> m = Mechanism("bar", quantities("F | N | push | 5"))
+        >>> m.vector(m.world, m.given.F).components
+        (F, 0, 0)
+        """
         return Vec(frame, triple((x, y, z)))
 
     def position(self, point: Point, frame: Frame | None = None) -> Vec:
-        """A point's place from the origin [m], in components of the world or of a frame."""
+        r"""Return the vector from the origin to a point [m], along the axes of the world or of ``frame``.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nr | m | crank | 0.05")
+        >>> m = Mechanism("bar", q)
+        >>> turned = m.frame("crank", q.phi)
+        >>> A = m.point("A", m.O, turned, q.r)
+        >>> m.position(A).components, m.position(A, turned).components
+        ((r*cos(phi), r*sin(phi), 0), (r, 0, 0))
+        """
         return displacement(self.O, point, frame or self.world)
 
     def velocity(self, point: Point) -> Vec:
-        """A point's velocity in the world [m/s]."""
+        r"""Return the velocity of a point against the world [m/s], along the axes of the world.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nomega | rad/s | its speed | 10\nr | m | crank | 0.05")
+        >>> m = Mechanism("bar", q, angle=q.phi, speed=q.omega)
+        >>> m.velocity(m.point("A", m.O, m.frame("crank", q.phi), q.r)).components
+        (-omega*r*sin(phi), omega*r*cos(phi), 0)
+        """
         return self.motion.derivative(self.position(point))
 
     def close(self, first: Point, second: Point, start: Mapping[Quantity, Scalar]) -> None:
-        """Two points are one, always; ``start`` says about where coordinates are at the angle zero."""
+        """Close a loop: the two points coincide always, along x and y, in space also along z.
+
+        It adds the gap [m] from ``first`` to ``second`` along each axis of the world, named after ``first``: ``Bx`` and
+        ``By`` for a point B, as `derive.loop` names them in a paper. A loop determines as many coordinates as it has
+        axes. ``start`` holds rough values of coordinates [rad or m] by quantity, at angle zero or at the start of free
+        motion: Newton's method begins there, so they choose the branch. Raises MechanismError if a loop of that name
+        exists; `system` raises LoopError unless there are as many gaps as coordinates without ``equals``, each with a
+        start.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | crank angle
+        ...     omega | rad/s | speed       | 10
+        ...     r     | m     | crank       | 0.05
+        ...     l     | m     | rod         | 0.2
+        ... ''')
+        >>> m = Mechanism("slider_crank", q, angle=q.phi, speed=q.omega)
+        >>> beta, s = m.coordinate("beta", "rad", "angle of the rod"), m.coordinate("s", "m", "place of the slider")
+        >>> A = m.point("A", m.O, m.frame("crank", q.phi), q.r)
+        >>> B = m.point("B", A, m.frame("rod", beta), q.l)
+        >>> m.close(B, m.point("slot", m.O, m.world, s), start={beta: 0, s: q.l + q.r})
+        >>> m.loops.gaps
+        {'gap_Bx': -l*cos(beta) - r*cos(phi) + s, 'gap_By': -l*sin(beta) - r*sin(phi)}
+        """
         gap = displacement(first, second, self.world)
         for axis, component in zip(AXES if self.spatial else AXES[:2], gap.components, strict=False):
             self.constrain(f"{first.name}{axis}", component, start)
@@ -108,7 +199,19 @@ class Mechanism(Joints):
     def parallel(
         self, name: str, first: tuple[Frame, Axis], second: tuple[Frame, Axis], start: Mapping[Quantity, Scalar]
     ) -> None:
-        """An axis of one frame stays parallel to one of another, as a hinge that closes a loop in space keeps them."""
+        """Keep two axes parallel, as a hinge that closes a loop in space does beside `close`.
+
+        Each of ``first`` and ``second`` is a frame and one of its axes X, Y, Z. It adds two gaps without unit: the
+        components of the second axis across the first, in the first frame. ``start`` and errors are those of `close`.
+
+        >>> from derive import Mechanism, X, Y, Z
+        >>> m = Mechanism("loop", spatial=True)
+        >>> a, b = m.coordinate("a", "rad", "first angle"), m.coordinate("b", "rad", "second angle")
+        >>> leaf = m.frame("leaf", b, Y, m.frame("arm", a, X))
+        >>> m.parallel("hinge", (m.world, Z), (leaf, Z), start={a: 0, b: 0})
+        >>> m.loops.gaps
+        {'gap_hingex': sin(b), 'gap_hingey': -sin(a)*cos(b)}
+        """
         way = unit(*second).resolved(first[0])
         for axis, component in (
             (a, c) for a, c, along in zip(AXES, way.components, first[1], strict=True) if not along
@@ -116,32 +219,80 @@ class Mechanism(Joints):
             self.constrain(f"{name}{axis}", component, start)
 
     def begin(self, start: Mapping[Quantity, Scalar]) -> None:
-        """What coordinates, or their rates (``motion.rates``), are at the start of free motion; zero unless told."""
+        """Set where free motion starts: coordinates [rad or m] or their rates [rad/s or m/s] by quantity.
+
+        All others are zero. The rate of a coordinate x is ``m.motion.rates[x]``. Values may be numbers or expressions
+        of the table. Constraints change the start if it does not meet them
+        (`planter.mechanism.dynamics.Dynamics.start`).
+
+        >>> from derive import Mechanism
+        >>> m = Mechanism("pendulum")
+        >>> a = m.coordinate("a", "rad", "swing")
+        >>> m.begin({a: 0.3, m.motion.rates[a]: 2})
+        >>> m.start
+        {a: 0.300000000000000, a_dot: 2}
+        """
         self.start |= {q: sp.sympify(at) for q, at in start.items()}
 
     def rate(self, expr: Expr) -> Expr:
-        """Rate of an expression of coordinates."""
+        r"""Return the rate of change of an expression [its unit per s] by the chain rule over all coordinates.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nomega | rad/s | its speed | 10")
+        >>> Mechanism("bar", q, angle=q.phi, speed=q.omega).rate(q.phi**2)
+        2*omega*phi
+        """
         return self.motion.rate(expr)
 
     def twin_lane(
         self, sides: twins.Sides, inputs: Sequence[Input], forces: Sequence[Step] | None = None,
         frame: Sequence[Let] | None = None,
     ) -> Lane:  # fmt: skip
-        """The lane of one of two equal sides, and what it adds up to with the other, from packed ``inputs``.
+        """Return the lane of one of two equal sides, half a turn apart, with the totals of both.
 
-        Steps for the ``forces`` of a side and in the ``frame`` that both share may come from elsewhere; else they
-        follow from the balances. Raises MechanismError, ChainError or DimensionError where they do not.
+        ``inputs`` are packed inputs. ``sides`` names the quantities to report of a side and of both (`derive.Sides`),
+        in SI. Bodies stated as ``shared`` carry the actions of both sides. ``forces`` (steps for the actions of a side)
+        and ``frame`` (steps for those on the shared bodies) replace the solution of the balances. Raises MechanismError
+        without an angle or for balances that no action satisfies, ChainError or DimensionError if the balances cannot
+        be solved.
         """
         return twins.along(self, sides, inputs, forces, frame)
 
     def accelerations(self) -> tuple[Expr, ...]:
-        """Those of the coordinates of a mechanism that moves by itself, in symbols; raises MechanismError."""
+        r"""Return the accelerations [rad/s2 or m/s2] of the coordinates of free motion, in their order, as expressions.
+
+        Raises MechanismError if loops or rolling constrain the coordinates.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("F | N | push | 5\nm | kg | block | 2")
+        >>> m = Mechanism("block", q)
+        >>> at = m.point("P", m.O, m.world, m.coordinate("s", "m", "place"))
+        >>> block = m.body("block", m.world, q.m, at)
+        >>> m.slide("guide", block, m.ground, at)
+        >>> m.force("push", block, at, m.vector(m.world, q.F))
+        >>> m.accelerations()
+        (F/m,)
+        """
         return moving.accelerations(self, TIME)
 
     def system(self, reported: Sequence[str | Quantity] | None = None) -> System:
-        """The model: what is reported (everything, unless told) along the angle, or what an integrator needs.
+        r"""Derive the model: results along the angle, or the functions that an integrator needs; all values in SI.
 
-        Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
+        ``reported`` names the results, None stands for all: coordinates with rates and accelerations, named expressions
+        (`name_`, `let`, `report`), actions of joints and, along an angle, residuals ``law_...`` of momentum and power,
+        which vanish. Free motion adds ``kinetic`` and ``potential`` energy [J].
+
+        Raises MechanismError for a result of an unknown name, or if balances are left that no joint or drive can keep;
+        LoopError if loops and coordinates differ in number; ChainError if balances do not determine a force;
+        DimensionError if terms of different units are added.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nomega | rad/s | its speed | 10\nr | m | crank | 0.05")
+        >>> m = Mechanism("bar", q, angle=q.phi, speed=q.omega)
+        >>> place = m.position(m.point("A", m.O, m.frame("crank", q.phi), q.r))
+        >>> height = m.report("height", "m", "height of the pin", place[1])
+        >>> m.system(reported=[height]).lane.outputs.quantities
+        (height,)
         """
         if self.angle is not None and self.speed is not None:
             lane, functions = turning.along(self, self.angle, self.speed, self.acceleration, reported)

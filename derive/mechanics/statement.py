@@ -19,7 +19,7 @@ from .loops import Loops
 
 
 class MechanismError(ValueError):
-    """A mechanism is stated so that nothing can be derived of it."""
+    """A mechanism is stated so that nothing can be derived from it."""
 
 
 class Statement:
@@ -48,7 +48,7 @@ class Statement:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Axes of the world along which anything moves."""
+        """The names of the axes of the world along which bodies move: x and y, in space also z; without unit."""
         return AXES if self.spatial else AXES[:2]
 
     @property
@@ -58,7 +58,7 @@ class Statement:
 
     @property
     def named(self) -> list[Let]:
-        """The expressions of the motion that have names."""
+        """The expressions that have names, in the order in which they were stated, each in the unit of its name."""
         return [step for step in self.steps if isinstance(step, Let)]
 
     @property
@@ -69,25 +69,52 @@ class Statement:
 
     @property
     def unknowns(self) -> list[Quantity]:
-        """The unknown actions that the mechanism's own balances give: those that equal sides share are left out."""
+        """The unknown forces [N] and moments [N m] that the balances determine, in the order of the joints.
+
+        Those between bodies that equal sides share are left out.
+        """
         shared = frozenset().union(*(action.needs for action in self.common))
         return [unknown for unknown in self.assembly.unknowns if unknown not in shared]
 
     def data(self, *besides: Quantity | None) -> Vector:
-        """The quantities of the table as a packed input, less some."""
+        """Return the quantities of the table, in SI, as the packed input ``data``, without those in ``besides``."""
         return Vector("data", tuple(q for q in self.given.values() if q not in besides))
 
     def name_(self, name: str, unit: str, meaning: str, expr: Expr) -> Quantity:
-        """Name an expression of the motion."""
+        r"""Name an expression of the motion and return the new quantity, to be used in other expressions.
+
+        ``unit`` is of SI (kg, m, s, N, J, W, rad, 1 and their products); `system` raises DimensionError if the
+        expression has another. Raises DimensionError for an unknown unit, ValueError for a name that generated code
+        needs. How the quantity changes in time is not followed: `rate` takes it as constant. Use `coordinate` for what
+        moves.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nr | m | crank | 0.05")
+        >>> m = Mechanism("bar", q)
+        >>> m.name_("area", "m2", "area of the crank circle", 3 * q.r**2).unit
+        'm2'
+        """
         return self.let(quantity(name, unit, meaning), expr)
 
     def let(self, symbol: Quantity, expr: Expr) -> Quantity:
-        """Name an expression of the motion by a quantity of one's own; how it changes in time is not followed."""
+        """Name an expression of the motion by ``symbol``, whose unit it must have, and return ``symbol``.
+
+        Rates and errors are as in `name_`.
+        """
         self.steps.append(let(symbol, expr))
         return symbol
 
     def report(self, name: str, unit: str, meaning: str, expr: Expr) -> Quantity:
-        """Name an expression, so that it is told with the results."""
+        r"""Report an expression with the results, in ``unit`` of SI, and return the new quantity; errors as `name_`.
+
+        Unlike `name_` it is no step of the motion: it may depend on forces.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nomega | rad/s | its speed | 10\nr | m | crank | 0.05")
+        >>> m = Mechanism("bar", q, angle=q.phi, speed=q.omega)
+        >>> m.report("v", "m/s", "speed of the pin", q.r * q.omega)
+        v
+        """
         symbol = quantity(name, unit, meaning)
         self.reports.append(let(symbol, expr))
         return symbol
@@ -115,25 +142,73 @@ class Statement:
         ]
 
     def balance(self, body: Body, kind: Kind, axis: str = "z") -> Balance:
-        """What an equation may claim to be: a body's balance of forces or moments, along an axis of the world."""
+        """Return what an equation of a paper claims to be: a body's balance of ``"force"`` [N] or ``"moment"`` [N m].
+
+        The axis is "x", "y" or "z" of the world, or of the frame that the body was stated with; moments are taken about
+        the point of the body (`body`). Raises MechanismError for a body without joint and mass.
+
+        >>> from derive import Mechanism
+        >>> m = Mechanism("bar")
+        >>> bar = m.body("bar", m.world)
+        >>> m.weld("A", bar, m.ground, m.O)
+        >>> print(m.balance(bar, "moment"))
+        bar: moment along z of world about O
+        """
         pin = self.pin_of(body)
         return Balance(body.name, kind, axis, pin.axes.name, pin.at.name if kind == "moment" else "")
 
     def constrain(self, name: str, gap: Expr, start: Mapping[Quantity, Expr | float]) -> None:
-        """An expression of coordinates vanishes, always: a rolling, a toothing, a rope."""
+        """Keep an expression of coordinates at zero: a rope, a toothing, a rolling circle; ``name`` names the gap.
+
+        The gap is a length [m]: an angle is multiplied by a radius. ``start`` and errors are those of `close`.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | angle of the pinion
+        ...     omega | rad/s | its speed   | 10
+        ...     r     | m     | pitch radius | 0.02
+        ... ''')
+        >>> m = Mechanism("rack", q, angle=q.phi, speed=q.omega)
+        >>> s = m.coordinate("s", "m", "place of the rack")
+        >>> m.constrain("mesh", s - q.r * q.phi, start={s: 0})
+        >>> m.loops.gaps
+        {'gap_mesh': -phi*r + s}
+        """
         if f"gap_{name}" in self.loops.gaps:
             raise MechanismError(f"two loops are called {name}")
         self.loops.gaps[f"gap_{name}"] = gap
         self.loops.start |= {value: sp.sympify(at) for value, at in start.items()}
 
     def roll(self, name: str, slip: Expr) -> None:
-        """A speed vanishes, always, that is no rate of a gap: a wheel rolls, a blade does not slip. In free motion."""
+        """Keep a speed [m/s] at zero that is not the rate of a gap, as the slip of a blade; ``name`` names the slip.
+
+        It constrains free motion; a mechanism that an angle drives raises MechanismError in `system`.
+
+        >>> from derive import Mechanism
+        >>> from sympy import cos, sin
+        >>> m = Mechanism("skate")
+        >>> x, y, a = m.coordinate("x", "m", "x"), m.coordinate("y", "m", "y"), m.coordinate("a", "rad", "heading")
+        >>> m.roll("blade", m.rate(y) * cos(a) - m.rate(x) * sin(a))
+        >>> m.slips
+        {'slip_blade': -x_dot*sin(a) + y_dot*cos(a)}
+        """
         self.slips[f"slip_{name}"] = slip
 
     def equations(self) -> list[Equation]:
-        """The laws of contacts, and the balances of every body but the ground and what equal sides share.
+        r"""Return the balances of all bodies but the ground as equations ``residual = 0`` [N, N m].
 
-        Raises DimensionError.
+        Laws of contacts come first. A residual is the sum of the outer forces, the weight and the inertia forces
+        (moments) on a body: it shows the sign of each. Raises DimensionError if terms of different units are added.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("g | m/s2 | free fall | 9.81\nm | kg | mass | 2\nl | m | centroid | 0.3")
+        >>> m = Mechanism("beam", q, gravity=q.g)
+        >>> m.weld("A", m.body("beam", m.world, q.m, m.point("C", m.O, m.world, q.l)), m.ground, m.O)
+        >>> for equation in m.equations():
+        ...     print(equation.number, "|", equation.residual)
+        beam: force along x of world | F_Ax
+        beam: force along y of world | F_Ay - g*m
+        beam: moment along z of world about O | M_Az - g*l*m
         """
         bodies = [body for body in self.assembly.bodies if body not in (self.ground, *self.shared)]
         found = [e for body in bodies for e in self.assembly.balances(body, self.pin_of(body))]
@@ -147,11 +222,11 @@ class Statement:
         at = next(iter((*(a.at for a in joints), *(part.centroid for part in body.parts))), None)
         if at is None:
             raise MechanismError(f"body {body.name} has neither a joint nor a mass")
-        return Pin(at, self.world, self.asked)
+        return Pin(at, self.world, self._default_balances)
 
     @property
-    def asked(self) -> Asked:
-        """The balances of a body that says nothing else."""
+    def _default_balances(self) -> Asked:
+        """The balances of a body that is stated without others."""
         return EVERY if self.spatial else PLANE
 
     def anchor(self, body: Body) -> Point:
@@ -202,7 +277,11 @@ class Statement:
 
 
 def quantity(name: str, unit: str, meaning: str) -> Quantity:
-    of_unit(unit)
+    """Return a derived quantity. Raises DimensionError for a unit that is not of SI."""
+    try:
+        of_unit(unit)
+    except KeyError:
+        raise DimensionError(f"{name}: unit = {unit}: write it in SI, such as m, rad/s or N m") from None
     return Quantity(name, unit, meaning, f"derived: {meaning}")
 
 

@@ -37,6 +37,11 @@ def along(
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
+    if stated.slips:
+        raise MechanismError(
+            f"{stated.name}: {', '.join(stated.slips)}: slips vanish in free motion only; along an angle state "
+            "rolling as a gap, by `constrain`"
+        )
     steps, reports = motion(stated), [*stated.reports, *stated.world_components()]
     if reported is None or any(str(asked).startswith(LAW) for asked in reported):
         reports += lawful(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 _CODE = re.compile(r"``?([^`]+)``?")
 _MARKUP = re.compile(r"([*|\\]|(?<=\w)_(?=\W|$))")
@@ -23,8 +25,10 @@ def line(text: str) -> str:
 def as_restructured_text(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Sphinx calls this for each docstring; examples stay as they are, indented text is shown as it stands."""
     found: list[str] = []
+    example = False
     for text in lines:
-        if text.startswith((">>>", "...")) or (found and found[-1].startswith(">>>") and text):
+        example = bool(text) and (example or text.startswith(">>>"))
+        if example:
             found.append(text)
         elif text.startswith(" ") and not (found and found[-1].startswith(("|", "*"))):
             found.append(f"| {line(text.strip())}")

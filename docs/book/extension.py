@@ -5,11 +5,26 @@ The pages are written to docs/made/ when a build begins; nothing in them is type
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from book import commands, docstrings, drawings, figures, findings, formats, formulas, keys, models, names, trial, works
+from book import (
+    commands,
+    docstrings,
+    drawings,
+    figures,
+    findings,
+    formats,
+    formulas,
+    keys,
+    models,
+    names,
+    reference,
+    trial,
+    works,
+)
 
 MADE = Path(__file__).parents[1] / "made"
 PAGES = {
@@ -24,6 +39,7 @@ PAGES = {
     "topics": commands.topics,
     "trial": trial.page,
     "works": works.page,
+    **{task: partial(reference.page, task) for task in reference.PAGES},
 }
 
 

@@ -27,7 +27,7 @@ begin with `#` say what the file is and which versions wrote it. Numbers that co
 | measured curve, CSV | `calibrate --data` | any names, separators and units, as told or found |
 | plan of a sweep, TOML | `sweep` | [sweeps](../sweeps.md) |
 | tolerances, TOML | `tolerance` | [tolerances](../tolerances.md) |
-| mechanism or paper of your own, Python | `derive`, `audit` | [the words that they are stated with](names.md) |
+| mechanism or paper of your own, Python | `derive`, `audit` | [the words that they are stated with](mechanism.md) |
 | printed numbers, TOML | `audit --numbers` | `planter audit --help` |
 
 ## What is written

@@ -7,12 +7,15 @@ from collections.abc import Iterator
 
 import derive
 import planter
+from book import reference
 
 HEAD = """\
 # Public names
 
 `planter` is numeric: machines, their calls, results as records. `derive` is symbolic: the words that a mechanism,
-formulas or a paper of your own are stated with (extra `derive`). What is not on this page may change without notice.
+formulas or a paper of your own are stated with (extra `derive`). Three pages hold what belongs to one task:
+[stating a mechanism](mechanism.md), [formulas and papers](papers.md), [running a mechanism](running.md). What is on
+none of these pages may change without notice.
 """
 
 
@@ -34,10 +37,11 @@ def directive(package: str, name: str, found: object) -> Iterator[str]:
 
 def page() -> str:
     """The page."""
-    text = [HEAD]
+    text, elsewhere = [HEAD], {name for task in reference.PAGES for name in reference.names(task)}
     for package in (planter, derive):
         text += [f"## `{package.__name__}`", "", "```{eval-rst}"]
         for name, found in public(package).items():
-            text += directive(package.__name__, name, found)
+            if f"{package.__name__}.{name}" not in elsewhere:
+                text += directive(package.__name__, name, found)
         text += ["```", ""]
     return "\n".join(text)

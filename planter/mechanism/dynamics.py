@@ -43,9 +43,11 @@ MOVED = 1e-9
 
 @dataclass(frozen=True)
 class Run:
-    """A motion: times (n,) [s], states (2k, n) and accelerations (k, n) in SI, results (n,) by name.
+    """A motion: times (n,) [s], states (2k, n), accelerations (k, n) and results (n,) by name, in SI and radians.
 
-    ``undetermined`` are reactions of over-constrained joints; results lack them unless they were asked for.
+    A state holds coordinates, then rates. Signs, axes and units of results are those of the statement
+    (`derive.Mechanism`). ``undetermined`` names reactions of over-constrained joints: results lack them unless asked
+    for.
     """
 
     times: Array
@@ -57,7 +59,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Equations:
-    """What the motion follows from in a state: inertia (k, k), forces (k,), slopes (c, k), bends, speeds (c,), gaps."""
+    """Equations of motion in a state: inertia (k, k), forces (k,), slopes (c, k), bends (c,), speeds (c,) and gaps; SI.
+
+    ``inertia accelerations = forces + slopes^T multipliers`` and ``slopes accelerations = bends``. Gaps come before
+    slips among the c constraints, and only they have gaps.
+    """
 
     inertia: Array
     forces: Array
@@ -68,7 +74,32 @@ class Equations:
 
 
 class Dynamics:
-    """A mechanism that moves by itself, with the values of its file; SI units and radians."""
+    r"""A mechanism that moves freely, with the values of its file; k coordinates, states (2k,), SI units and radians.
+
+    A state holds the coordinates, then their rates, in the order of `names`. Raises InputError if an angle drives the
+    mechanism. The example is a pendulum, whose file ``planter derive pendulum.py`` writes:
+
+        from derive import Mechanism, quantities
+        q = quantities("g | m/s2 | free fall | 9.81\nl | m | length | 0.4\nm | kg | bob | 1")
+        m = Mechanism("pendulum", q, gravity=q.g)
+        rod = m.frame("rod", m.coordinate("a", "rad", "angle from the horizontal"))
+        bob = m.body("bob", rod, q.m, m.point("C", m.O, rod, q.l))
+        m.pin("A", bob, m.ground, m.O)
+        SYSTEM = m.system()
+
+    >>> from planter.mechanism.file import load                              # doctest: +SKIP
+    >>> pendulum = Dynamics(load("pendulum.toml"))                           # doctest: +SKIP
+    >>> pendulum.names, pendulum.size, pendulum.constraints                  # doctest: +SKIP
+    (['a', 'a_dot'], 1, [])
+    >>> start = pendulum.start()                                             # doctest: +SKIP
+    >>> pendulum.accelerations(0.0, start)[0].round(3)                       # doctest: +SKIP
+    array([-24.525])
+    >>> motion = pendulum.run(np.linspace(0.0, 0.5, 6), state=start)         # doctest: +SKIP
+    >>> motion.states[0, [0, -1]].round(3)                                   # doctest: +SKIP
+    array([ 0.   , -2.397])
+    >>> list(motion.results)                                                 # doctest: +SKIP
+    ['a_bob_x', 'a_bob_y', 'F_Ax', 'F_Ay', 'kinetic', 'potential']
+    """
 
     def __init__(self, file: MechanismFile) -> None:
         self.file, self.formulas, self.data = file, file.model, file.data()
@@ -78,30 +109,33 @@ class Dynamics:
 
     @property
     def names(self) -> list[str]:
-        """Names of the coordinates, then of their rates."""
+        """The names of the coordinates [rad or m], then of their rates [rad/s or m/s]: the entries of a state."""
         return self.formulas.outputs("start")
 
     @property
     def size(self) -> int:
-        """Number of coordinates."""
+        """The number of coordinates k, without unit."""
         return len(self.names) // 2
 
     @cached_property
     def constraints(self) -> list[str]:
-        """Names of the constraints: gaps, then slips."""
+        """The names of the constraints: gaps [m, or without unit], then slips [m/s]."""
         return [name.removeprefix("speed_") for name in self._told("speeds")]
 
     @property
     def stated(self) -> Array:
-        """The state (2k,) at the start as the statement gives it; what it does not give is zero."""
+        """The state (2k,) [rad, m and per s] at the start as the statement gives it; what it does not give is zero."""
         return np.array(list(self.formulas.at("start", data=self.data).values()))
 
     def start(self) -> Array:
-        """The state (2k,) that the statement gives, brought onto the constraints."""
+        """Return the start (2k,) [rad, m and per s] of the statement, brought onto the constraints.
+
+        Raises ComputationError if the constraints cannot be met from there.
+        """
         return self.projected(0.0, self.stated)
 
     def changed(self, start: Array) -> list[int]:
-        """Which entries of the stated state a start (2k,) that keeps the constraints has changed."""
+        """Return the indices of the entries that ``start`` (2k,) [rad, m and per s] has otherwise than the statement."""
         stated = self.stated
         moved = np.abs(start - stated) > MOVED * (1 + np.abs(stated))
         found: list[int] = np.flatnonzero(moved).tolist()
@@ -109,7 +143,7 @@ class Dynamics:
 
     @cached_property
     def function(self) -> ca.Function:
-        """(time, state) -> the parts of `Equations`, as symbols; entries that are always zero are not there."""
+        """The CasADi function (time [s], state (2k,)) -> parts of `Equations` [SI]; what always vanishes is sparse."""
         time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
         coordinates, held = self.names[: self.size], self.constraints
         gaps = [name for name in held if name in self._told("gaps")]
@@ -145,15 +179,17 @@ class Dynamics:
         return Kernel(ca.Function("motion", [time, state], parts, ["time", "state"], self.function.name_out()))
 
     def equations(self, time: float, state: Array) -> Equations:
-        """The parts of the equations of motion in a state."""
+        """Return the parts of the equations of motion [SI] in a state (2k,) [rad, m and per s] at a time [s]."""
         now = self._kernel(time=time, state=state)
         columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
         return Equations(now["inertia"], slopes=now["slopes"], **columns)
 
     def accelerations(self, time: float, state: Array, share: float = RANK) -> tuple[Array, Array]:
-        """Accelerations (k,) and multipliers (c,) of the constraints; of those that follow from others it is zero.
+        """Return accelerations (k,) [rad/s2 or m/s2] and multipliers (c,) of the constraints in a state (2k,).
 
-        ``share`` of the first is the least that a row adds which does not.
+        The time is in [s], the state in rad, m and per s. A multiplier is the generalised force per slope, [N] for a
+        gap in m; it is zero for a constraint that follows from others. Rows of slopes that add less than ``share`` of
+        the first follow from others. Raises ComputationError if neither inertia nor a constraint resists some motion.
         """
         now = self.equations(time, state)
         kept = independent(now.slopes, share)
@@ -163,20 +199,24 @@ class Dynamics:
         return found, multipliers
 
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
-        """Constraints of a state that follow from one another; how many too many is `redundant`."""
+        """Return the names of constraints that follow from one another in a state (2k,) [rad, m, per s] at a time [s].
+
+        `redundant` says how many there are too many.
+        """
         slopes = self.equations(time, state).slopes
         sizes = np.linalg.norm(scipy.linalg.null_space(slopes.T, RANK), axis=1) if len(slopes) else np.empty(0)
         return [name for name, size in zip(self.constraints, sizes, strict=True) if size > np.sqrt(RANK)]
 
     def redundant(self, state: Array, time: float = 0.0) -> int:
-        """How many constraints follow from the others in a state."""
+        """Return how many constraints follow from the others in a state (2k,) [rad, m and per s] at a time [s]."""
         slopes = self.equations(time, state).slopes
         return len(slopes) - len(independent(slopes))
 
     def projected(self, time: float, state: Array, share: float = RANK) -> Array:
-        """The state nearest to one, by the inertia, that closes the gaps and keeps the speeds.
+        """Return the state (2k,) [rad, m and per s] on the constraints that is nearest to one at a time [s].
 
-        Raises ComputationError where the constraints cannot be met from there.
+        The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the first follow from
+        others. Raises ComputationError if the constraints cannot be met from there.
         """
         at = np.array(state, dtype=float)
         for _ in range(MOST):
@@ -215,11 +255,13 @@ class Dynamics:
         self, times: Array, tolerance: float = 1e-10, state: Array | None = None, least: bool = False,
         stiff: bool = False,
     ) -> Run:  # fmt: skip
-        """The motion at times (n,) [s] that rise, from the first of them on, projected after each step.
+        """Return the motion at times (n,) [s] that rise, from ``state`` (2k,) [rad, m and per s] at the first of them.
 
-        By DOP853, or by the implicit Radau IIA where springs and dampers are ``stiff``. With ``least`` actions of
-        over-constrained joints are those of least squares. Raises ComputationError where the integrator gives
-        up, and where the motion would need more than MOST_EVALUATIONS.
+        The start of the statement is used unless a state is passed; each step is projected onto the constraints.
+        ``tolerance`` is relative, the absolute one a hundredth of it in SI. The integrator is DOP853, or the implicit
+        Radau IIA if springs and dampers are ``stiff``. With ``least``, statically indeterminate actions of joints are
+        those of minimum norm, else results lack them. Raises ComputationError if the integrator fails, if the motion
+        would need more than MOST_EVALUATIONS, or if the joints do not keep the motion.
         """
         with threadpool_limits(1, "blas"):
             return self._run(times, tolerance, state, least, stiff)

@@ -114,9 +114,10 @@ class MechanismFile(Document):
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> MechanismFile:
-    """The file at a path, or ``NAME.toml`` here or in ``generated/``, with some numbers set by `changes`.
+    """Return the file of a mechanism by its path, or by NAME for NAME.toml here or in ``generated/``.
 
-    Raises InputError, one sentence that names file, key, value and what is allowed.
+    ``changes`` holds other values by key, in the unit that the key ends in: ``{"r_mm": 50}``. Raises InputError if
+    there is no file, or for a key or value that is not allowed, with what is.
     """
     place = path(str(source))
     found = MechanismFile.read(read_toml(place), str(place), changes)

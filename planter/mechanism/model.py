@@ -13,10 +13,19 @@ from planter.kernels import Array, Kernel
 
 
 class Model:
-    """A machine at its own values or at others d (v,); SI units and radians.
+    """A machine along its angle: all quantities by name, at its values or at others ``data`` (v,); SI and radians.
 
-    >>> Model(load_machine("slider_crank.toml"))(np.radians([0.0, 90.0]))["M_in"]      # doctest: +SKIP
-    array([-0.27,  1.9])
+    >>> import numpy as np
+    >>> from planter import load_mechanism
+    >>> machine = Model(load_mechanism("wang2017"))
+    >>> machine.speed == 40 * 2 * np.pi / 60
+    True
+    >>> np.degrees(machine.list_angles(4))
+    array([  0.,  90., 180., 270.])
+    >>> machine(np.radians([0.0, 90.0]))["x_tip"].round(4)
+    array([-0.1177, -0.1796])
+    >>> machine.results(np.radians([0.0, 90.0]))["tip_x_mm"].round(1)
+    array([-117.7, -179.6])
     """
 
     def __init__(self, machine: Machine, data: Array | None = None) -> None:
@@ -53,13 +62,18 @@ class Model:
         return {q.key: values[q.name] / q.factor for q in self.machine.results}
 
     def places(self, angles: Array) -> dict[str, Array]:
-        """Return where the points of all bodies are (n,) [m] at angles (n,) [rad], by name, for a drawing."""
+        """Return where the points of all bodies are (n,) [m] at angles (n,) [rad], by name.
+
+        Components are along the axes of the world. Names are ``x_BODY__POINT`` and its like. Machines without bodies of
+        their own statement have none.
+        """
         return self.evaluate("places", angles)
 
     def evaluate(self, name: str, angles: Array) -> dict[str, Array]:
-        """Return the values (n,) of a stage of the machine at angles (n,) [rad] by name, in SI; none where it has none.
+        """Return the values (n,) [SI] of a further function of the machine at angles (n,) [rad] by name.
 
-        Raises ComputationError where loops do not close.
+        Functions are "places", "followers" and "meshes"; the result is empty for one that the machine lacks. Raises
+        ComputationError if loops do not close.
         """
         stage = self.machine.stages.get(name)
         if stage is None:

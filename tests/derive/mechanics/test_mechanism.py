@@ -206,3 +206,20 @@ def test_balances_are_asked_for_where_actions_are_reported(reported: str, asked:
     rod = m.frame("rod", m.coordinate("a", "rad", "angle"))
     m.pin("O", m.body("bob", rod, q.m, m.point("A", m.O, rod, q.l)), m.ground, m.O)
     assert ("balances" in {form.name for form in m.system([reported]).closed_forms}) == asked
+
+
+def test_unknown_units_are_refused_by_name() -> None:
+    m = Mechanism("test")
+    with pytest.raises(MechanismError, match="coordinate s: unit = mm: write rad, m, 1"):
+        m.coordinate("s", "mm", "place")
+    with pytest.raises(DimensionError, match="v: unit = furlong"):
+        m.report("v", "furlong", "speed", sp.S.Zero)
+    assert m.coordinate("s", "m", "place").unit == "m"
+
+
+def test_slips_are_refused_along_an_angle() -> None:
+    m = four_bar()
+    assert m.system().lane is not None
+    m.roll("wheel", m.rate(m.given.phi) * m.given.a)
+    with pytest.raises(MechanismError, match="slip_wheel: slips vanish in free motion only"):
+        m.system()

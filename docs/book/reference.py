@@ -1,0 +1,125 @@
+"""Reference pages by task: stating a mechanism, formulas and papers, running a generated mechanism."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pydoc import locate
+
+import derive
+
+MECHANISM = """\
+# Stating a mechanism
+
+Words of `derive` for a mechanism of your own; [an example](../examples/slider_crank.py) uses most of them. Quantities
+are in SI and radians. A joint acts on the body `on`, and its reverse on the body `by`. `m.equations()` returns every
+balance with the sign of each force.
+"""
+PAPERS = """\
+# Formulas and papers
+
+Words of `derive` for equations without bodies, and for equations as a paper prints them;
+[a paper on the slider-crank](../gallery/own_paper.md) shows verdicts.
+"""
+RUNNING = """\
+# Running a mechanism
+
+`planter derive FILE.py` writes functions and a file of values; these classes of `planter` run them. `Model` is for a
+mechanism that an angle drives, `Dynamics` for one that moves freely.
+"""
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: its head, and the names of each section."""
+
+    head: str
+    sections: dict[str, str]
+
+
+M = "derive.Mechanism"
+PAGES = {
+    "mechanism": Page(MECHANISM, {
+        "Mechanism": "derive.Mechanism .time",
+        "Table of quantities": "derive.quantities derive.Quantities derive.Quantity",
+        "Frames and points": ".frame .point .vector .position .velocity .rate derive.displacement derive.unit "
+        "derive.zero derive.Frame derive.Point derive.Vec derive.Motion derive.FrameError",
+        "Coordinates": ".coordinate .follow",
+        "Bodies": ".body .bodies derive.Body derive.Part derive.about_pin",
+        "Joints": ".pin .weld .slide .ball .universal .cylinder .plane .wheel",
+        "Forces": ".force .torque .spring .motor derive.creeping derive.dahl",
+        "Contacts and teeth": ".contact .follower .mesh .couple derive.GearContact derive.SlidingContact "
+        "derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
+        "Closed loops": ".close .parallel .constrain",
+        "Free motion": ".begin .roll .accelerations",
+        "Results": ".name_ .let .report .system .equations .balance .named .unknowns",
+        "Pitch curves and cam laws chosen at run time": ".stage .flank derive.GearStage derive.FollowerLaw",
+        "Named places and equal sides": ".name_place .name_acceleration .hang .mirror_place .twin_lane derive.Sides",
+    }),
+    "papers": Page(PAPERS, {
+        "Formulas": "derive.Formulas derive.Formulas.defines derive.Formulas.holds derive.Formulas.expr "
+        "derive.Formulas.steps derive.Formulas.function derive.Formulas.followed derive.Formulas.mesh "
+        "derive.Formulas.system",
+        "Papers": "derive.Paper derive.Paper.equation derive.Paper.defines derive.Paper.inequality derive.Paper.symbol "
+        "derive.Paper.reads derive.Paper.admits derive.Paper.rebuilds derive.Paper.shows derive.Paper.refers "
+        "derive.Paper.rank",
+        "Claims and verdicts": "derive.what derive.loop derive.Balance derive.Equation derive.trial",
+    }),
+    "running": Page(RUNNING, {
+        "Along an angle": "planter.load_mechanism planter.mechanism.model.Model",
+        "Free motion": "planter.mechanism.file.load planter.mechanism.dynamics.Dynamics "
+        "planter.mechanism.dynamics.Run planter.mechanism.dynamics.Equations",
+    }),
+}  # fmt: skip
+"""Names that begin with a dot are those of `derive.Mechanism`."""
+SPLIT = (derive.Mechanism, derive.Formulas, derive.Paper)
+"""Classes whose members have entries of their own."""
+UNLISTED = {
+    "anchor", "axes", "chosen", "common", "component_axes", "data", "defined", "meshing", "name_accelerations",
+    "pin_of", "told_in", "world_components",
+}  # fmt: skip
+"""Members of `derive.Mechanism` for derivations, which no statement needs."""
+
+
+def names(page: str) -> list[str]:
+    """Return the full names on a page, in their order."""
+    entries = " ".join(PAGES[page].sections.values()).split()
+    return [complete(entry) for entry in entries]
+
+
+def complete(entry: str) -> str:
+    """Return the full name of an entry."""
+    return M + entry if entry.startswith(".") else entry
+
+
+def directive(name: str) -> Iterator[str]:
+    """Yield the lines by which Sphinx shows a name."""
+    item = locate(name)
+    parent = locate(name.rpartition(".")[0])
+    if isinstance(item, property):
+        kind = "autoproperty"
+    elif inspect.isclass(item):
+        kind = "autoclass"
+    elif inspect.isclass(parent):
+        kind = "automethod"
+    else:
+        kind = "autofunction" if callable(item) else "autodata"
+    yield f".. {kind}:: {name}"
+    if kind == "autodata":
+        yield "   :no-value:"
+    if kind == "autoclass" and item not in (*SPLIT, derive.Quantity) and not issubclass(item, Exception):
+        yield "   :members:"
+        yield "   :special-members: __call__"
+    yield ""
+
+
+def page(name: str) -> str:
+    """Return a page."""
+    text = [PAGES[name].head]
+    for title, entries in PAGES[name].sections.items():
+        text += [f"## {title}", "", "```{eval-rst}"]
+        for entry in entries.split():
+            text += directive(complete(entry))
+        text += ["```", ""]
+    return "\n".join(text)
