@@ -99,6 +99,12 @@ def test_docstring_output_stays_as_printed() -> None:
     assert lines[5] == "Then a\\_ follows."
 
 
+def test_docstring_code_stays_as_written() -> None:
+    lines = ["A file:", "", "    a_ = 1", "    b = '|x|'", "", ">>> 1", "1"]
+    docstrings.as_restructured_text(None, "", "", None, None, lines)  # type: ignore[arg-type]
+    assert lines == ["A file:", "", "::", "", "    a_ = 1", "    b = '|x|'", "", ">>> 1", "1"]
+
+
 def test_example_of_dynamics_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     text = inspect.getdoc(Dynamics) or ""
     statement = "".join(re.findall(r"^    (.*\n)", text, re.MULTILINE))

@@ -108,7 +108,7 @@ class Paper:
         claims: Claimed,
         legibility: Legibility = "printed",
     ) -> None:
-        """Add a condition printed as ``left < right``, or with another ``relation``, in one unit; else as `equation`."""
+        """Add a condition printed as ``left < right`` or with another ``relation``, in one unit; else as `equation`."""
         source = f"{self.name} ({number})"
         self._add(Equation(number, left - right, source, claims, legibility, relation=relation))
 

@@ -23,12 +23,19 @@ def line(text: str) -> str:
 
 
 def as_restructured_text(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Sphinx calls this for each docstring; examples stay as they are, indented text is shown as it stands."""
+    """Sphinx calls this for each docstring; examples stay as they are, indented text is shown as it stands.
+
+    Text that is indented by four spaces, after a colon and an empty line, is code.
+    """
     found: list[str] = []
-    example = False
+    example = block = False
     for text in lines:
         example = bool(text) and (example or text.startswith(">>>"))
-        if example:
+        opens = len(found) > 1 and not found[-1] and found[-2].endswith(":")
+        if text.startswith("    ") and opens:
+            found += ["::", ""]
+        block = text.startswith("    ") and (block or opens)
+        if example or block:
             found.append(text)
         elif text.startswith(" ") and not (found and found[-1].startswith(("|", "*"))):
             found.append(f"| {line(text.strip())}")

@@ -375,9 +375,12 @@ def load_machine(
 ) -> Machine:
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their paths] changed.
 
-    `speed_rpm` is another speed of the drive [r/min]. A room brings its machines by a module `machines` with
-    `takes(source)` and `load(source, changes, **choices)`; the choices are those of the room, such as the model.
-    Raises InputError if no room has such a machine, or for a choice that its machines do not leave.
+    `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the drive [r/min].
+    Further keywords are choices that some machines leave, such as the model. Raises InputError if there is no such
+    machine, for a number that is not allowed, or for a choice that the machine does not leave.
+
+    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
+    'wang2017'
     """
     module = find_machine_room(source)
     if module is None:
@@ -390,5 +393,8 @@ def load_machine(
 
 
 def find_machine_room(source: str) -> ModuleType | None:
-    """Return the module `machines` of the room that takes a source, None if no room does."""
+    """Return the module `machines` of the room that takes a source, None if no room does.
+
+    Such a module has `takes(source)` and `load(source, changes, **choices)`; the choices are those of the room.
+    """
     return next((module for module in rooms.brought("machines") if module.takes(source)), None)

@@ -135,7 +135,7 @@ class Dynamics:
         return self.projected(0.0, self.stated)
 
     def changed(self, start: Array) -> list[int]:
-        """Return the indices of the entries that ``start`` (2k,) [rad, m and per s] has otherwise than the statement."""
+        """Return the indices of entries that ``start`` (2k,) [rad, m and per s] has otherwise than the statement."""
         stated = self.stated
         moved = np.abs(start - stated) > MOVED * (1 + np.abs(stated))
         found: list[int] = np.flatnonzero(moved).tolist()
