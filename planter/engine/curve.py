@@ -69,6 +69,11 @@ class Curve:
         """Return the point of a design x (p,), for all angles."""
         return self.response.at_data(self.machine.data_at(x))
 
+    def restart(self) -> None:
+        """Forget all designs so far, as `Response.restart`."""
+        self.response.restart()
+        self._joints.restart()
+
     def value(self, at: DesignPoint, phi: Array) -> Array:
         """Return F, (n,). Raises ComputationError if loops do not close or a value is not finite, as all do."""
         return self.response.values(at, phi)[0]

@@ -1,42 +1,39 @@
 """The design of a machine, within its bounds, that minimises a sum of measures under limits.
 
-Descents by IPOPT on the smooth programme of `goal` from several starts, a genetic algorithm over the design alone, or
-both. Where extremes are the true ones, those between nodes become nodes, until none is left.
+One search for all machines: the method on the problem, then, where true extremes lie between the nodes of limits or of
+a smooth programme, these become nodes, until none is left.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planter.engine.goal import Goal, GoalConstraints
-from planter.engine.machine import Machine
-from planter.engine.measures import Limit, Measure
+from planter import errors
+from planter.engine.problem import CurveProblem, DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
 from planter.optimise import starts
-from planter.optimise.box import Box
 from planter.optimise.descent import descend
 from planter.optimise.genetic import Settings
-from planter.optimise.hybrid import Method, Search
-from planter.optimise.problem import Counts, Problem
+from planter.optimise.hybrid import METHODS, Method, Search
+from planter.optimise.problem import Best, Counts
 from planter.optimise.range_and_spread import Sampling
-from planter.optimise.result import Certificate, NoFeasiblePointError, certified
+from planter.optimise.result import NoFeasiblePointError, Result, certified
 from planter.optimise.sections import DEFAULT_GENETIC
-from planter.optimise.smooth import Smooth
-from planter.optimise.starts import Descent
-from planter.parallel.task import HERE, Means, Task
-from planter.progress import Listener
+from planter.parallel.task import HERE, Means, Task, count_cores
+from planter.progress import Listener, Progress
 
-REACH = 1e3
-"""Variables for extremes lie within so many spreads of where they start."""
-PASSED = 1e-9
-"""Share of a quantity's spread by which a true extreme may pass the nodes."""
 ROUNDS = 10
 """Most times that extremes between nodes become nodes."""
+INTERVAL_S = 1.0
+"""Time between two designs that an unfinished search hands over, while it goes from step to step."""
+
+Keep = Callable[[Best, float], None]
+"""What takes the best point so far of an unfinished search, and how long that runs [s]."""
 
 
 @dataclass(frozen=True)
@@ -51,133 +48,117 @@ class SearchSpec:
 
 
 @dataclass(frozen=True)
-class GoalOptimum:
-    """An optimum: the design (p,) in SI, the goal with its nodes, how sure it is and what it took.
+class DesignOptimum:
+    """An optimum: the machine's design x (p,) in SI, the problem with its last nodes, and its result.
 
-    `certificate` is that of the optimum, with the agreement of the starts.
+    The result's certificate has the agreement of the starts, whatever nodes came later.
     """
 
     x: Array
-    goal: Goal
-    certificate: Certificate
-    evaluations: Counts
+    problem: DesignProblem
+    result: Result
 
 
-class GoalProblem(Problem):
-    """A goal as a problem: searched in shares of the bounds, and in spreads of the measures from where they start.
+class InterruptedSearch(errors.Interrupted):
+    """The user stopped a search; `best` is the optimum so far, None if nothing feasible was met yet."""
 
-    Starts and individuals choose the design; the variables of its extremes are as tight as they can be.
-    """
-
-    most_iterations = 300
-
-    def __init__(self, goal: Goal) -> None:
-        self.goal, machine = goal, goal.machine
-        start = goal.start(machine.design)
-        variables = start[goal.size :]
-        names = (*machine.design_names, *(f"{'most' if side > 0 else 'least'} {m}" for m, side in goal.variables))
-        box = Box(
-            names,
-            np.concatenate([machine.lower, variables - REACH * goal.unit]),
-            np.concatenate([machine.upper, variables + REACH * goal.unit]),
-            start,
-            np.concatenate([machine.lower, variables]),
-            np.concatenate([machine.upper - machine.lower, goal.unit]),
-        )
-        limits = GoalConstraints(goal) if goal.variables or goal.limits else None
-        scale = max(abs(goal.value(start)), float(goal.unit.sum()), np.finfo(float).tiny)
-        super().__init__(Smooth(goal, len(start), scale), box, limits)
-
-    def restart(self) -> None:
-        _ = self.reference
-        self.goal.restart()
-
-    @property
-    def independent(self) -> Integers:
-        return np.arange(self.goal.size)
-
-    def complete(self, u: Array) -> Array:
-        """Return a point (p,) with tight variables; without a cycle they mean nothing, and stay as they are."""
-        try:
-            return self.find_point(self.machine_design(u))
-        except ComputationError:
-            return u
-
-    def find_point(self, x: Array) -> Array:
-        """Return the point (p,) of a machine's design. Raises ComputationError if its loops do not close."""
-        return self.box.point(self.goal.start(x))
-
-    def machine_design(self, u: Array) -> Array:
-        """Return the machine's design at a point (p,)."""
-        return self.design(u)[: self.goal.size]
+    def __init__(self, best: DesignOptimum | None) -> None:
+        super().__init__()
+        self.best = best
 
 
 def minimise(
-    machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], spec: SearchSpec,
-    listener: Listener | None = None, task: Task | None = None, means: Means = HERE,
-) -> GoalOptimum:  # fmt: skip
-    """Return the design within the bounds that minimises a sum of measures under limits.
+    problem: DesignProblem, spec: SearchSpec, listener: Listener | None = None, task: Task | None = None,
+    means: Means = HERE, feasible: Sequence[Array] = (), keep: Keep | None = None,
+) -> DesignOptimum:  # fmt: skip
+    """Return the design within the bounds that minimises the objective of a problem under its constraints.
 
-    Measures and limits are as `goal.resolve_measure` gives them. `means` says what runs the descents, whose results do
-    not depend on it; workers take those of a task, which prepares `prepare_descents` with the same arguments. Raises
-    InputError for a machine without bounds; ComputationError if no start leads to a design that satisfies the limits.
+    `feasible` are points u (p,) that satisfy the constraints, `keep` takes the best point so far as it is met. `means`
+    says what runs the descents, whose results do not depend on it; workers take those of a task, whose jobs are points.
+    Raises InputError for an unknown method, ComputationError if no start leads to a design that satisfies the limits,
+    and InterruptedSearch on KeyboardInterrupt.
     """
-    if not machine.moved:
-        raise InputError(f"{machine.source}: it has no [bounds], so there is nothing to search in")
-    problem = _build_problem(machine, least, limits, spec.sampling)
-    search = Search(problem, spec.genetic, spec.seed, spec.starts, listener, task, means)
+    if spec.method not in METHODS:
+        raise InputError(f"method = {spec.method!r}: choose one of {', '.join(METHODS)}")
+    early = _choose_early_means(problem, means)
+    search = Search(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
+    search.progress = listener if keep is None else _Keeper(search.best, keep, listener)
     try:
-        reached = search.run(spec.method)
+        return _refine(problem, search.run(spec.method, feasible), polish=spec.method != "ga")
     except NoFeasiblePointError as error:
         raise ComputationError(_describe_infeasibility(problem, error.points)) from None
-    u, certificate, counts = problem.box.point(reached.design), reached.certificate, reached.evaluations
-    if spec.sampling == "refined":
-        problem, u, more = _refine(problem, u, polish=spec.method != "ga")
-        refined, counts = certified(problem, u, ()), counts + more
-        certificate = replace(
-            certificate, kkt_residual=refined.kkt_residual, active_bounds=refined.active_bounds,
-            active_constraints=refined.active_constraints,
-        )  # fmt: skip
-    return GoalOptimum(problem.machine_design(u), problem.goal, certificate, counts)
+    except KeyboardInterrupt:
+        result = search.so_far(spec.method)
+        best = None if result is None else DesignOptimum(result.design[: problem.goal.size], problem, result)
+        raise InterruptedSearch(best) from None
 
 
-def _refine(problem: GoalProblem, u: Array, polish: bool) -> tuple[GoalProblem, Array, Counts]:
-    """Return the problem with true extremes among its nodes, a minimum near a point of the former, and the cost."""
-    counts = Counts()
+class _Keeper:
+    """A listener that hands over the best point of a search when there is a better one, not too often."""
+
+    def __init__(self, find_best: Callable[[], Best | None], keep: Keep, listener: Listener | None) -> None:
+        self._find_best, self._keep, self._listener = find_best, keep, listener
+        self._begun, self._last, self._objective = time.perf_counter(), 0.0, float("inf")
+
+    def __call__(self, step: Progress) -> None:
+        self._hand_over(step)
+        if self._listener is not None:
+            self._listener(step)
+
+    def _hand_over(self, step: Progress) -> None:
+        now = time.perf_counter()
+        if step.best is None or step.best >= self._objective:
+            return
+        if now - self._last < INTERVAL_S and step.done < step.total:
+            return
+        best = self._find_best()
+        if best is not None and best.objective < self._objective:
+            self._last, self._objective = now, best.objective
+            self._keep(best, now - self._begun)
+
+
+def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
+    """Return what runs the starts while the genetic algorithm runs here; None if they come after it."""
+    if means != HERE:
+        return means
+    spare = count_cores() - 1
+    is_slow = isinstance(problem, CurveProblem) and problem.curve.response.slopes_kernel.way != "lanes"
+    return Means(spare) if spare and is_slow else None
+
+
+def _refine(problem: DesignProblem, result: Result, polish: bool) -> DesignOptimum:
+    """Return the optimum near a result of a search, with true extremes among the nodes of its problem."""
+    counts, u, first = Counts(), problem.box.point(result.design), problem
     for _ in range(ROUNDS):
-        x = problem.machine_design(u)
-        goal = problem.goal.refined(x, PASSED)
-        if goal is None:
+        refined = problem.refine(u)
+        if refined is None:
             break
-        problem = GoalProblem(goal)
-        u = problem.find_point(x)
+        u, problem = refined.find_point(problem.find_design(u)), refined
         if polish:
             u = descend(problem, u).u
         counts = counts + problem.counts
-    return problem, u, counts
+    if problem is not first:
+        sure, final = result.certificate, certified(problem, u, ())
+        certificate = replace(final, starts=sure.starts, agreeing_starts=sure.agreeing_starts, spread=sure.spread)
+        y = problem.design(u)
+        result = replace(
+            result, design=y, evaluation=problem.score(y), start_objective=problem.reference.objective,
+            evaluations=result.evaluations + counts, certificate=certificate,
+        )  # fmt: skip
+    return DesignOptimum(result.design[: problem.goal.size], problem, result)
 
 
-def _build_problem(
-    machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], sampling: Sampling
-) -> GoalProblem:  # fmt: skip
-    count = None if sampling == "refined" else sampling
-    return GoalProblem(Goal(machine, least, limits, count, with_events=count is None))
-
-
-def prepare_descents(
-    machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], sampling: Sampling
-) -> Callable[[Array], Descent]:  # fmt: skip
-    """Return the function that descends from a point (p,) of the problem; arguments as those of `minimise`."""
-    problem = _build_problem(machine, least, limits, sampling)
+def prepare_descents(problem: DesignProblem) -> Callable[[Array], starts.Descent]:
+    """Return the function that descends from a point (p,) of a problem: the job of a worker."""
     return lambda start: starts.run_descent(problem, start)
 
 
-def _describe_infeasibility(problem: GoalProblem, points: Sequence[Array]) -> str:
+def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> str:
     """Return which limit the best of the points violates most."""
     u, constraints = min(points, key=problem.violation), problem.constraints
     assert constraints is not None
     kind = constraints.kinds[int(np.argmax(constraints.excess(problem.design(u))))]
     limit = next((limit for limit in problem.goal.limits if str(limit) == kind.name), None)
-    value = None if limit is None else problem.goal.reached(problem.machine_design(u), limit)
+    value = None if limit is None else problem.goal.reached(problem.find_design(u), limit)
     reached = "" if value is None else f": the best design found reaches {value:.6g}"
     return f"no design within the bounds satisfies {kind.name}{reached}"

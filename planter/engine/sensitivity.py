@@ -14,7 +14,7 @@ from planter.engine.measures import Measure, format_sum
 from planter.engine.response import Response
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise.directions import NEGLIGIBLE, find_insensitive
+from planter.optimise.directions import NEGLIGIBLE, Insensitive, find_insensitive
 from planter.records import Record
 
 Direction = list[dict[str, float]]
@@ -65,7 +65,7 @@ def compute_sensitivity(
     x, curve = machine.design, samples or count or machine.samples
     goal, names = build_goal(machine, least, samples), machine.design_names
     gradient = goal.slope(x)
-    columns = _scaled_slopes(machine, list(dict.fromkeys(measure.name for measure in least)), curve)
+    columns = _scaled_slopes(machine, _list_names(least), curve)
     found = find_insensitive(names, columns)
     return SensitivityFound(
         samples=curve,
@@ -79,6 +79,14 @@ def compute_sensitivity(
         scaled=_by_name(names, gradient * find_widths(machine)),
         combinations=_combinations(names, columns, found.effective_parameters),
     )
+
+
+def find_directions(machine: Machine, terms: Sequence[Measure], samples: int) -> Insensitive:
+    """Return on how many combinations of a machine's moved values the curves of a sum depend, and on which not.
+
+    That is to first order at the machine's own design, over samples of a cycle.
+    """
+    return find_insensitive(machine.design_names, _scaled_slopes(machine, _list_names(terms), samples))
 
 
 def build_goal(machine: Machine, least: Sequence[Measure], samples: int | None) -> Goal:
@@ -101,6 +109,10 @@ def find_widths(machine: Machine) -> Array:
     sizes = np.where(machine.design == 0.0, machine.scale, np.abs(machine.design))
     widths: Array = np.where(np.isnan(machine.lower), sizes, machine.upper - machine.lower)
     return widths
+
+
+def _list_names(terms: Sequence[Measure]) -> list[str]:
+    return list(dict.fromkeys(measure.name for measure in terms))
 
 
 def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from planter.engine.driven import DriveResult
-from planter.engine.sensitivity import SensitivityFound
+from planter.engine.sensitivity import Direction, SensitivityFound
 from planter.engine.summary import MotorTorque, Shock, Summary
 from planter.files import units
 
@@ -77,8 +77,13 @@ def _short(value: float | None) -> float | None:
 
 def sensitivity_sentences(found: SensitivityFound) -> Iterator[str]:
     """Yield how many combinations matter, and each direction without effect."""
-    yield f"{found.effective_parameters} of {len(found.gradient)} parameters matter to what is minimised."
-    for direction in found.insensitive:
+    return describe_directions(found.effective_parameters, len(found.gradient), found.insensitive)
+
+
+def describe_directions(effective: int, parameters: int, insensitive: Sequence[Direction]) -> Iterator[str]:
+    """Yield how many combinations of parameters matter, and each direction without effect."""
+    yield f"{effective} of {parameters} parameters matter to what is minimised."
+    for direction in insensitive:
         text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
         yield f"without effect: {text}"
 

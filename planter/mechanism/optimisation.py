@@ -8,16 +8,20 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from planter import errors
 from planter.engine import search
-from planter.engine.goal import CYCLE, Goal, find_display_unit, resolve_limit, resolve_measure
+from planter.engine.goal import Goal, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
-from planter.engine.search import GoalOptimum, SearchSpec, minimise
+from planter.engine.problem import CurveProblem, DesignProblem, build_problem
+from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.engine.sensitivity import find_directions
 from planter.engine.summary import ROUNDING
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.periodicity import require_repeating
-from planter.mechanism.results import ActiveLimit, Evaluations, Held, Optimum, Proof
+from planter.mechanism.results import ActiveLimit, Evaluations, FrontDesign, Held, Optimum, Proof
+from planter.optimise import pareto
 from planter.optimise.constraints import KEPT
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.starts import Descent
@@ -27,10 +31,11 @@ from planter.progress import Listener
 
 @dataclass(frozen=True)
 class Found:
-    """An optimum: the design (p,) in SI, the machine with it in place, and its result."""
+    """An optimum: the design (p,) in SI, the machine with it in place, its problem, and its result."""
 
     x: Array
     machine: Machine
+    problem: DesignProblem
     result: Optimum
 
 
@@ -74,6 +79,10 @@ class StatedGoal:
                 reason = f"{measure.name} does not jump at the machine's own design, and no jump is less than 0"
                 raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
 
+    def build_problem(self, sampling: Sampling) -> DesignProblem:
+        """Return the problem of the sum under the limits. Raises InputError for a machine without bounds."""
+        return build_problem(self.machine, self.least, self.limits, sampling)
+
     def require_averages(self) -> None:
         """Raise ComputationError for the mean of what does not repeat after a cycle."""
         measures = (*self.least, *(limit.measure for limit in self.limits))
@@ -116,8 +125,13 @@ def optimise(
     spec = spec or SearchSpec(machine.sampling)
     stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
-    optimum = minimise(machine, goal.least, goal.limits, spec, listener, task, means)
-    return _record(machine, least or format_sum(machine.least), spec, optimum, begun)
+    words = least or format_sum(machine.least)
+    try:
+        optimum = minimise(goal.build_problem(spec.sampling), spec, listener, task, means)
+    except InterruptedSearch as stop:
+        best = None if stop.best is None else _record(machine, words, goal, stop.best, begun)
+        raise errors.Interrupted(None if best is None else best.result.table()) from None
+    return _record(machine, words, goal, optimum, begun)
 
 
 def prepare_descents(
@@ -129,7 +143,7 @@ def prepare_descents(
     `build` gives the machine as its file has it, `searched` are the fields that the search has set otherwise.
     """
     goal = StatedGoal.read(replace(build(), **searched), least, holds)
-    return search.prepare_descents(goal.machine, goal.least, goal.limits, sampling)
+    return search.prepare_descents(goal.build_problem(sampling))
 
 
 def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Held]:
@@ -149,6 +163,34 @@ def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[He
     return holds
 
 
+def require_front(problem: DesignProblem) -> CurveProblem:
+    """Return the problem as one of range and variance. Raises InputError for another sum, and under limits."""
+    if not isinstance(problem, CurveProblem):
+        allowed = "the front is that of range and variance of one quantity that repeats and does not jump"
+        raise InputError(f"--front does not apply to the sum for {problem.machine.name}: {allowed}")
+    if problem.constraints is not None:
+        raise InputError(f"--front does not apply to {problem.machine.name} under limits: they would not be satisfied")
+    return problem
+
+
+def with_front(optimum: Found, listener: Listener | None = None) -> Found:
+    """Return an optimum with the front of range and variance, from least range to least variance.
+
+    Raises InputError as `require_front`.
+    """
+    problem, machine = require_front(optimum.problem), optimum.machine
+    factor = problem.curve.quantity.factor
+    front = [
+        FrontDesign(
+            compromise.evaluation.look.range / factor,
+            compromise.evaluation.look.variance / factor**2,
+            dict(zip(machine.design_names, (compromise.design / machine.scale).tolist(), strict=True)),
+        )
+        for compromise in pareto.sweep(problem.curve, problem.sampling, pareto.FRONT_POINTS, listener)
+    ]
+    return replace(optimum, result=replace(optimum.result, front=front))
+
+
 def _hold(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> Held:
     """Return a limit with what it is on; without a certificate it is active where it is reached to rounding."""
     value = goal.reached(x, limit)
@@ -162,20 +204,24 @@ def _hold(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> Hel
     )
 
 
-def _record(machine: Machine, least: str, spec: SearchSpec, optimum: GoalOptimum, begun: float) -> Found:
-    goal, x, certificate = optimum.goal, optimum.x, optimum.certificate
+def _record(machine: Machine, least: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> Found:
+    problem, x, reached = optimum.problem, optimum.x, optimum.result
+    goal, certificate = problem.goal, reached.certificate
     design = [float(f"{value:.15g}") for value in x / machine.scale]
-    paths, stated = [machine.values[index].path for index in machine.moved], machine.document.numbers()
+    paths, numbers = [machine.values[index].path for index in machine.moved], machine.document.numbers()
     prices = {one.name: one for one in certificate.active_constraints}
     holds = [_hold(goal, x, limit, str(limit) in prices) for limit in goal.limits]
+    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
+    best = replace(machine, document=document, data=machine.data_at(x))
+    directions = find_directions(best, stated.least, machine.samples)
     result = Optimum(
         machine=machine.name,
-        method=spec.method,
+        method=reached.method,
         least=least,
-        objective=goal.evaluate(x),
-        start_objective=goal.evaluate(machine.design),
+        objective=reached.objective,
+        start_objective=reached.start_objective,
         design=dict(zip(machine.design_names, design, strict=True)),
-        start_design={name: stated[path] for name, path in zip(machine.design_names, paths, strict=True)},
+        start_design={name: numbers[path] for name, path in zip(machine.design_names, paths, strict=True)},
         holds=holds,
         met=all(hold.met for hold in holds),
         certificate=Proof(
@@ -190,9 +236,10 @@ def _record(machine: Machine, least: str, spec: SearchSpec, optimum: GoalOptimum
             agreeing_starts=certificate.agreeing_starts,
             spread=certificate.spread,
         ),
-        evaluations=Evaluations(**vars(optimum.evaluations)),
-        samples=len(goal.nodes[CYCLE](x).weights) if CYCLE in goal.nodes else machine.samples,
+        evaluations=Evaluations(**vars(reached.evaluations)),
+        samples=problem.count_samples(x),
         seconds=time.perf_counter() - begun,
+        effective_parameters=directions.effective_parameters,
+        insensitive=directions.named,
     )
-    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
-    return Found(x, replace(machine, document=document, data=machine.data_at(x)), result)
+    return Found(x, best, problem, result)

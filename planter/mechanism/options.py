@@ -16,7 +16,6 @@ REFUSED = {
     "--target": "no paper reports figures of it; --data takes a measured curve",
     "--lift": "it lifts assumptions of the planting device",
     "--model": "it has one model, its statement",
-    "--front": "the front weighs the range of a support force against its variance",
     "--teeth": NO_STAGES,
     "--module": NO_STAGES,
     "--module1": NO_STAGES,

@@ -13,8 +13,9 @@ from typing import Any
 
 from planter.engine.goal import Goal
 from planter.engine.measures import Limit, Measure
+from planter.engine.problem import build_problem
 from planter.engine.proof import ProvableObjective, check_provable
-from planter.engine.search import GoalOptimum, SearchSpec, minimise
+from planter.engine.search import SearchSpec, minimise
 from planter.kernels import Array
 from planter.mechanism.enclosed import EnclosedMechanism
 from planter.mechanism.file import MechanismFile
@@ -85,5 +86,5 @@ def _find_incumbent(
     if spec == sampled:
         return found.x, found.result.objective
     start = goal.machine.with_data(goal.machine.data_at(found.x))
-    optimum: GoalOptimum = minimise(start, goal.least, goal.limits, sampled, listener)
+    optimum = minimise(build_problem(start, goal.least, goal.limits, sampled.sampling), sampled, listener)
     return optimum.x, Goal(goal.machine, goal.least, goal.limits, int(sampled.sampling)).evaluate(optimum.x)

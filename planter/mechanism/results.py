@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planter.engine.sensitivity import Direction
 from planter.engine.summary import Summary
 from planter.optimise.proof.results import GlobalBound
 from planter.records import Record
@@ -190,8 +191,21 @@ class Evaluations(Record):
 
 
 @dataclass(frozen=True)
+class FrontDesign(Record):
+    """A design of which neither range nor variance can be made smaller without the other growing, in results' units."""
+
+    range: float
+    variance: float
+    design: dict[str, float]
+
+
+@dataclass(frozen=True)
 class Optimum(Record):
-    """The least sum of measures of a turn within bounds and limits."""
+    """The least sum of measures of a turn within bounds and limits.
+
+    The quantities in `least` depend on `effective_parameters` combinations of the design at the optimum; along the
+    directions in `insensitive`, in parts of the bounds, they do not change, so that the design is not determined.
+    """
 
     machine: str
     method: str
@@ -206,7 +220,10 @@ class Optimum(Record):
     evaluations: Evaluations
     samples: int
     seconds: float
+    effective_parameters: int
+    insensitive: list[Direction]
     proof: GlobalBound | None = None
+    front: list[FrontDesign] | None = None
 
 
 COMMANDS = {"move": Motion, "optimise least": Optimum}

@@ -52,6 +52,7 @@ class SearchOptions:
     """What a call says of the search; None leaves it to the file or to defaults, and makes no proof."""
 
     method: Method | None
+    front: bool
     samples: Sampling | None
     seed: int
     starts: int | None
@@ -85,11 +86,16 @@ def search(
             f"--prove does not apply to {machine.name} with --least: there are no bounds of its quantities"
         )
     goal = optimisation.StatedGoal.read(machine, least, holds)
+    if options.front:
+        goal.require_least()
+        optimisation.require_front(goal.build_problem(spec.sampling))
     if options.prove_seconds is not None:
         proof.require_provable(goal, least)
     found = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
     if options.prove_seconds is not None and isinstance(file, MechanismFile):
         found = proof.with_proof(file, found, goal, spec, options.prove_seconds, console.progress, options.means)
+    if options.front:
+        found = optimisation.with_front(found, console.progress)
     if out is not None:
         from planter.mechanism.report import results
 

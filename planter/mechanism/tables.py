@@ -9,6 +9,7 @@ from planter import legible
 from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.engine.shown import (
+    describe_directions,
     drive_tables,
     driven_quantities,
     round_mean,
@@ -122,6 +123,12 @@ def optimum(console: Console, found: Optimum) -> None:
         *((f"price of {one.limit_on} per {one.unit or 'unit'}", one.multiplier) for one in proof.active_limits),
         ("samples of the turn", found.samples),
     ])  # fmt: skip
+    for sentence in describe_directions(found.effective_parameters, len(found.design), found.insensitive):
+        console.say(sentence)
+    if found.front:
+        console.table("Front of range and variance", ("range", "variance", *map(name, found.design)), [
+            (point.range, point.variance, *point.design.values()) for point in found.front
+        ])  # fmt: skip
     if found.proof is not None:
         console.say(describe_bound(found.proof))
 

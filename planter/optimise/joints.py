@@ -45,6 +45,8 @@ class Joints:
 
     @cached_property
     def _slopes(self) -> Array:
+        if not len(self.angles):
+            return np.empty((0, 1 + len(self.response.names)))
         return self.response.event_slopes(self.at, self.angles)[self.events, np.arange(len(self.events))]
 
     @cached_property

@@ -26,6 +26,8 @@ from planter.progress import Listener, Phase
 
 LEAST_RANGE, LEAST_VARIANCE = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")
 STARTS = 4
+FRONT_POINTS = 5
+"""Compromises on the way along the front of a machine's optimum."""
 SLACK = 1e-6
 """The caps keep this share of the front's length away from its ends, where nothing is left to choose."""
 

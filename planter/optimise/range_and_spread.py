@@ -31,6 +31,11 @@ class RangeAndSpread:
     def __init__(self, response: Response, weights: Weights, sampling: Sampling) -> None:
         self.response, self.weights, self.sampling = response, weights, sampling
         self.weight, self.windows = weights.weight_range, sampling == "refined"
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the designs so far."""
+        response, sampling = self.response, self.sampling
         self.turn: Refined | Samples = Refined(response) if sampling == "refined" else Samples(response, int(sampling))
 
     @property

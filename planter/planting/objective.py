@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from planter.engine.measures import Kind, Measure
-from planter.optimise import range_and_spread
+from planter.engine.problem import CurveProblem
 from planter.optimise.constraints import Constraints
-from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.spread import Weights
 from planter.planting.file import Machine
@@ -30,14 +29,16 @@ def build_measures(machine: Machine) -> tuple[Measure, Measure]:
     )
 
 
-def problem(device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None) -> Problem:
-    """The device's objective over true extremes and integrals, or that many samples, under constraints if any.
+def problem(
+    device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None
+) -> CurveProblem:  # fmt: skip
+    """Return the device's objective over true extremes and integrals, or that many samples, under constraints if any.
 
     Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
     force jump: a jump that passes a sample has no gradient.
     """
-    machine, response = device.machine, device.force
-    if any(event.order == 0 for event in response.events):
+    machine, curve = device.machine, device.force
+    if any(event.order == 0 for event in curve.events):
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
-    return range_and_spread.problem(response, weights(device.machine), sampling, constraints)
+    return CurveProblem(curve, weights(machine), sampling, further=[] if constraints is None else [constraints])

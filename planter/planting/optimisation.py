@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.optimise import pareto
 from planter.optimise.descent import STATIONARY
 from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
@@ -28,9 +29,6 @@ from planter.records import frames
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-FRONT_POINTS = 5
-"""Compromises on the way along a front of range and variance."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ def optimise(
 def with_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
     """The same with the front of range and variance: its designs, from least range to least variance."""
     device = found.devices[found.result.model]
-    front = search.front(device, found.found.sampling, FRONT_POINTS, progress)
+    front = pareto.sweep(device.force, found.found.sampling, pareto.FRONT_POINTS, progress)
     points = [
         FrontPoint(one.evaluation.look.range, one.evaluation.look.variance, device.named(one.design)) for one in front
     ]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from planter.engine import search
+from planter.engine.problem import CurveProblem
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.optimise.constraints import KEPT, Constraints, joined
@@ -11,7 +13,7 @@ from planter.optimise.descent import Minimum, descend
 from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
-from planter.optimise.starts import Descent, nearer, points, run_descent
+from planter.optimise.starts import Descent, nearer, points
 from planter.parallel.task import Task
 from planter.planting import objective
 from planter.planting.file import Machine
@@ -23,8 +25,10 @@ from planter.planting.whole.lengths import Lengths
 from planter.planting.whole.wanted import Wanted
 
 
-def problem(device: Device, sampling: Sampling, required: Required | None, lengths: Lengths | None = None) -> Problem:
-    """The problem of a device under its requirements and lengths of pitch curves, where there are any."""
+def problem(
+    device: Device, sampling: Sampling, required: Required | None, lengths: Lengths | None = None
+) -> CurveProblem:  # fmt: skip
+    """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
     parts: list[Constraints | None] = [required, lengths]
     return objective.problem(device, sampling, joined([part for part in parts if part is not None]))
 
@@ -65,5 +69,4 @@ def prepare_descents(
     if compiled:
         device.compile(sampling == "refined")
     lengths = None if wanted is None else Lengths(device, wanted)
-    task = problem(device, sampling, Required.of(device), lengths)
-    return lambda start: run_descent(task, start)
+    return search.prepare_descents(problem(device, sampling, Required.of(device), lengths))

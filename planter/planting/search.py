@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from planter import errors
-from planter.errors import InputError
+from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.kernels import Array
-from planter.optimise import pareto
 from planter.optimise.directions import sensitivity
-from planter.optimise.hybrid import METHODS, Method, Search
-from planter.optimise.pareto import Compromise
-from planter.optimise.problem import Best, Problem
+from planter.optimise.hybrid import Method
+from planter.optimise.problem import Best
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.starts import DEFAULT_STARTS
-from planter.parallel.task import HERE, Means, count_cores
+from planter.parallel.task import HERE, Means
 from planter.planting.model import Device
 from planter.planting.problem import beside_design, build_task, kept, problem
 from planter.planting.requirements.constraints import Required
 from planter.planting.results.optimised import Evaluations, HeldBound, HeldRequirement, OptimumFound, Proof
 from planter.planting.results.stated import Requirement
 from planter.planting.whole.lengths import Lengths
-from planter.progress import Listener, Progress
+from planter.progress import Listener
 
 
 @dataclass(frozen=True)
@@ -76,8 +74,6 @@ class Optimum(Result):
 
 Table = dict[str, Any]
 """What is known of an unfinished search, as the interface gives it."""
-APART = 1.0
-"""Seconds between two points that an unfinished search hands over, while it goes from step to step."""
 
 
 class Interrupted(errors.Interrupted):
@@ -110,65 +106,33 @@ def run(
     Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
     """
-    if method not in METHODS:
-        raise InputError(f"method = {method!r} is not allowed: it must be one of {', '.join(METHODS)}")
-    count = DEFAULT_STARTS if starts is None else starts
-    required = Required.of(device)
+    begun, required = time.perf_counter(), Required.of(device)
     task = problem(device, samples, required, lengths)
-    descents = build_task(device, samples, lengths)
-    early = _choose_early_means(device, means)
-    search = Search(task, device.machine.genetic_algorithm, seed, count, task=descents, means=means, early=early)
-    best_so_far = _Keeper(device, task, method, samples, search.best, keep)
-    search.progress = _both(progress, best_so_far)
+    spec = SearchSpec(samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm)
+
+    def build_optimum(best: DesignOptimum) -> Optimum:
+        result = replace(best.result, seconds=time.perf_counter() - begun)
+        return _optimum(device, required, lengths, samples, result)
+
+    def keep_table(best: Best, seconds: float) -> None:
+        assert keep is not None
+        x = task.design(best.u)
+        look = task.score(x).look
+        keep({
+            "machine": device.machine.name, "model": device.model, "method": method, "samples": samples,
+            "objective": best.objective, "design": device.named(x), "range_N": look.range,
+            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": seconds,
+        })  # fmt: skip
+
     try:
-        known = [] if task.constraints is None else [kept(task, required, seed, lengths)]
-        known += [beside_design(task, x).u for x in near]
-        return _optimum(device, required, lengths, samples, search.run(method, known))
+        feasible = [] if task.constraints is None else [kept(task, required, seed, lengths)]
+        feasible += [beside_design(task, x).u for x in near]
+        descents = build_task(device, samples, lengths)
+        return build_optimum(minimise(task, spec, progress, descents, means, feasible, keep and keep_table))
+    except InterruptedSearch as stop:
+        raise Interrupted(None if stop.best is None else build_optimum(stop.best), device.scale) from None
     except KeyboardInterrupt:
-        best = search.so_far(method)
-        optimum = None if best is None else _optimum(device, required, lengths, samples, best)
-        raise Interrupted(optimum, device.scale) from None
-
-
-class _Keeper:
-    """Hands over the best point of a search whenever it is told that there may be a better one."""
-
-    def __init__(
-        self, device: Device, task: Problem, method: str, samples: Sampling, best: Callable[[], Best | None],
-        keep: Callable[[Table], None] | None,
-    ) -> None:  # fmt: skip
-        self.device, self.task, self.method, self.samples = device, task, method, samples
-        self.best, self.keep = best, keep
-        self.begun, self.last, self.least = time.perf_counter(), 0.0, float("inf")
-
-    def __call__(self, step: Progress) -> None:
-        now = time.perf_counter()
-        if self.keep is None or step.best is None or step.best >= self.least:
-            return
-        if now - self.last < APART and step.done < step.total:
-            return
-        best = self.best()
-        if best is not None and best.objective < self.least:
-            self.last, self.least = now, best.objective
-            self.keep(self._table(best, now - self.begun))
-
-    def _table(self, best: Best, seconds: float) -> Table:
-        x = self.task.design(best.u)
-        look = self.task.score(x).look
-        return {
-            "machine": self.device.machine.name, "model": self.device.model, "method": self.method,
-            "samples": self.samples, "objective": best.objective, "design": self.device.named(x), "range_N": look.range,
-            "variance_N2": look.variance, "start_objective": self.task.reference.objective, "seconds": seconds,
-        }  # fmt: skip
-
-
-def _both(first: Listener | None, second: Listener) -> Listener:
-    def both(step: Progress) -> None:
-        second(step)
-        if first is not None:
-            first(step)
-
-    return both
+        raise Interrupted(None, device.scale) from None
 
 
 def _optimum(
@@ -181,18 +145,3 @@ def _optimum(
         insensitive=felt.named,
         requirements=[] if required is None else required.record(found.design),
     )  # fmt: skip
-
-
-def _choose_early_means(device: Device, means: Means) -> Means | None:
-    """Return what runs the starts while the genetic algorithm runs here; None if they come after it."""
-    if means == HERE:
-        spare = count_cores() - 1
-        return None if spare < 1 or device.force.response.slopes_kernel.way == "lanes" else Means(spare)
-    return means
-
-
-def front(
-    device: Device, samples: Sampling = "refined", points: int = 15, progress: Listener | None = None
-) -> list[Compromise]:
-    """The Pareto front of range against variance of a device's force, from least range to least variance."""
-    return pareto.sweep(device.force, samples, points, progress)

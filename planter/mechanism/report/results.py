@@ -9,7 +9,7 @@ from typing import Any
 
 from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityFound
-from planter.engine.shown import sensitivity_sentences, sensitivity_tables, summary_tables
+from planter.engine.shown import describe_directions, sensitivity_sentences, sensitivity_tables, summary_tables
 from planter.files import units
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
@@ -88,6 +88,12 @@ def _optimum(found: Optimum) -> Iterator[Section]:
         **{f"price of {one.limit_on} per {one.unit or 'unit'}": one.multiplier for one in proof.active_limits},
         "samples of the turn": found.samples,
     })])  # fmt: skip
+    effective, count = found.effective_parameters, len(found.design)
+    yield Section("What matters", [Text(line) for line in describe_directions(effective, count, found.insensitive)])
+    if found.front:
+        points = [(point.range, point.variance, *point.design.values()) for point in found.front]
+        head = ("range", "variance", *map(label, found.design))
+        yield Section("Front of range and variance", [Table(head, points)])
     if found.proof is not None:
         yield Section("Proof", list(describe_proof(found.proof.table())))
 

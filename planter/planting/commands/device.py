@@ -211,13 +211,13 @@ def optimise(
         else:
             other = load_machine(machine, changes(set_), speed_rpm)
         if other is not None:
-            besides = {"--model": model is not Model.exact, "--front": front,
+            besides = {"--model": model is not Model.exact,
                        "--teeth": teeth is not None, "--module": module is not None, "--module1": module1 is not None,
                        "--module2": module2 is not None}  # fmt: skip
             sampling = None if samples is None else optimisation.sampling_of(samples)
             seconds = prove_seconds if prove else None
             options = SearchOptions(
-                None if method is None else method.value, sampling, seed, starts, seconds, means, ranges
+                None if method is None else method.value, front, sampling, seed, starts, seconds, means, ranges
             )
             refuse_options(other, besides)
             search(console, other, least, hold or (), options, out)

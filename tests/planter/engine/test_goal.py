@@ -6,6 +6,7 @@ import pytest
 from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_limit, parse_measure, parse_sum
+from planter.engine.problem import build_problem
 from planter.engine.response import Response
 from planter.engine.search import SearchSpec, minimise
 from planter.errors import InputError
@@ -95,7 +96,7 @@ def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
 
     measures = [resolve_measure(machine, one) for one in parse_sum("-mean s")]
     limit = resolve_limit(machine, parse_limit("jump F_Ox <= 3 N"))
-    found = minimise(machine, measures, [limit], SearchSpec(36, "ipopt", 2))
+    found = minimise(build_problem(machine, measures, [limit], 36), SearchSpec(36, "ipopt", 2))
     assert jump(found.x) == pytest.approx(3, abs=1e-5)
     goal = Goal(machine, measures, (), 36)
     designs = [np.array([r, e]) * 1e-3 for r in (30, 40, 55, 70) for e in (5, 8, 11, 15)]
@@ -134,6 +135,6 @@ def test_least_value_counts_as_it_is_and_is_made_greater() -> None:
 
     for stiffness in (1200.0, 2000.0):
         assert goal.evaluate(np.array([stiffness])) == pytest.approx(evaluate(np.array([stiffness])), rel=1e-12)
-    found = minimise(machine, measures, (), SearchSpec(40, "ipopt", 2))
+    found = minimise(build_problem(machine, measures, (), 40), SearchSpec(40, "ipopt", 2))
     best = min(evaluate(np.array([k])) for k in np.linspace(1000, 2500, 31))
     assert evaluate(found.x) <= best + 1e-9

@@ -11,7 +11,8 @@ from derive.__main__ import main as derive
 from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
-from planter.engine.search import GoalProblem, SearchSpec
+from planter.engine.problem import GoalProblem
+from planter.engine.search import SearchSpec
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
@@ -66,7 +67,7 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     """Loops are closed near where they were before, which must not reach from one descent of a worker into the next."""
     machine = build_machine(load(file))
     goal = Goal(machine, [resolve_measure(machine, term) for term in parse_sum("mean s")], [], 36, with_events=False)
-    problem, first, second = GoalProblem(goal), np.array([0.031, 0.13, -0.01]), np.array([0.055, 0.19, 0.012])
+    problem, first, second = GoalProblem(goal, 36), np.array([0.031, 0.13, -0.01]), np.array([0.055, 0.19, 0.012])
     (nodes,) = goal.nodes.values()
 
     def close(x: np.ndarray) -> bytes:
@@ -149,7 +150,10 @@ def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_pa
 
 @pytest.mark.parametrize(
     ("options", "reason"),
-    [(["--teeth", "31,31"], "--teeth does not apply to press: it has no gear stages"), (["--front"], "--front")],
+    [
+        (["--teeth", "31,31"], "--teeth does not apply to press: it has no gear stages"),
+        (["--front", "--hold", "s at 0 >= 170"], "--front does not apply to press under limits"),
+    ],
 )
 def test_options_that_do_not_apply_are_refused(file: Path, options: list[str], reason: str) -> None:
     assert reason in refusal("optimise", str(file), "--least", "range s", *options)

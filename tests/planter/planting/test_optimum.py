@@ -164,9 +164,9 @@ def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytes
 
 
 def test_the_best_so_far_is_saved_as_it_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from planter.planting import search
+    from planter.engine import search
 
-    monkeypatch.setattr(search, "APART", 0.0)
+    monkeypatch.setattr(search, "INTERVAL_S", 0.0)
     saved: list[dict] = []
     write = report.write_partial
     monkeypatch.setattr(

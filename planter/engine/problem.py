@@ -1,0 +1,202 @@
+"""Problems over the design of a machine: a sum of measures under limits, within its bounds.
+
+A weighted range and variance, or standard deviation, of one quantity over the cycle is searched by its true extremes
+and integrals, or over samples with its kinks taken exactly. Any other sum is the smooth programme of `goal`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+
+from planter.engine.curve import Curve
+from planter.engine.goal import CYCLE, Goal, GoalConstraints
+from planter.engine.loops import TURN
+from planter.engine.machine import Machine
+from planter.engine.measures import Limit, Measure
+from planter.errors import ComputationError, InputError
+from planter.kernels import Array
+from planter.numerics.arrays import Integers
+from planter.optimise.box import Box
+from planter.optimise.constraints import Constraints, joined
+from planter.optimise.problem import Problem
+from planter.optimise.range_and_spread import RangeAndSpread, Sampling
+from planter.optimise.refined import Refined
+from planter.optimise.smooth import Smooth
+from planter.optimise.spread import Weights
+
+REACH = 1e3
+"""Variables for extremes lie within so many spreads of where they start."""
+PASSED = 1e-9
+"""Share of a quantity's spread by which a true extreme may pass the nodes."""
+CLOSED = 1e-6
+"""Share of its range by which a quantity may differ after a turn: loops are closed to less."""
+
+
+class DesignProblem(Problem, ABC):
+    """A problem over the design of a machine under the limits of a goal, and perhaps over further variables.
+
+    `sampling` says whether extremes are the true ones ("refined") or those of samples. A point u (p,) stands for the
+    machine's design x and the variables.
+    """
+
+    goal: Goal
+    sampling: Sampling
+
+    @property
+    def machine(self) -> Machine:
+        """The machine whose design is searched for."""
+        return self.goal.machine
+
+    def find_point(self, x: Array) -> Array:
+        """Return the point of a machine's design. Raises ComputationError if its loops do not close."""
+        return self.box.point(x)
+
+    def find_design(self, u: Array) -> Array:
+        """Return the machine's design at a point."""
+        return self.design(u)[: self.goal.size]
+
+    def count_samples(self, x: Array) -> int:
+        """Return how many angles of the cycle stand for all of it at a machine's design."""
+        return len(self.goal.nodes[CYCLE](x).weights) if CYCLE in self.goal.nodes else self.machine.samples
+
+    def refine(self, u: Array) -> Self | None:
+        """Return the problem with nodes where a quantity passes all nodes at a point; None if none does."""
+        goal = self.goal.refined(self.find_design(u), PASSED) if self.sampling == "refined" else None
+        return None if goal is None else self._with_goal(goal)
+
+    @abstractmethod
+    def _with_goal(self, goal: Goal) -> Self: ...
+
+
+class GoalProblem(DesignProblem):
+    """A goal as a problem: searched in shares of the bounds, and in spreads of the measures from where they start.
+
+    Starts and individuals choose the design; the variables of its extremes are as tight as they can be.
+    """
+
+    most_iterations = 300
+
+    def __init__(self, goal: Goal, sampling: Sampling) -> None:
+        self.goal, self.sampling, machine = goal, sampling, goal.machine
+        start = goal.start(machine.design)
+        variables = start[goal.size :]
+        names = (*machine.design_names, *(f"{'most' if side > 0 else 'least'} {m}" for m, side in goal.variables))
+        box = Box(
+            names,
+            np.concatenate([machine.lower, variables - REACH * goal.unit]),
+            np.concatenate([machine.upper, variables + REACH * goal.unit]),
+            start,
+            np.concatenate([machine.lower, variables]),
+            np.concatenate([machine.upper - machine.lower, goal.unit]),
+        )
+        limits = GoalConstraints(goal) if goal.variables or goal.limits else None
+        scale = max(abs(goal.value(start)), float(goal.unit.sum()), np.finfo(float).tiny)
+        super().__init__(Smooth(goal, len(start), scale), box, limits)
+        _ = self.reference  # before any design of a search, on which its last digits would depend
+
+    def restart(self) -> None:
+        """Forget all designs so far."""
+        self.goal.restart()
+
+    @property
+    def independent(self) -> Integers:
+        return np.arange(self.goal.size)
+
+    def complete(self, u: Array) -> Array:
+        """Return a point with tight variables; without a cycle they mean nothing, and stay as they are."""
+        try:
+            return self.find_point(self.find_design(u))
+        except ComputationError:
+            return u
+
+    def find_point(self, x: Array) -> Array:
+        """Return the point of a machine's design with tight variables. Raises ComputationError without a cycle."""
+        return self.box.point(self.goal.start(x))
+
+    def _with_goal(self, goal: Goal) -> GoalProblem:
+        return GoalProblem(goal, self.sampling)
+
+
+class CurveProblem(DesignProblem):
+    """Range and spread of a curve of a machine, searched in shares of its bounds.
+
+    The limits of the goal and further constraints (k,) on the design are satisfied.
+    """
+
+    objective: RangeAndSpread
+
+    def __init__(
+        self, curve: Curve, weights: Weights, sampling: Sampling, goal: Goal | None = None,
+        further: Sequence[Constraints] = (),
+    ) -> None:  # fmt: skip
+        """Without a goal the further constraints are all there are."""
+        self.goal = Goal(curve.machine, (), ()) if goal is None else goal
+        self.sampling, self.curve, self.weights, self.further = sampling, curve, weights, further
+        limits = [GoalConstraints(self.goal)] if self.goal.limits else []
+        box = Box.shares(curve.names, curve.lower, curve.upper, curve.design)
+        super().__init__(RangeAndSpread(curve, weights, sampling), box, joined([*limits, *further]))
+        if curve.machine.loops is not None:
+            self.restart()
+            _ = self.reference, self.free  # before any design of a search, on which their last digits would depend
+
+    def restart(self) -> None:
+        """Forget all designs so far, on which only closed loops depend."""
+        if self.machine.loops is not None:
+            self.curve.restart()
+            self.objective.restart()
+            self.goal.restart()
+
+    def count_samples(self, x: Array) -> int:
+        """Return the number of samples, or of nodes of the true integrals at a machine's design."""
+        turn = self.objective.turn
+        return len(turn.panels(x).nodes) if isinstance(turn, Refined) else len(turn.angles)
+
+    def _with_goal(self, goal: Goal) -> CurveProblem:
+        return CurveProblem(self.curve, self.weights, self.sampling, goal, self.further)
+
+
+def build_problem(
+    machine: Machine, terms: Sequence[Measure], limits: Sequence[Limit], sampling: Sampling
+) -> DesignProblem:  # fmt: skip
+    """Return the problem of a sum of measures under limits, which are as `goal.resolve_measure` gives them.
+
+    Raises InputError for a machine without bounds.
+    """
+    if not machine.moved:
+        raise InputError(f"{machine.source}: it has no [bounds], so there is nothing to search in")
+    count = None if sampling == "refined" else sampling
+    curve, goal = find_curve(machine, terms), Goal(machine, (), limits, count, with_events=count is None)
+    if curve is None or goal.variables:
+        return GoalProblem(Goal(machine, terms, limits, count, with_events=count is None), sampling)
+    return CurveProblem(curve, find_weights(curve, terms), sampling, goal)
+
+
+def find_curve(machine: Machine, terms: Sequence[Measure]) -> Curve | None:
+    """Return the quantity whose weighted range and spread over a turn a sum is; None if it is another sum.
+
+    None, too, for a quantity that may jump, or that differs at the end of a turn, which gives no closed curve.
+    """
+    kinds, names = [measure.kind for measure in terms], {measure.name for measure in terms}
+    spreads = sum(kind in ("variance", "std") for kind in kinds)
+    is_weighted = kinds.count("range") <= 1 and spreads <= 1 and len(kinds) == kinds.count("range") + spreads
+    is_plain = all(not (m.size or m.where or m.during) and m.weight >= 0 for m in terms)
+    if not (is_weighted and is_plain and len(names) == 1) or machine.turn != TURN:
+        return None
+    curve = Curve(machine, names.pop())
+    if any(event.order == 0 for event in curve.events):
+        return None
+    values = curve.value(curve.prologue(machine.design), np.linspace(0.0, TURN, 1 + machine.samples))
+    return curve if abs(values[-1] - values[0]) <= CLOSED * np.ptp(values) else None
+
+
+def find_weights(curve: Curve, terms: Sequence[Measure]) -> Weights:
+    """Return the weights of range and spread of a curve in SI, of a sum in the unit of the quantity's key."""
+    factor = curve.quantity.factor
+    weights = {measure.kind: measure.weight for measure in terms}
+    if "std" in weights:
+        return Weights(weights.get("range", 0.0) / factor, weights["std"] / factor, "newton")
+    return Weights(weights.get("range", 0.0) / factor, weights.get("variance", 0.0) / factor**2, "paper")

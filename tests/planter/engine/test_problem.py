@@ -1,0 +1,162 @@
+"""Range and spread of any machine's quantity as curves: which sums they are, in which units, and what optima gain."""
+
+import numpy as np
+import pytest
+
+from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.machine import Machine, load_machine
+from planter.engine.measures import parse_limit, parse_sum
+from planter.engine.problem import CurveProblem, DesignProblem, GoalProblem, build_problem
+from planter.engine.search import InterruptedSearch, SearchSpec, minimise
+from planter.errors import InputError
+from planter.mechanism import optimisation
+from planter.mechanism.optimisation import optimise
+from planter.optimise.hybrid import Method
+from planter.optimise.range_and_spread import Sampling
+from planter.parallel.task import Means
+from planter.progress import Progress
+from tests.planter.optimise.test_smooth import SHORT
+from tests.support import own
+from tests.support.cli import answer, refusal
+
+
+@pytest.fixture(scope="module")
+def arm() -> Machine:
+    return own.machine("transplanting_arm")
+
+
+def build(machine: Machine, least: str, *limits: str, sampling: Sampling = "refined") -> DesignProblem:
+    measures = [resolve_measure(machine, measure) for measure in parse_sum(least)]
+    return build_problem(machine, measures, [resolve_limit(machine, parse_limit(t)) for t in limits], sampling)
+
+
+@pytest.mark.parametrize(
+    ("least", "limits", "is_curve"),
+    [
+        ("range F_Ox", (), True),
+        ("0.5 range F_Ox + 2 std F_Ox", ("abs F_Oy <= 30",), True),
+        ("variance gamma", (), True),
+        ("range F_Ox + range F_Oy", (), False),
+        ("range F_Ox + rms F_Ox", (), False),
+        ("max abs F_Ox", (), False),
+        ("range F_Ox while gamma >= 0", (), False),
+        ("variance F_Ox + std F_Ox", (), False),
+        ("range F_Ox", ("range F_Oy <= 30",), False),
+    ],
+)
+def test_sums_of_range_and_spread_are_curves(
+    arm: Machine, least: str, limits: tuple[str, ...], is_curve: bool
+) -> None:  # fmt: skip
+    assert isinstance(build(arm, least, *limits), CurveProblem if is_curve else GoalProblem)
+
+
+def test_quantities_that_jump_are_no_curves() -> None:
+    """Friction of the guide reverses at the dead centres: the force jumps there."""
+    assert isinstance(build(own.machine("slider_crank"), "range F_Ox"), GoalProblem)
+
+
+def test_machine_without_bounds_is_refused(arm: Machine) -> None:
+    with pytest.raises(InputError, match=r"it has no \[bounds\]"):
+        build(arm.with_moved({}), "range F_Ox")
+
+
+@pytest.mark.parametrize("least", ["2 range gamma + 3 variance gamma", "range F_Ox + 0.5 std F_Ox", "std gamma"])
+def test_objective_is_that_of_the_measures(arm: Machine, least: str) -> None:
+    """Angles are in degrees in results: the sum is that of measures over the same samples, then over dense ones."""
+    measures = [resolve_measure(arm, measure) for measure in parse_sum(least)]
+    for sampling, count, tolerance in ((48, 48, 1e-12), ("refined", 20_000, 1e-6)):
+        problem, goal = build(arm, least, sampling=sampling), Goal(arm, measures, (), count)
+        assert problem.reference.objective == pytest.approx(goal.evaluate(arm.design), rel=tolerance)
+
+
+@pytest.mark.parametrize("sampling", ["refined", 48])
+def test_optimum_is_no_worse_than_that_of_the_smooth_programme(arm: Machine, sampling: Sampling) -> None:
+    measures = [resolve_measure(arm, measure) for measure in parse_sum("range F_Ox + 0.3 std F_Ox")]
+    count, spec = None if sampling == "refined" else sampling, SearchSpec(sampling, starts=2)
+    goal = Goal(arm, measures, (), count, with_events=False)
+    smooth = minimise(GoalProblem(goal, sampling), spec, means=Means(1))
+    problem = build(arm, "range F_Ox + 0.3 std F_Ox", sampling=sampling)
+    optimum = minimise(problem, spec, means=Means(1))
+    assert optimum.result.certificate.kkt_residual < 1e-9
+    assert optimum.result.objective <= problem.score(smooth.x).objective * (1 + 1e-9)
+
+
+def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
+    """The limit binds at a true extreme; its price is that of a limit that is moved."""
+    limit = "min F_Oy >= -4.2"
+    free, bound = (optimise(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit]))
+    assert isinstance(bound.problem, CurveProblem)
+    peaks = [build(f.machine, "range F_Oy").reference.look.low for f in (free, bound)]
+    assert peaks[0] < -4.5
+    assert peaks[1] == pytest.approx(-4.2, abs=1e-6)
+    (price,) = bound.result.certificate.active_limits
+    moved = optimise(arm, "range F_Ox", ["min F_Oy >= -4.201"], SearchSpec(starts=1))
+    change = (bound.result.objective - moved.result.objective) / 1e-3
+    assert change == pytest.approx(price.multiplier, rel=1e-2)
+
+
+def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
+    """The tip moves no force: its place on the coupler is left alone, and reported."""
+    result = optimise(arm, "range F_Ox", [], SearchSpec(24, starts=2)).result
+    assert [list(part) for direction in result.insensitive for part in direction] == [["p_mm"], ["n_mm"]]
+    assert result.effective_parameters == 5
+    for name in ("p_mm", "n_mm"):
+        assert result.design[name] == result.start_design[name]
+
+
+@pytest.mark.parametrize("method", ["ipopt", "hybrid"])
+def test_number_of_workers_changes_no_bit(arm: Machine, method: Method) -> None:
+    spec = SearchSpec("refined", method, 3, genetic=SHORT)
+    one, two = (optimise(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2))
+    assert one.x.tobytes() == two.x.tobytes()
+    assert (one.result.certificate, one.result.evaluations) == (two.result.certificate, two.result.evaluations)
+
+
+def test_interrupted_search_hands_over_the_best_so_far(arm: Machine) -> None:
+    steps: list[Progress] = []
+    kept: list[float] = []
+
+    def stop(step: Progress) -> None:
+        steps.append(step)
+        if len(steps) == 2:
+            raise KeyboardInterrupt
+
+    problem = build(arm, "range F_Ox", sampling=24)
+    with pytest.raises(InterruptedSearch) as caught:
+        minimise(problem, SearchSpec(24, starts=4), stop, keep=lambda best, seconds: kept.append(best.objective))
+    best = caught.value.best
+    assert best is not None
+    assert kept == sorted(kept, reverse=True)
+    assert best.result.objective <= kept[-1] * (1 + 1e-12) < problem.reference.objective
+
+
+def test_front_trades_range_against_variance(arm: Machine) -> None:
+    source = own.generated("transplanting_arm") / "transplanting_arm.toml"
+    options = ("--least", "range gamma", "--front", "--samples", "24", "--starts", "1")
+    front = answer("optimise", str(source), *options)["front"]
+    ranges, variances = ([point[key] for point in front] for key in ("range", "variance"))
+    assert len(front) > 2
+    assert ranges == sorted(ranges)
+    assert variances == sorted(variances, reverse=True)
+    changes = {f"values.{name}": value for name, value in front[1]["design"].items()}
+    machine = load_machine(str(source), changes)
+    for least, value in (("range gamma", ranges[1]), ("variance gamma", variances[1])):
+        assert build(machine, least, sampling=24).reference.objective == pytest.approx(value, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (["--least", "rms F_Ox"], "the front is that of range and variance of one quantity"),
+        (["--least", "range F_Ox", "--hold", "max F_Oy <= 12"], "under limits"),
+    ],
+)
+def test_fronts_of_other_goals_are_refused(options: list[str], reason: str) -> None:
+    source = own.generated("transplanting_arm") / "transplanting_arm.toml"
+    assert reason in refusal("optimise", str(source), *options, "--front")
+
+
+def test_fronts_need_a_problem_without_limits(arm: Machine) -> None:
+    with pytest.raises(InputError, match="under limits"):
+        optimisation.require_front(build(arm, "range F_Ox", "max F_Oy <= 12"))
+    assert np.isfinite(optimisation.require_front(build(arm, "range F_Ox")).reference.objective)
