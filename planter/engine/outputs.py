@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
+from planter.engine.cycles import Cycles, Term, build_cycles
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
@@ -109,15 +109,6 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
     return Output(f"{measure} [{display}]" if display else str(measure), quantity.meaning, (measure,))
 
 
-class Term(NamedTuple):
-    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI."""
-
-    output: int
-    place: int
-    kind: Kind
-    scale: float
-
-
 class SampledOutputs:
     """Outputs by name over rows of values by path, in the units that the names end in.
 
@@ -136,6 +127,7 @@ class SampledOutputs:
         ]
         compared = any(term.kind in AVERAGES for term in self._terms)
         self.rows = Rows(self.machine, self.quantities, samples, compared)
+        self._cycles: dict[int, Cycles | None] = {}
 
     def _find_scale(self, term: Measure) -> float:
         factor = self.machine.find_quantity(term.name).factor
@@ -149,7 +141,7 @@ class SampledOutputs:
 
     def evaluated(self, points: Array, threads: int) -> Array:
         """Return outputs (m, k) at points (m, n), NaN where there are none."""
-        values = self.rows.evaluate(self.data(points), self._reduce, threads)
+        values = self.sample(self.data(points), threads)
         for k, goal in self._goals.items():
             values[:, k] += [_evaluate(goal, x)[0] for x in self._designs(points, values[:, k])]
         return values
@@ -159,23 +151,11 @@ class SampledOutputs:
 
         Slopes are those of the first `count` outputs, all if it is None.
         """
-        size, count = len(self.machine.moved), len(self.outputs) if count is None else count
-        pairs = self._pair(count)
-        places = [place for _, place in pairs]
-
-        def reduce(block: Block) -> Array:
-            slopes = np.zeros((count, size, len(block.rows)))
-            if pairs:
-                parts = self.rows.gradients(block, places, self._weigh(block, pairs))
-                for (k, _), part in zip(pairs, parts, strict=True):
-                    slopes[k] += part
-            return np.concatenate([self._reduce(block), slopes.reshape(count * size, -1)])
-
-        if len(points) >= COMPILED:
-            self._compile_slopes(places)
-        rows = self.rows.evaluate(self.data(points), reduce, threads)
-        values, slopes = rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(-1, count, size)
+        count, compiled = len(self.outputs) if count is None else count, len(points) >= COMPILED
+        values, slopes = self.sample_slopes(self.data(points), threads, count, compiled)
         for k, goal in self._goals.items():
+            for nodes in goal.nodes.values() if compiled else ():
+                nodes.response.compile()
             for row, x in enumerate(self._designs(points, values[:, k])):
                 value, slope = _evaluate(goal, x, with_slope=k < count)
                 values[row, k] += value
@@ -184,12 +164,38 @@ class SampledOutputs:
         slopes[np.isnan(values[:, :count])] = np.nan
         return values, slopes * self.machine.scale
 
-    def _compile_slopes(self, places: Sequence[int]) -> None:
-        if places:
-            self.rows.compile_slopes(places)
-        for goal in self._goals.values():
-            for nodes in goal.nodes.values():
-                nodes.response.compile()
+    def sample(self, d: Array, threads: int) -> Array:
+        """Return outputs (m, k) of rows of values d (m, v) in SI, as far as samples decide them."""
+        cycles = self.find_cycles()
+        return self.rows.evaluate(d, self._reduce, threads) if cycles is None else cycles.evaluate(d, threads)[0]
+
+    def sample_slopes(self, d: Array, threads: int, count: int, compiled: bool) -> tuple[Array, Array]:
+        """Return that and slopes (m, count, n) in SI of the first outputs, compiled if that pays."""
+        size, pairs = len(self.machine.moved), self._pair(count)
+        cycles = self.find_cycles(count) if pairs and compiled else None
+        if cycles is not None:
+            return cycles.evaluate(d, threads)
+        if pairs and compiled:
+            self.rows.compile_slopes(1 + max(place for _, place in pairs))
+
+        def reduce(block: Block) -> Array:
+            slopes = np.zeros((count, size, len(block.rows)))
+            if pairs:
+                parts = self.rows.gradients(block, [place for _, place in pairs], self._weigh(block, pairs))
+                for (k, _), part in zip(pairs, parts, strict=True):
+                    slopes[k] += part
+            return np.concatenate([self._reduce(block), slopes.reshape(count * size, -1)])
+
+        rows = self.rows.evaluate(d, reduce, threads, size if pairs else 0)
+        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(-1, count, size)
+
+    def find_cycles(self, sloped: int = 0) -> Cycles | None:
+        """Return the outputs compiled, with slopes of the first `sloped`; None if they are not evaluated in lanes."""
+        if sloped not in self._cycles:
+            terms = [term for term in self._terms if term.output not in self._goals]
+            averages = [(term.output, term.place) for term in self._terms if term.kind in AVERAGES]
+            self._cycles[sloped] = build_cycles(self.rows, terms, averages, len(self.outputs), sloped)
+        return self._cycles[sloped]
 
     def _pair(self, count: int) -> list[tuple[int, int]]:
         """Return the pairs of an output, one of the first `count`, and the place of a quantity that it is made of."""

@@ -52,6 +52,24 @@ class Block:
     places: Array
 
 
+@dataclass(frozen=True)
+class ClosedRows:
+    """Machines with values d (r, v): coordinates of their loops (c, steps, lanes), and what they gain in a turn.
+
+    `alive` (r,) are the machines whose loops close everywhere; further lanes fill up a vector.
+    """
+
+    d: Array
+    places: Array
+    gained: Array
+    alive: Flags
+
+    @cached_property
+    def data(self) -> Array:
+        """Values in lanes (v, lanes)."""
+        return fill_lanes(self.d)
+
+
 class Rows:
     """Quantities by name over rows of values d (r, v) in SI, at `samples` angles of a turn.
 
@@ -69,76 +87,88 @@ class Rows:
         self.machine = machine
         self.quantities = tuple(machine.find_quantity(name) for name in names)
         self.names = tuple(quantity.name for quantity in self.quantities)
-        self._graph, self._shared = machine.rows(self.names)
-        self._sides = len(machine.offsets) if any(self._shared) else 1
+        self._graph, self.shared = machine.rows(self.names)
+        self.sides = len(machine.offsets) if any(self.shared) else 1
         self._compared, self._repeating = compared, compared and len(machine.offsets) > 1
-        self._guards = [quantity for quantity in machine.quantities if quantity.role in ("pivot", "states")]
-        self._sums: dict[tuple[int, ...], tuple[Stacked, ca.Sparsity]] = {}
+        self.guards = [quantity for quantity in machine.quantities if quantity.role in ("pivot", "states")]
+        self._slopes: dict[int, Stacked] = {}
         self._is_compiled = False
         count = machine.samples if samples is None else samples
         self.angles = machine.turn * np.arange(count) / count
-        self._stride = 1 if count % self._sides == 0 else self._sides
-        self.steps = machine.turn * np.arange(count * self._stride) / (count * self._stride)
+        self.stride = 1 if count % self.sides == 0 else self.sides
+        self.steps = machine.turn * np.arange(count * self.stride) / (count * self.stride)
 
     @property
     def is_periodic(self) -> bool:
         """Whether samples are those of a period, not of a turn: all quantities are totals of equal sides."""
-        return self._sides > 1 and all(self._shared) and self._stride == 1
+        return self.sides > 1 and all(self.shared) and self.stride == 1
 
     def compile(self) -> None:
         """Compile what `evaluate` calls."""
         if self._is_compiled:
             return
         self._is_compiled = True
-        self._values.compile()
-        self._hoist.compile()
+        self.values.compile()
+        self.hoist.compile()
         if self._compared and not self._repeating:
             self._compare[0].compile()
         if self.machine.loops:
             self.machine.loops.compile()
 
-    def compile_slopes(self, places: Sequence[int]) -> None:
-        """Compile what `gradients` calls."""
-        self._sum_slopes(tuple(places))[0].compile()
-        if self._tangents.way == "casadi-vm":
-            self._tangents.compile()
+    def compile_slopes(self, count: int) -> None:
+        """Compile what `gradients` calls for the first `count` quantities."""
+        self.find_slopes(count).compile()
+        if self.tangents.way == "casadi-vm":
+            self.tangents.compile()
 
-    def evaluate(self, d: Array, reduce: Callable[[Block], Array], threads: int = 1) -> Array:
-        """Return what `reduce` makes of blocks, (outputs, rows) each, as (r, outputs); NaN in rows without a cycle."""
+    def evaluate(self, d: Array, reduce: Callable[[Block], Array], threads: int = 1, slopes: int = 0) -> Array:
+        """Return what `reduce` makes of blocks, (outputs, rows) each, as (r, outputs); NaN in rows without a cycle.
+
+        It takes `slopes` numbers for each sample.
+        """
         self.compile()
-        coordinates = self.machine.loops.size if self.machine.loops else 1
-        size = int(np.clip(MEMORY // (coordinates * len(self.steps)), LEAST_WALKING, MOST_WALKING))
-        parts = [d[start : start + size] for start in range(0, len(d), size)]
 
         def run(part: Array) -> Array:
             with np.errstate(all="ignore"):  # of rows that failed
-                results = [(block.rows, np.where(block.failed, np.nan, reduce(block)).T) for block in self.blocks(part)]
+                blocks = self.blocks(part, slopes)
+                results = [(block.rows, np.where(block.failed, np.nan, reduce(block)).T) for block in blocks]
             values = np.full((len(part), results[0][1].shape[1]), np.nan)
             for rows, reduced in results:
                 values[rows] = reduced
             return values
 
+        return self.split(d, run, threads)
+
+    def split(self, d: Array, run: Callable[[Array], Array], threads: int) -> Array:
+        """Return what a function makes of parts of rows d (r, v), one below the other."""
+        coordinates = self.machine.loops.size if self.machine.loops else 1
+        size = int(np.clip(MEMORY // (coordinates * len(self.steps)), LEAST_WALKING, MOST_WALKING))
+        count = -(-len(d) // size)
+        parts = np.array_split(d, min(count + -count % threads, -(-len(d) // LEAST_WALKING)))
         if threads == 1:
             return np.vstack([run(part) for part in parts])
         with ThreadPoolExecutor(threads) as pool:
             return np.vstack(list(pool.map(run, parts)))
 
-    def blocks(self, d: Array) -> Iterator[Block]:
-        """Yield the samples of machines with values d (r, v); none of those whose loops do not close, but one at least.
+    def close(self, d: Array) -> ClosedRows:
+        """Return machines with values d (r, v) with their loops closed at all steps."""
+        if self.machine.loops is None:
+            places, gained = np.empty((0, len(self.steps), len(d))), np.empty((0, len(d)))
+            return ClosedRows(d, places, gained, np.ones(len(d), dtype=bool))
+        walk = self.machine.loops.walk(fill_lanes(d), np.append(self.steps, self.machine.turn))
+        gained, alive = walk.gains()
+        return ClosedRows(d, walk.places[:, :-1], gained, alive[: len(d)])
 
-        Lanes of a walk are full vectors, the last machine repeated, so that all of them have the same digits.
+    def blocks(self, d: Array, slopes: int = 0) -> Iterator[Block]:
+        """Yield the samples of machines with values d (r, v): those whose loops close, but one at least.
+
+        Blocks are so small that there is memory for `slopes` of each sample.
         """
-        lanes = np.minimum(np.arange(len(d) + -len(d) % VECTOR), len(d) - 1)
-        data = np.ascontiguousarray(np.asarray(d, dtype=float)[lanes].T)
-        rows, gained = np.arange(len(d)), np.empty((0, len(d)))
-        places, alive = np.empty((0, len(self.steps), len(d))), np.ones(len(d), dtype=bool)
-        if self.machine.loops:
-            walk = self.machine.loops.walk(data, np.append(self.steps, self.machine.turn))
-            places, (gained, closed) = walk.places[:, :-1], walk.gains()
-            alive = closed[: len(d)]
-            rows = np.flatnonzero(alive) if alive.any() else rows[:1]
-        hoisted, finite = self._hoist.masked(d=data)
-        size = int(np.clip(MEMORY // (len(self.names) * len(self.steps)), 1, MOST_ROWS))
+        closed = self.close(d)
+        data, places, gained, alive = closed.data, closed.places, closed.gained, closed.alive
+        rows = np.flatnonzero(alive) if alive.any() else np.arange(1)
+        hoisted, finite = self.hoist.masked(d=data)
+        size = int(np.clip(MEMORY // (len(self.names) * len(self.steps) * (1 + slopes)), 1, MOST_ROWS))
         for start in range(0, len(rows), size):
             part = rows[start : start + size]
             yield self._block(
@@ -148,10 +178,10 @@ class Rows:
 
     def _block(self, rows: Integers, d: Array, h: Array, places: Array, gained: Array, finite: Flags) -> Block:
         """Return the samples of rows; those that are not finite have failed before."""
-        values = self._values(phi=self.steps[None], d=d.T, h=h.T, q=places)["rows"]
+        values = self.values(phi=self.steps[None], d=d.T, h=h.T, q=places)["rows"]
         samples, guards = self._fold(values[:, : len(self.names)]), values[:, len(self.names) :]
         finite = finite & np.isfinite(samples).all(axis=(0, 1)) & np.isfinite(guards).all(axis=(1, 2))
-        for row, guard in zip(guards.transpose(1, 0, 2), self._guards, strict=True):
+        for row, guard in zip(guards.transpose(1, 0, 2), self.guards, strict=True):
             finite &= (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
         return Block(samples, self._repeats(d, h, places, gained), rows, ~finite, d, h, places)
 
@@ -160,44 +190,54 @@ class Rows:
 
         If they are periodic, samples are those of one period.
         """
-        if self._sides > 1:
-            sides = values.reshape(*values.shape[:2], self._sides, -1)
+        if self.sides > 1:
+            sides = values.reshape(*values.shape[:2], self.sides, -1)
             if self.is_periodic:
                 values = sides.sum(axis=2)
             else:
-                shared = np.array(self._shared)
+                shared = np.array(self.shared)
                 sides[:, shared] = sides[:, shared].sum(axis=2, keepdims=True)
-        return values[:, :, :: self._stride].transpose(1, 2, 0)
+        return values[:, :, :: self.stride].transpose(1, 2, 0)
 
     def gradients(self, block: Block, places: Sequence[int], weights: Array) -> Array:
         """Return sums over all angles of weights (k, n, rows) times slopes in the moved values, (k, p, rows) in SI.
 
         The k-th sum is of the quantity at the k-th of `places` in `names`.
         """
-        machine, count = self.machine, block.data.shape[1]
-        function, pattern = self._sum_slopes(tuple(places))
-        sums = function(
-            phi=self.steps[None], d=block.data.T, h=block.hoisted.T, q=block.places,
-            weights=self._spread(weights, places),
-        )["sums"]  # fmt: skip
-        size, p = len(places), len(machine.moved)
-        slopes = np.zeros((size, p + machine.prologue.numel_out(0), count))
-        slopes[pattern.get_triplet()] = sums.T
-        tangents, _ = self._tangents.masked(d=block.data)
-        dh = tangents["dh"].reshape(p, -1, count)
-        return np.asarray(slopes[:, :p] + np.einsum("khl,phl->kpl", slopes[:, p:], dh))
+        count, p = max(places) + 1, len(self.machine.moved)
+        tangents, _ = self.tangents.masked(d=block.data)
+        slopes = self.find_slopes(count)(
+            phi=self.steps[None], d=block.data.T, h=block.hoisted.T, q=block.places, dh=tangents["dh"].T
+        )["slopes"].reshape(-1, count, p, len(self.steps))
+        return np.asarray(np.einsum("rkpn,rkn->kpr", slopes[:, list(places)], self._spread(weights, places)))
 
     def _spread(self, weights: Array, places: Sequence[int]) -> Array:
         """Return weights (k, n, rows) of samples as those (rows, k, steps) of a side."""
         if self.is_periodic:
-            return np.tile(weights.transpose(2, 0, 1), self._sides)
+            return np.tile(weights.transpose(2, 0, 1), self.sides)
         spread = np.zeros((weights.shape[2], len(weights), len(self.steps)))
-        spread[:, :, :: self._stride] = weights.transpose(2, 0, 1)
-        if self._sides > 1:
-            sides = spread.reshape(*spread.shape[:2], self._sides, -1)
-            shared = np.array(self._shared)[list(places)]
+        spread[:, :, :: self.stride] = weights.transpose(2, 0, 1)
+        if self.sides > 1:
+            sides = spread.reshape(*spread.shape[:2], self.sides, -1)
+            shared = np.array(self.shared)[list(places)]
             sides[:, shared] = sides[:, shared].sum(axis=2, keepdims=True)
         return spread
+
+    def find_repeats(self, closed: ClosedRows, rows: Integers) -> Flags:
+        """Return which quantities (m, rows) of some machines are a turn later what they were."""
+        if self._repeating or not self._compared:
+            return np.full((len(self.names), len(rows)), self._repeating)
+        self.hoist.compile()
+        self._compare[0].compile()
+        hoisted, _ = self.hoist.masked(d=closed.data)
+        flags = np.empty((len(self.names), len(rows)), dtype=bool)
+        for start in range(0, len(rows), MOST_ROWS):
+            part = rows[start : start + MOST_ROWS]
+            flags[:, start : start + MOST_ROWS] = self._repeats(
+                closed.data[:, part], hoisted["h"][:, part], closed.places[:, :, part].transpose(2, 0, 1),
+                closed.gained[:, part],
+            )  # fmt: skip
+        return flags
 
     def _repeats(self, d: Array, h: Array, places: Array, gained: Array) -> Flags:
         """Return which quantities (m, rows) are a turn later what they were; angles may gain whole turns."""
@@ -226,10 +266,14 @@ class Rows:
         return [int(index) for index in np.unique(np.linspace(0, len(self.steps) - 1, count).astype(int))]
 
     @cached_property
-    def _values(self) -> Stacked:
+    def _rows(self) -> ca.SX:
+        guards, _ = self.machine.rows([quantity.name for quantity in self.guards])
+        return ca.densify(ca.vertcat(self._graph, guards))
+
+    @cached_property
+    def values(self) -> Stacked:
         """(phi, d, h, q) -> quantities of a side, then guards."""
-        guards, _ = self.machine.rows([quantity.name for quantity in self._guards])
-        return self._stack("sampled", ca.vertcat(self._graph, guards))
+        return self._stack("sampled", self._rows)
 
     @cached_property
     def _compare(self) -> tuple[Stacked, list[list[int] | None]]:
@@ -247,37 +291,46 @@ class Rows:
         function = ca.Function(name, list(self.machine.symbols), ca.cse([ca.densify(rows)]), list(INPUTS), ["rows"])
         return Stacked(function, ["phi", "q"], ["d", "h", "q"])
 
-    def _sum_slopes(self, places: tuple[int, ...]) -> tuple[Stacked, ca.Sparsity]:
-        """Return (phi, d, h, q, weights) -> sums of weights times slopes, and where in (k, p + h) these are."""
-        if places not in self._sums:
-            machine = self.machine
-            _, d, h, _ = machine.symbols
-            along = ca.jacobian(self._graph[list(places)], ca.vertcat(d, h))
-            size = d.numel()
-            along = along[:, [*machine.moved, *range(size, size + h.numel())]]
-            pattern = along.sparsity()
-            weights = ca.SX.sym("weights", len(places))
-            products = (along.nz[place] * weights[row] for place, row in enumerate(pattern.row()))
-            function = ca.Function(
-                "slopes_sum", [*machine.symbols, weights], ca.cse([ca.densify(ca.vertcat(*products))]),
-                [*INPUTS, "weights"], ["sums"],
-            )  # fmt: skip
-            stacked = Stacked(function, ["phi", "q", "weights"], ["d", "h", "q", "weights"], True, True)
-            self._sums[places] = stacked, pattern
-        return self._sums[places]
+    def find_slopes(self, count: int) -> Stacked:
+        """Return (phi, d, h, q, dh) -> what `values` has, and the slopes of its first `count` rows.
+
+        Those are the slopes in the moved values, quantity by quantity; dh are the entries of the tangent of h.
+        """
+        if count not in self._slopes:
+            _, d, h, _ = self.machine.symbols
+            pattern = self._tangent.sparsity_out(1)
+            dh = ca.SX.sym("dh", pattern.nnz())
+            along = ca.jacobian(self._graph[:count], ca.vertcat(d, h))
+            slopes = along[:, list(self.machine.moved)] + along[:, d.numel() :] @ ca.SX(pattern, dh)
+            outputs = ca.cse([self._rows, ca.densify(ca.vec(slopes.T))])
+            names, results = [*INPUTS, "dh"], ["rows", "slopes"]
+            function = ca.Function("sloped", [*self.machine.symbols, dh], outputs, names, results)
+            self._slopes[count] = Stacked(function, ["phi", "q"], ["d", "h", "q", "dh"])
+        return self._slopes[count]
 
     @cached_property
-    def _tangents(self) -> Kernel:
-        """(d) -> the tangent of h in the moved values, column by column."""
-        tangent = Response(self.machine, self.names).tangent
-        symbol: Any = ca.SX if tangent.is_a("SXFunction") else ca.MX
+    def _tangent(self) -> ca.Function:
+        return Response(self.machine, self.names).tangent
+
+    @cached_property
+    def tangents(self) -> Kernel:
+        """(d) -> h and the entries of its tangent in the moved values."""
+        symbol: Any = ca.SX if self._tangent.is_a("SXFunction") else ca.MX
         d = symbol.sym("d", len(self.machine.values))
-        dh = ca.densify(ca.vec(tangent(d)[1]))
-        return Kernel(ca.Function("tangents", [d], [dh], ["d"], ["dh"]), lanes=["d"])
+        h, dh = self._tangent(d)
+        outputs = [ca.densify(h), dh.nz[:]]
+        return Kernel(ca.Function("tangents", [d], outputs, ["d"], ["h", "dh"]), lanes=["d"])
 
     @cached_property
-    def _hoist(self) -> Kernel:
+    def hoist(self) -> Kernel:
+        """(d) -> h, what no angle changes."""
         prologue = self.machine.prologue
         symbol: Any = ca.SX if prologue.is_a("SXFunction") else ca.MX
         d = symbol.sym("d", len(self.machine.values))
         return Kernel(ca.Function("hoist", [d], [ca.densify(prologue(d))], ["d"], ["h"]), lanes=["d"])
+
+
+def fill_lanes(d: Array) -> Array:
+    """Return rows d (r, v) as lanes (v, lanes): full vectors, the last row repeated, so that digits are the same."""
+    lanes = np.minimum(np.arange(len(d) + -len(d) % VECTOR), len(d) - 1)
+    return np.ascontiguousarray(np.asarray(d, dtype=float)[lanes].T)

@@ -41,14 +41,14 @@ class Lanes:
         self.work, self.library = work, library
         self._shapes = [work.function.size_out(i) for i in range(work.function.n_out())]
         self._varies = [name in work.varying for name in work.function.name_in()]
-        (self._run,) = toolchain.functions(library, work.function.name())
-        self._run.restype = None
+        (self.loop,) = toolchain.functions(library, work.function.name())
+        self.loop.restype = None
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
         given = zip(arrays, self._varies, strict=True)
         inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in given]
         outputs = self.memory(count)
-        self._run(*self._arguments(inputs, outputs, count))
+        self.loop(*self._arguments(inputs, outputs, count))
         return self.results(outputs)
 
     def memory(self, count: int) -> list[Array]:
@@ -62,7 +62,7 @@ class Lanes:
 
     def prepared(self, inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Callable[[], object]:
         """The loop on arrays as they are laid out for it; who calls it keeps them."""
-        return partial(self._run, *self._arguments(inputs, outputs, count))
+        return partial(self.loop, *self._arguments(inputs, outputs, count))
 
     @staticmethod
     def _arguments(inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Iterator[object]:

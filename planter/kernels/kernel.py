@@ -60,6 +60,11 @@ class Kernel:
         """The function in CasADi's own C, for the use in its graphs; None where it is evaluated otherwise."""
         return self._way.function if isinstance(self._way, VirtualMachine) and self.way == "casadi-c" else None
 
+    @property
+    def loop(self) -> Any:
+        """The compiled loop over lanes as a function of C; None where it is not evaluated in lanes (yet)."""
+        return self._way.loop if isinstance(self._way, backends.Lanes) else None
+
     def interface(self, count: int) -> ca.Function | None:
         """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated in lanes (yet)."""
         return self._way.interface(count) if isinstance(self._way, backends.Lanes) else None

@@ -30,10 +30,12 @@ class Stacked:
         self._inputs = {name: function.numel_in(i) for i, name in enumerate(self.kernel.names)}
         self._outputs = {name: function.numel_out(i) for i, name in enumerate(self.kernel.outputs)}
         self._run: Any = None
+        self._is_compiled = False
 
     def compile(self) -> None:
         """Compile the function, and the loop over the calls if it is one over lanes."""
-        if self._run is None:
+        if not self._is_compiled:
+            self._is_compiled = True
             self.kernel.compile()
             self._run = self._load() if self.kernel.way == "lanes" else None
 

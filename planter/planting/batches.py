@@ -13,14 +13,13 @@ rows["M_in_rms_Nm"], rows.gradient          # (m,), (m, 1, p)
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from planter.engine.batches import OutputBatch, evaluate_outputs
+from planter.engine.batches import CHUNK, OutputBatch, evaluate_outputs
 from planter.engine.machine import Machine
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError
@@ -31,11 +30,6 @@ from planter.records import frames, html
 if TYPE_CHECKING:
     from pandas import DataFrame
 from planter.progress import Listener, Phase
-
-CHUNK = 2_000
-"""Designs that a thread takes at a time."""
-AHEAD = 4
-"""Chunks for each thread that are taken from the designs before the first of them is done."""
 
 
 @dataclass(frozen=True)
@@ -106,46 +100,19 @@ def evaluate_many(
         return evaluate_outputs(device, designs, outputs, samples, progress, threads, gradients)
     if np.ndim(designs) != 2 or np.shape(designs)[1] != len(device.design):
         raise CallError(f"designs have the shape (m, {len(device.design)}), and were given as {np.shape(designs)}")
-    found = np.empty((len(FIELDS), len(designs)))
+    values = np.empty((len(designs), len(FIELDS)))
     slopes = np.empty(np.shape(designs)) if gradients else None
-    count = threads or os.cpu_count() or 1
-    turns = Turns(device, samples)
-
-    def run(start: int) -> int:
-        chunk = np.array(designs[start : start + CHUNK], dtype=float)
-        rows, part = _evaluated(turns, chunk, start, gradients)
-        found[:, start : start + len(chunk)] = rows.T
-        if slopes is not None:
-            slopes[start : start + len(chunk)] = part
-        return start + len(chunk)
-
+    turns, count = Turns(device, samples), threads or os.cpu_count() or 1
     phase = Phase("evaluate", "design", len(designs), progress)
-    with ThreadPoolExecutor(count) as pool:
-        for future in _streamed(pool, run, range(0, len(designs), CHUNK), count * AHEAD):
-            phase.reached(max(phase.done, future.result()))
-    return Batch(**dict(zip(FIELDS, found, strict=True)), gradient=slopes)
-
-
-def _streamed(pool: ThreadPoolExecutor, run: Callable[[int], int], starts: range, ahead: int) -> Iterator[Future[int]]:
-    """Calls in order, never more than `ahead` of them waiting; on an error the rest is not begun."""
-    waiting: list[Future[int]] = []
-    try:
-        for start in starts:
-            waiting.append(pool.submit(run, start))
-            if len(waiting) == ahead:
-                yield waiting.pop(0)
-        yield from waiting
-    finally:
-        for future in waiting:
-            future.cancel()
-
-
-def _evaluated(turns: Turns, designs: Array, start: int, gradients: bool) -> tuple[Array, Array | None]:
-    """Rows of `FIELDS`, (m, 4), and gradients (m, p) if they are asked for.
-
-    Raises ComputationError with the number of the row that failed.
-    """
-    try:
-        return turns.many_gradients(designs) if gradients else (turns.many(designs), None)
-    except (ComputationError, CallError) as error:
-        raise ComputationError(f"among the designs from row {start} on: {error}") from error
+    for start in range(0, len(designs), CHUNK):
+        part = slice(start, start + CHUNK)
+        chunk = np.array(designs[part], dtype=float)
+        try:
+            if slopes is None:
+                values[part] = turns.many(chunk, count)
+            else:
+                values[part], slopes[part] = turns.many_gradients(chunk, count)
+        except (ComputationError, CallError) as error:
+            raise ComputationError(f"among the designs from row {start} on: {error}") from error
+        phase.reached(start + len(chunk))
+    return Batch(**dict(zip(FIELDS, values.T, strict=True)), gradient=slopes)

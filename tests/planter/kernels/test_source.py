@@ -62,10 +62,9 @@ def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
     if march and platform.machine() != "x86_64":
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
-    folder = resources.files("planter.planting")
-    joined = "".join(folder.joinpath(name).read_text(encoding="utf-8") for name in ("weighed.c", "turn.c"))
+    cycles = resources.files("planter.engine").joinpath("cycles.c").read_text(encoding="utf-8")
     outside = loops.interface.source(small().function, ["phi"], summed=False, lanes=9)
-    for number, source in enumerate((text(), joined, outside, _device_works("exact")[0].loop)):
+    for number, source in enumerate((text(), cycles, outside, _device_works("exact")[0].loop)):
         compiled(source, tmp_path / f"{number}.o", *flags, compiler=compiler)
 
 

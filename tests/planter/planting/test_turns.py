@@ -219,21 +219,21 @@ def test_threads_without_memory_of_their_own_are_seen(monkeypatch: pytest.Monkey
     """The tampered case, held in step so that nothing is written at the same time: the other's design is found."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
     one, two = drawn(subject.device, 2)
-    native = subject._native
-    assert native is not None
+    cycles = subject._slopes
+    assert cycles is not None
     expected = subject.gradient(one)[0], subject.gradient(two)[0]
 
-    def found() -> tuple[float, float]:
-        own = native._lent.memory
-        own.design[:] = one
+    def evaluate_both() -> tuple[float, float]:
+        memory = cycles._lent.memory
+        memory.d[: len(one)] = one
         with ThreadPoolExecutor(1) as pool:
             other = pool.submit(subject.gradient, two).result()[0]
-        native._slopes(*own.pointers)
-        return float(own.found[0]), other
+        cycles._run(*memory.arguments)
+        return float(memory.outputs[0]), other
 
-    assert found() == expected
-    monkeypatch.setattr(native, "_lent", SimpleNamespace(memory=native._lent.memory))
-    assert found() == (expected[1], expected[1])
+    assert evaluate_both() == expected
+    monkeypatch.setattr(cycles, "_lent", SimpleNamespace(memory=cycles._lent.memory))
+    assert evaluate_both() == (expected[1], expected[1])
 
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])

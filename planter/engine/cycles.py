@@ -1,0 +1,213 @@
+"""Outputs of many cycles, and their exact gradients, in one compiled call without Python between the rows."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Sequence
+from importlib import resources
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planter.engine.lanes import VECTOR
+from planter.engine.machine import LEAST_PIVOT
+from planter.kernels import Array, backends, loops, toolchain
+from planter.numerics import statistics
+
+if TYPE_CHECKING:
+    from planter.engine.rows import Rows
+
+KINDS = tuple(statistics.REDUCED)
+"""Kinds of measures, in the order of their numbers in C."""
+SIZES = (
+    "values", "hoisted", "coordinates", "lanes", "sides", "stride", "places", "guards", "terms", "outputs", "sloped",
+    "parameters",
+)  # fmt: skip
+STATISTICS = 5
+"""Numbers of `statistics` in C."""
+FUNCTIONS = ("fix", "sample", "slope")
+ARRAYS = (
+    "shared",
+    "states",
+    "term",
+    "phi",
+    "statistics",
+    "h",
+    "dh",
+    "rows",
+    "slopes",
+    "weights",
+    "arg",
+    "res",
+    "iw",
+    "w",
+)
+
+Failures = NDArray[np.uint8]
+
+
+class Term(NamedTuple):
+    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI."""
+
+    output: int
+    place: int
+    kind: str
+    scale: float
+
+
+class _Term(ctypes.Structure):
+    """`term` in cycles.c."""
+
+    _fields_ = (*((name, ctypes.c_long) for name in ("output", "place", "kind")), ("scale", ctypes.c_double))
+
+
+class _Cycle(ctypes.Structure):
+    """`cycle` in cycles.c."""
+
+    _fields_ = (
+        *((name, ctypes.c_long) for name in SIZES), ("least_pivot", ctypes.c_double),
+        *((name, ctypes.c_void_p) for name in (*FUNCTIONS, *ARRAYS)),
+    )  # fmt: skip
+
+
+class Cycles:
+    """`outputs` sums of terms over the cycle of each row, and the slopes of the first `sloped` of them, compiled.
+
+    Threads may share an object: each computes in memory of its own.
+    """
+
+    def __init__(
+        self, rows: Rows, terms: Sequence[Term], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
+    ) -> None:
+        """`averages` are the outputs that quantities, by place, must repeat for.
+
+        Raises NoCompiler, or NotPrintable for quantities that cannot be evaluated in lanes.
+        """
+        terms = sorted(terms)
+        self._averages = averages
+        self.rows, weighed = rows, [term.place for term in terms if term.output < sloped]
+        stacked, fixed = (rows.find_slopes(1 + max(weighed)), rows.tangents) if weighed else (rows.values, rows.hoist)
+        stacked.kernel.compile()
+        if stacked.kernel.loop is None:
+            raise loops.NotPrintable(f"{stacked.kernel.function.name()} is not evaluated in lanes")
+        (fix,) = toolchain.functions(backends.casadi_library(fixed.work), fixed.function.name())
+        text = resources.files(__package__).joinpath("cycles.c").read_text(encoding="utf-8")
+        path = toolchain.library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))
+        (self._run,) = toolchain.functions(path, "cycles")
+        self._run.restype, self._run.argtypes = ctypes.c_long, (ctypes.c_void_p, ctypes.c_long, *[ctypes.c_void_p] * 5)
+        machine, count = rows.machine, len(rows.steps)
+        self._functions = {"fix": fix, "slope" if weighed else "sample": stacked.kernel.loop}
+        self._constants: dict[str, NDArray[Any]] = {
+            "shared": np.array(rows.shared, dtype=ctypes.c_long),
+            "states": np.array([guard.role == "states" for guard in rows.guards], dtype=ctypes.c_long),
+            "term": np.array([(k, place, KINDS.index(kind), scale) for k, place, kind, scale in terms], dtype=_Term),
+            "phi": align_numbers(rows.steps),
+        }
+        self._sizes = {
+            "values": len(machine.values), "hoisted": machine.prologue.numel_out(0),
+            "coordinates": machine.loops.size if machine.loops else 0, "lanes": count, "sides": rows.sides,
+            "stride": rows.stride, "places": len(rows.names), "guards": len(rows.guards), "terms": len(terms),
+            "outputs": outputs, "sloped": sloped, "parameters": len(machine.moved),
+        }  # fmt: skip
+        function = fixed.function
+        self._memory_sizes = {
+            "statistics": STATISTICS * len(rows.names), "h": function.nnz_out(0),
+            "dh": function.nnz_out(1) if weighed else 0,
+            "rows": stacked.kernel.function.nnz_out(0) * count,
+            "slopes": stacked.kernel.function.nnz_out(1) * count if weighed else 0, "weights": count,
+            **{name: getattr(function, f"sz_{name}")() for name in ("arg", "res", "iw", "w")},
+        }  # fmt: skip
+        self._lent = _Lent(self)
+
+    def evaluate(self, d: Array, threads: int = 1) -> tuple[Array, Array]:
+        """Return outputs (r, k) and gradients (r, s, p) of rows of values d (r, v); rows without a cycle have none."""
+        if self.rows.machine.loops:
+            self.rows.machine.loops.compile()
+        table = self.rows.split(d, self._evaluate_part, threads)
+        outputs, gradients = np.split(table, [self._sizes["outputs"]], axis=1)
+        return outputs, gradients.reshape(len(d), self._sizes["sloped"], self._sizes["parameters"])
+
+    def _evaluate_part(self, d: Array) -> Array:
+        """Return outputs, then gradients, as a row each."""
+        closed = self.rows.close(d)
+        alive = np.flatnonzero(closed.alive)
+        outputs, gradients, _ = self.run(d[alive], closed.places[:, :, alive].transpose(2, 0, 1))
+        repeats = self.rows.find_repeats(closed, alive)
+        for k, place in self._averages:
+            outputs[~repeats[place], k] = np.nan
+        table = np.full((len(d), outputs.shape[1] + gradients[:1].size), np.nan)
+        table[alive] = np.hstack([outputs, gradients.reshape(len(alive), -1)])
+        return table
+
+    def run(self, d: Array, q: Array) -> tuple[Array, Array, Failures]:
+        """Return outputs (r, k), gradients (r, s, p) and failures (r,) of rows d (r, v), coordinates q (r, c, lanes).
+
+        A failure is 1 where a row has no cycle, 2 where a slope is not finite, else 0; there are no numbers where it
+        is 1.
+        """
+        shape = len(d), self._sizes["sloped"], self._sizes["parameters"]
+        outputs, gradients = np.empty((len(d), self._sizes["outputs"])), np.empty(shape)
+        failures = np.zeros(len(d), dtype=np.uint8)
+        arrays = (np.ascontiguousarray(d, dtype=float), np.ascontiguousarray(q), outputs, gradients, failures)
+        self._run(self._lent.memory.address, len(d), *(array.ctypes.data for array in arrays))
+        outputs[failures == 1], gradients[failures == 1] = np.nan, np.nan
+        return outputs, gradients, failures
+
+    def run_row(self, x: Array, c: Array) -> Memory | None:
+        """Return where a row of values was evaluated, x (p,) and c (v - p,), or None if it failed.
+
+        It is memory of this thread, until the next call. The machine has no loops.
+        """
+        memory = self._lent.memory
+        memory.d[: len(x)], memory.d[len(x) :] = x, c
+        return None if self._run(*memory.arguments) else memory
+
+
+class _Lent(threading.local):
+    """`memory` of the thread that asks for it."""
+
+    def __init__(self, cycles: Cycles) -> None:
+        self.memory = Memory(cycles)
+
+
+class Memory:
+    """Memory that a row is evaluated in: values `d` (v,), results `outputs` (k,) and `gradients` (s, p)."""
+
+    def __init__(self, cycles: Cycles) -> None:
+        sizes = cycles._sizes
+        arrays = {name: align_numbers(np.zeros(size)) for name, size in cycles._memory_sizes.items()}
+        self._arrays = cycles._constants | arrays
+        addresses = {name: array.ctypes.data for name, array in self._arrays.items()}
+        functions = {name: ctypes.cast(function, ctypes.c_void_p) for name, function in cycles._functions.items()}
+        self._cycle = _Cycle(least_pivot=LEAST_PIVOT, **sizes, **functions, **addresses)
+        self.address = ctypes.addressof(self._cycle)
+        self.d, self.outputs = np.zeros(sizes["values"]), np.zeros(sizes["outputs"])
+        self.gradients, self._failures = np.zeros((sizes["sloped"], sizes["parameters"])), np.zeros(1, dtype=np.uint8)
+        written = (self.d, self.d, self.outputs, self.gradients, self._failures)
+        self.arguments = (self.address, 1, *(array.ctypes.data for array in written))
+
+
+def align_numbers(numbers: Array) -> Array:
+    """Return a copy that begins at a whole vector, so that loops over lanes read and write no vector in two parts."""
+    memory = np.empty(numbers.size + VECTOR)
+    start = -memory.ctypes.data // memory.itemsize % VECTOR
+    aligned = memory[start : start + numbers.size]
+    aligned[:] = numbers
+    return aligned
+
+
+def build_cycles(
+    rows: Rows, terms: Sequence[Term], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
+) -> Cycles | None:
+    """Return `Cycles`, or None where they cannot be compiled, with one warning if there is no compiler."""
+    if backends.allowed()[0] != "lanes":
+        return None
+    try:
+        return Cycles(rows, terms, averages, outputs, sloped)
+    except loops.NotPrintable:
+        return None
+    except toolchain.NoCompiler as reason:
+        toolchain.warn(reason)
+        return None
