@@ -14,13 +14,13 @@ from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
-    from planter.clutch.design import design as size_clutch
-    from planter.clutch.engage.modal import result as engage_clutch
-    from planter.clutch.field import evaluate as evaluate_field
-    from planter.clutch.field.plans import plan as plan_field
-    from planter.clutch.file import load as load_clutch
-    from planter.clutch.geometry import geometry as clutch_geometry
-    from planter.clutch.optimise import optimise as optimise_clutch
+    from planter.clutch.design import size_clutch
+    from planter.clutch.engagement.modal import evaluate_engagement as engage_clutch
+    from planter.clutch.field import evaluate_field
+    from planter.clutch.field.plans import plan_field
+    from planter.clutch.file import load_clutch
+    from planter.clutch.geometry import compute_geometry as clutch_geometry
+    from planter.clutch.optimise import optimise_clutch
     from planter.engine.batches import OutputBatch
     from planter.engine.machine import load_machine as load_mechanism
     from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
@@ -88,13 +88,13 @@ __all__ = [
 
 _HOMES = {
     "audit.verdicts": ("audit_papers:audit",),
-    "clutch.engage.modal": ("engage_clutch:result",),
-    "clutch.design": ("size_clutch:design",),
-    "clutch.field": ("evaluate_field:evaluate",),
-    "clutch.field.plans": ("plan_field:plan",),
-    "clutch.file": ("load_clutch:load",),
-    "clutch.geometry": ("clutch_geometry:geometry",),
-    "clutch.optimise": ("optimise_clutch:optimise",),
+    "clutch.engagement.modal": ("engage_clutch:evaluate_engagement",),
+    "clutch.design": ("size_clutch",),
+    "clutch.field": ("evaluate_field",),
+    "clutch.field.plans": ("plan_field",),
+    "clutch.file": ("load_clutch",),
+    "clutch.geometry": ("clutch_geometry:compute_geometry",),
+    "clutch.optimise": ("optimise_clutch",),
     "engine.batches": ("OutputBatch",),
     "engine.machine": ("load_mechanism:load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),

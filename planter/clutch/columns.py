@@ -40,4 +40,4 @@ OF_FIELD_TEST = {
 def columns() -> dict[str, tuple[str, str]]:
     """Meaning and source of each column that holds numbers."""
     parts = {"shape": OF_SHAPE, "engagement": OF_ENGAGEMENT, "field test": OF_FIELD_TEST}
-    return {name: (meaning, part) for part, own in parts.items() for name, meaning in own.items()}
+    return {name: (meaning, part) for part, meanings in parts.items() for name, meaning in meanings.items()}

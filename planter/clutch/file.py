@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from planter.clutch.engage.sections import ContactModel, Dog
 from planter.files.complaints import refused
 from planter.files.document import Document, Origins
 from planter.files.fields import NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
@@ -52,14 +51,14 @@ class Shaft(Section):
             yield refused("fillet_mm", self.fillet_mm, allowed)
 
 
-class Tooth(Section):
+class ToothSection(Section):
     """Distances of tooth tips and roots from the centroid of the body."""
 
     tip_mm: Positive
     root_mm: Positive
 
 
-class Linkage(Section):
+class LinkageSection(Section):
     """Crank gear on its rack, crank, rod, and the distance of the crank's axis from the sleeve's pin when engaged."""
 
     crank_gear_radius_mm: Positive
@@ -72,7 +71,7 @@ class Linkage(Section):
 
 
 class Engagement(Section):
-    """What meets when the clutch engages."""
+    """Masses, radius, speed and load when the clutch engages."""
 
     body_kg: Positive
     contact_radius_mm: Positive
@@ -80,7 +79,7 @@ class Engagement(Section):
     load_Nm: NotNegative
 
 
-class Slip(Section):
+class SlipSection(Section):
     """Angle and forces of a tooth that slips."""
 
     angle_deg: Acute
@@ -97,7 +96,7 @@ class Places(Section):
     exit_mm: Real
 
 
-class Levels(Section):
+class LevelsSection(Section):
     """Axial angles to compare, each with the rod for its travel."""
 
     axial_angles_deg: Annotated[tuple[Acute, ...], BeforeValidator(_some_numbers)]
@@ -111,8 +110,8 @@ class Levels(Section):
             )
 
 
-class Wanted(Section):
-    """What a clutch is sized for."""
+class SizingSection(Section):
+    """Travel, space and limits that a clutch is sized for."""
 
     wanted_travel_mm: Positive
     space_radius_mm: Positive
@@ -121,8 +120,8 @@ class Wanted(Section):
     lift_limit_deg: Acute
 
 
-class Limits(Section):
-    """What sizing and optimisation keep to."""
+class ClutchLimitsSection(Section):
+    """Limits of sizing and optimisation."""
 
     normal_force_N: Positive
     tooth_force_N: Positive
@@ -132,8 +131,8 @@ class Limits(Section):
     teeth_least: Annotated[Whole, Field(ge=5)]
 
 
-class Search(Section):
-    """What the optimisation may choose, and how fast the links rise."""
+class ClutchSearchSection(Section):
+    """Bounds of the optimisation variables, and the speed of the rising links."""
 
     axial_angle_bounds_deg: Pair
     ratio_bounds: Pair
@@ -152,22 +151,22 @@ class Search(Section):
             yield refused("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
 
 
-class Clutch(Document):
-    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and what is known of its work."""
+class ClutchFile(Document):
+    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and its operation."""
 
     sleeve: Sleeve
     shaft: Shaft
-    tooth: Tooth
-    linkage: Linkage
+    tooth: ToothSection
+    linkage: LinkageSection
     engagement: Engagement
-    slip: Slip
+    slip: SlipSection
     contact: ContactModel
     dog: Dog
     field: Places
-    levels: Levels
-    wanted: Wanted
-    limits: Limits
-    search: Search
+    levels: LevelsSection
+    wanted: SizingSection
+    limits: ClutchLimitsSection
+    search: ClutchSearchSection
     origins: Origins = Field(alias="origin")
 
     @check
@@ -178,10 +177,46 @@ class Clutch(Document):
             yield refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
 
 
-def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Clutch:
-    """The clutch in a file, or the built-in one of that name, with some numbers set by `changes`.
+def load_clutch(source: str | Path, changes: Mapping[str, float] | None = None) -> ClutchFile:
+    """Return the clutch in a file, or a built-in one by name, with some numbers replaced by `changes`.
 
-    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises InputError, one sentence that
-    names file, key, value and what is allowed.
+    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises InputError, one sentence with
+    file, key, value and the allowed values.
     """
-    return Clutch.load(source, "clutch", changes)
+    return ClutchFile.load(source, "clutch", changes)
+
+
+class ContactModel(Section):
+    """Contact law, masses, spring, slides of the coupling: the same for both clutches."""
+
+    stiffness_N_m15: Positive
+    dissipation_s_m: NotNegative
+    slip_speed_mm_s: Positive
+    output_inertia_kg_m2: Positive
+    shaft_damping: Annotated[NotNegative, Field(lt=1)]
+    sleeve_kg: Positive
+    spring_rate_N_m: NotNegative
+    sleeve_gap_mm: NotNegative
+    slide_N: Positive
+    lock_N: NotNegative
+    lock_travel_mm: Positive
+    lock_stiffness_N_m: Positive
+    phase_deg: Real
+
+
+class Dog(Section):
+    """The dog clutch: jaws of each half, their backlash, rounded edges and overlap, and the fit of the driving half."""
+
+    jaws: Annotated[Whole, Field(ge=2, le=60)]
+    backlash_deg: Positive
+    edge_mm: Positive
+    depth_mm: Positive
+    fit_mm: Positive
+
+    @check
+    def _jaws_are_left(self) -> Problems:
+        if not self.backlash_deg < 180 / self.jaws:
+            allowed = f"it must be less than 180 / jaws = {180 / self.jaws:g}"
+            yield refused("backlash_deg", self.backlash_deg, allowed)
+        if not self.edge_mm < self.depth_mm:
+            yield refused("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")

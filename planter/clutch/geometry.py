@@ -1,27 +1,37 @@
-"""Geometry of a clutch: polygon in the hexagon, teeth, travel, linkage, and what the print says of them."""
+"""Geometry of a clutch: polygon in the hexagon, teeth, travel, linkage, derived and as printed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from planter.clutch.file import Clutch
-from planter.clutch.linkage import Linkage
-from planter.clutch.model import MODELS, Model, conditions, given, model
-from planter.clutch.results.shape import AsPrinted, Crank, Geometry, Tooth, Travel, Turning, VertexPath
+import numpy as np
+
+from planter.clutch.file import ClutchFile
+from planter.clutch.model import MODELS, Model, collect_values, evaluate_conditions, load_model
+from planter.clutch.results.shape import (
+    AsPrinted,
+    ClutchGeometry,
+    Crank,
+    PolygonRotation,
+    ToothResult,
+    Travel,
+    VertexPath,
+)
 from planter.clutch.rotor import Rotor
-from planter.errors import GeometryError
+from planter.errors import ComputationError, GeometryError
+from planter.kernels import Array
 
 VERTICES, SIDES = 5, 6
 
 
-def geometry(clutch: Clutch) -> Geometry:
-    """Everything about a clutch's shape as one result; `warnings` says which rods do not make the printed travel."""
-    values = given(clutch)
+def compute_geometry(clutch: ClutchFile) -> ClutchGeometry:
+    """Return the shape of a clutch; `warnings` names the rods that do not make the printed travel."""
+    values = collect_values(clutch)
     linkage = list(_linkage(clutch, values))
-    sizes = model().at("polygon", a=values["a"])
-    return Geometry(
+    sizes = load_model().at("polygon", a=values["a"])
+    return ClutchGeometry(
         clutch=clutch.name,
         R_mm=sizes["R"] * 1e3,
         a_mm=values["a"] * 1e3,
@@ -33,7 +43,7 @@ def geometry(clutch: Clutch) -> Geometry:
         tooth=_tooth(values, "exact"),
         travel=_travel(clutch, values),
         linkage=[row for row, _ in linkage],
-        conditions=conditions(values),
+        conditions=evaluate_conditions(values),
         warnings=[warning for _, warning in linkage if warning],
         printed=_printed(values),
     )
@@ -50,44 +60,44 @@ def _ellipse(sizes: dict[str, float]) -> VertexPath:
     )
 
 
-def _rotor(side: float) -> Turning:
-    found, R = model().at("rotor", a=side), model().at("polygon", a=side)["R"]
-    fillet = model().at("fillet", flats=R)["r"]
-    return Turning(
-        mismatch_over_R=found["miss"] / R,
-        smallest_hexagon_over_R=found["free"] / R,
+def _rotor(side: float) -> PolygonRotation:
+    rotor, R = load_model().at("rotor", a=side), load_model().at("polygon", a=side)["R"]
+    fillet = load_model().at("fillet", flats=R)["r"]
+    return PolygonRotation(
+        mismatch_over_R=rotor["miss"] / R,
+        smallest_hexagon_over_R=rotor["free"] / R,
         fillet_limit_over_R=fillet / R,
         harmonics=Rotor(VERTICES, SIDES).harmonics(6),
     )
 
 
-def _tooth(values: dict[str, float], name: Model) -> Tooth:
-    found = model(name).at("teeth", flats=values["flats"], r=values["r"])
-    return Tooth(b1_min_mm=found["b1"] * 1e3, b2_min_mm=found["b2"] * 1e3, xi_deg=math.degrees(found["xi"]))
+def _tooth(values: dict[str, float], name: Model) -> ToothResult:
+    teeth = load_model(name).at("teeth", flats=values["flats"], r=values["r"])
+    return ToothResult(b1_min_mm=teeth["b1"] * 1e3, b2_min_mm=teeth["b2"] * 1e3, xi_deg=math.degrees(teeth["xi"]))
 
 
-def travel(values: dict[str, float], angle: float, name: Model = "exact") -> float:
-    """Least travel of the sleeve [m] at an axial angle [rad]: (4)."""
+def least_travel(values: dict[str, float], angle: float, name: Model = "exact") -> float:
+    """Return the least travel of the sleeve [m] at an axial angle [rad]: (4)."""
     at = {key: values[key] for key in ("a", "mu", "F1", "F2")}
-    return model(name).at("travel", phi=angle, **at)["c_min"]
+    return load_model(name).at("travel", phi=angle, **at)["c_min"]
 
 
-def _travel(clutch: Clutch, values: dict[str, float]) -> list[Travel]:
+def _travel(clutch: ClutchFile, values: dict[str, float]) -> list[Travel]:
     return [
         Travel(
             axial_angle_deg=angle,
-            printed_mm=travel(values, math.radians(angle), "printed") * 1e3,
-            exact_mm=travel(values, math.radians(angle), "exact") * 1e3,
+            printed_mm=least_travel(values, math.radians(angle), "printed") * 1e3,
+            exact_mm=least_travel(values, math.radians(angle), "exact") * 1e3,
         )
         for angle in clutch.levels.axial_angles_deg
     ]
 
 
-def _linkage(clutch: Clutch, values: dict[str, float]) -> Iterator[tuple[Crank, str | None]]:
+def _linkage(clutch: ClutchFile, values: dict[str, float]) -> Iterator[tuple[Crank, str | None]]:
     """Rotation of the crank for the printed travel, with the rod that belongs to it; else why it does not get there."""
     for index, (angle, rod) in enumerate(zip(clutch.levels.axial_angles_deg, clutch.levels.rods_mm, strict=True)):
-        way = travel(values, math.radians(angle), "printed")
-        linkage = Linkage(values["l_AB"], rod * 1e-3, values["l_AC"])
+        way = least_travel(values, math.radians(angle), "printed")
+        linkage = CrankLinkage(values["l_AB"], rod * 1e-3, values["l_AC"])
         unreached = Crank(angle, None, rod, None, None, None)
         try:
             linkage.check(way, f"{clutch.source}: levels.rods_mm[{index}]")
@@ -97,29 +107,30 @@ def _linkage(clutch: Clutch, values: dict[str, float]) -> Iterator[tuple[Crank, 
             yield _turned(unreached, linkage, way, values), None
 
 
-def control_motion(clutch: Clutch, values: dict[str, float]) -> dict[str, float] | None:
-    """Return how crank and link turn while the own linkage makes the sleeve's own travel; None if the rod cannot.
+def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, float] | None:
+    """Return how crank and link turn while the linkage of the file makes the sleeve's travel; None if the rod cannot.
 
     Keys: `rotation` of the crank, `lift` of the link, `alpha_max`, its inclination then [rad], and the teeth `n`.
     """
-    linkage = Linkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
+    linkage = CrankLinkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
     way = clutch.si("sleeve.travel_mm")
     if not linkage.makes(way):
         return None
-    limit = model().at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])
+    limit = load_model().at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])
     return {"rotation": limit["theta_Amax"], "n": limit["n"], **_drive(values, limit["theta_Amax"])}
 
 
 def _drive(values: dict[str, float], rotation: float) -> dict[str, float]:
-    """The link, for a rotation of the crank [rad]."""
+    """Return lift and inclination of the link for a rotation of the crank [rad]."""
     span = values["r_A"] + values["r_D"]
-    return model().at("drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation)
+    return load_model().at("drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation)
 
 
-def _turned(unreached: Crank, linkage: Linkage, way: float, values: dict[str, float]) -> Crank:
+def _turned(unreached: Crank, linkage: CrankLinkage, way: float, values: dict[str, float]) -> Crank:
     rotation = linkage.rotation(way)
     teeth, printed = (
-        model(name).at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])["n"] for name in MODELS
+        load_model(name).at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])["n"]
+        for name in MODELS
     )
     return replace(
         unreached,
@@ -131,16 +142,85 @@ def _turned(unreached: Crank, linkage: Linkage, way: float, values: dict[str, fl
 
 
 def _printed(values: dict[str, float]) -> AsPrinted:
-    """The same as the paper prints it, where it does."""
-    sizes = model("printed").at("polygon", a=values["a"])
+    """Return the shape by the formulas that the paper prints."""
+    sizes = load_model("printed").at("polygon", a=values["a"])
     R = sizes["R"]
     return AsPrinted(
         A1=sizes["A1"],
         A2=sizes["A2"],
         semi_axes_over_R=(sizes["s_1"] / R, sizes["s_2"] / R),
         tangency_radius_over_R=sizes["rho_C"] / R,
-        mismatch_over_R=model("printed").at("path", theta=math.pi / 2, a=values["a"])["e_3"] / R,
-        fillet_limit_over_R=model("printed").at("fillet", flats=R)["r"] / R,
+        mismatch_over_R=load_model("printed").at("path", theta=math.pi / 2, a=values["a"])["e_3"] / R,
+        fillet_limit_over_R=load_model("printed").at("fillet", flats=R)["r"] / R,
         tooth=_tooth(values, "printed"),
-        conditions=conditions(values, "printed"),
+        conditions=evaluate_conditions(values, "printed"),
     )
+
+
+@dataclass(frozen=True)
+class CrankLinkage:
+    """Lengths of crank and rod, and the distance of the crank's axis from the sleeve's pin when engaged [m]."""
+
+    crank: float
+    rod: float
+    distance: float
+
+    @property
+    def packed(self) -> list[float]:
+        return [self.crank, self.rod, self.distance]
+
+    def closes(self, shift: float = 0.0) -> bool:
+        """Return whether crank and rod meet while the sleeve is shifted from its engaged position [m]."""
+        pin = self.distance + shift
+        return abs(self.crank - self.rod) < pin < self.crank + self.rod
+
+    def makes(self, travel: float) -> bool:
+        """Return whether crank and rod meet from end to end of a travel [m]."""
+        return self.closes() and self.closes(travel)
+
+    def check(self, travel: float, where: str) -> None:
+        """Raise GeometryError, naming the position of the rod in its file, unless the linkage makes the travel [m]."""
+        if not self.makes(travel):
+            low = max(abs(self.crank - self.distance), self.distance + travel - self.crank) * 1e3
+            high = (self.crank + self.distance) * 1e3
+            over = f"over the travel of {travel * 1e3:.4g} mm"
+            interval = f"it must be between {low:.6g} and {high:.6g}, where crank and rod meet {over}"
+            allowed = interval if low < high else f"no rod reaches {over}, the crank must be longer"
+            raise GeometryError(f"{where} = {self.rod * 1e3:g} is not allowed: {allowed}")
+
+    def rotation(self, travel: float) -> float:
+        """Return the rotation of the crank relative to the link [rad] while the sleeve makes a travel [m]: (7)."""
+        return load_model().at("limit", crank=self.packed, c=travel, r_A=1.0, m=1.0)["theta_Amax"]
+
+    def evaluate(self, shift: Array) -> dict[str, Array]:
+        """Return crank angle, crank pin, rod angle and lever at shifts of the sleeve (n,) [m, rad]."""
+        return load_model()("slider", shift=shift, crank=self.packed)
+
+
+def find_linkages(crank: float, distance: float, travel: float, rotation: float) -> list[CrankLinkage]:
+    """Return the linkages whose crank makes a travel [m] of the sleeve in a rotation [rad], smaller rod angle first.
+
+    Raises ComputationError if this crank cannot.
+    """
+    closure = load_model().at("rod", l_AB=crank, l_AC=distance, c=travel, theta_Amax=rotation)
+    if closure["share"] > 1:
+        raise ComputationError(
+            f"a crank of {crank * 1e3:.4g} mm makes at most {travel / closure['share'] * 1e3:.4g} mm in "
+            f"{np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must be longer or turn further"
+        )
+    base = CrankLinkage(crank, 0.0, distance)
+    both = [replace(base, rod=closure[name]) for name in ("l_BC_1", "l_BC_2")]
+    feasible = [linkage for linkage in both if linkage.makes(travel) and _in_one_sense(linkage, travel, rotation)]
+    if not feasible:
+        raise ComputationError("no rod lets the crank make the travel on one side of its guide")
+    return sorted(feasible, key=lambda linkage: steepest_rod_angle(linkage, travel))
+
+
+def steepest_rod_angle(linkage: CrankLinkage, travel: float) -> float:
+    """Return the largest angle of the rod with the guide over a travel [rad]."""
+    return float(linkage.evaluate(np.linspace(0, travel, 101))["rod_angle"].max())
+
+
+def _in_one_sense(linkage: CrankLinkage, travel: float, rotation: float) -> bool:
+    """The squared closure has roots too at which the crank would have to cross its guide."""
+    return abs(linkage.rotation(travel) - rotation) < 1e-9

@@ -1,4 +1,4 @@
-"""The drawings of clutches with their symbols: `LABELS`, as `planter.view.sheet` has it."""
+"""Adapter of clutches for drawings with symbols: `LABELS` (`planter.view.sheet`)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from planter.view.sheet import Labelled
 
 
-class Labels:
+class ClutchLabels:
     """Clutches."""
 
     undrawn: Mapping[str, Sequence[str]] = {
@@ -41,12 +41,12 @@ class Labels:
 
     def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
         """The clutch in a file, or the built-in one of that name."""
-        from planter.clutch.file import load
-        from planter.clutch.report.sheets import sheets
+        from planter.clutch.file import load_clutch
+        from planter.clutch.report.sheets import draw_sheets
         from planter.view.sheet import Labelled
 
-        clutch = load(source, changes)
-        return Labelled(clutch.name, clutch.numbers(), sheets(clutch))
+        clutch = load_clutch(source, changes)
+        return Labelled(clutch.name, clutch.numbers(), draw_sheets(clutch))
 
 
-LABELS = Labels()
+LABELS = ClutchLabels()

@@ -8,10 +8,9 @@ import casadi as ca
 import numpy as np
 
 from planter.clutch import file
-from planter.clutch.file import Clutch
-from planter.clutch.geometry import control_motion
-from planter.clutch.linkage import Linkage
-from planter.clutch.model import given, model
+from planter.clutch.file import ClutchFile
+from planter.clutch.geometry import CrankLinkage, control_motion
+from planter.clutch.model import collect_values, load_model
 from planter.clutch.show import KIND
 from planter.engine.machine import Documentation, Machine, Quantity, Value
 from planter.files import units
@@ -52,18 +51,18 @@ def takes(source: str) -> bool:
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a clutch. Raises InputError as its file does, GeometryError as its linkage does."""
-    return build_machine(file.load(source, changes))
+    return build_machine(file.load_clutch(source, changes))
 
 
-def build_machine(clutch: Clutch) -> Machine:
+def build_machine(clutch: ClutchFile) -> Machine:
     """Return the switching of a clutch over the rotation of its link.
 
     The link goes up by as much as the file's own linkage needs for the sleeve's travel, and comes down again: that is
     a cycle. Raises GeometryError if the linkage does not make the travel.
     """
-    linkage = Linkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
+    linkage = CrankLinkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
     linkage.check(clutch.si("sleeve.travel_mm"), f"{clutch.source}: linkage.rod_mm")
-    control = control_motion(clutch, given(clutch))
+    control = control_motion(clutch, collect_values(clutch))
     assert control is not None
     lift = control["lift"]
     values = tuple(Value(name, *entry) for name, entry in VALUES.items())
@@ -77,7 +76,7 @@ def build_machine(clutch: Clutch) -> Machine:
     return Machine(
         document=clutch,
         build=build_machine,
-        assumptions=tuple(model().sidecar["assumptions"]),
+        assumptions=tuple(load_model().sidecar["assumptions"]),
         values=values,
         data=np.array([clutch.si(value.path) for value in values]),
         moved=(),
@@ -91,23 +90,23 @@ def build_machine(clutch: Clutch) -> Machine:
         event_kinds=({"name": "link turns back", "order": 0, "period": lift},),
         turn=2 * lift,
         motors=("M_link",),
-        documentation=Documentation(model().sidecar["title"], model().sidecar["source"]),
+        documentation=Documentation(load_model().sidecar["title"], load_model().sidecar["source"]),
     )
 
 
-def _compose_switching(phi: ca.SX, known: dict[str, ca.SX], lift: float) -> dict[str, ca.SX]:
+def _compose_switching(phi: ca.SX, inputs: dict[str, ca.SX], lift: float) -> dict[str, ca.SX]:
     """Return the quantities by name at a drive angle phi, half of whose cycle is the link's lift [rad]."""
-    formulas = model()
+    formulas = load_model()
     link = lift - ca.fabs(phi - 2 * lift * ca.floor(phi / (2 * lift)) - lift)
-    crank = ca.vertcat(*(known[name] for name in ("l_AB", "l_BC", "l_AC")))
-    engaged = formulas.composed("slider", {**known, "shift": ca.SX(0), "crank": crank})
-    turned = link * known["r_D"] / known["r_A"]
+    crank = ca.vertcat(*(inputs[name] for name in ("l_AB", "l_BC", "l_AC")))
+    engaged = formulas.composed("slider", {**inputs, "shift": ca.SX(0), "crank": crank})
+    turned = link * inputs["r_D"] / inputs["r_A"]
     angle = engaged["crank_angle"] - turned
-    across = known["l_AB"] * ca.sin(angle)
-    shift = known["l_AB"] * ca.cos(angle) + ca.sqrt(known["l_BC"] ** 2 - across**2) - known["l_AC"]
-    results = formulas.composed("slider", {**known, "shift": shift})
-    results |= formulas.composed("push", {**known, "shift": shift})
-    results |= {"link": link, "alpha": np.pi / 2 - known["gamma"] + link, "theta_AR": turned, "shift": shift}
+    across = inputs["l_AB"] * ca.sin(angle)
+    shift = inputs["l_AB"] * ca.cos(angle) + ca.sqrt(inputs["l_BC"] ** 2 - across**2) - inputs["l_AC"]
+    results = formulas.composed("slider", {**inputs, "shift": shift})
+    results |= formulas.composed("push", {**inputs, "shift": shift})
+    results |= {"link": link, "alpha": np.pi / 2 - inputs["gamma"] + link, "theta_AR": turned, "shift": shift}
     slope = ca.jacobian(shift, phi)
-    results |= {"v_sleeve": known["omega"] * slope, "M_link": known["F1"] * slope}
+    results |= {"v_sleeve": inputs["omega"] * slope, "M_link": inputs["F1"] * slope}
     return results

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from planter.clutch.file import Clutch
-from planter.clutch.results.shape import Condition
+from planter.clutch.file import ClutchFile
+from planter.clutch.results.shape import InequalityResult
 from planter.files import units
 from planter.kernels import formulas
 from planter.kernels.formulas import Formulas
@@ -15,52 +15,52 @@ Model = Literal["exact", "printed"]
 MODELS: tuple[Model, ...] = ("exact", "printed")
 
 
-def model(name: Model = "exact") -> Formulas:
-    """The generated functions of a model."""
+def load_model(name: Model = "exact") -> Formulas:
+    """Return the generated functions of a model."""
     return formulas.load(f"clutch_{name}")
 
 
-def given(clutch: Clutch) -> dict[str, float]:
-    """The clutch's numbers in SI units under the names of the derivation."""
-    entries = [entry for vector in model().sidecar["vectors"].values() for entry in vector]
-    found = {entry["name"]: clutch.si(entry["shown"]) for entry in entries if "shown" in entry}
+def collect_values(clutch: ClutchFile) -> dict[str, float]:
+    """Return the clutch's numbers in SI units under the names of the derivation."""
+    entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
+    values = {entry["name"]: clutch.si(entry["shown"]) for entry in entries if "shown" in entry}
     linkage = (
         ("r_A", "crank_gear_radius_mm"),
         ("r_D", "rack_radius_mm"),
         ("gamma", "rack_phase_deg"),
         ("m", "module_mm"),
     )
-    found |= {name: clutch.si(f"linkage.{key}") for name, key in linkage}
-    return found | {"flats": clutch.si("shaft.flat_to_flat_mm"), "k": found["r_A"] / found["r_D"]}
+    values |= {name: clutch.si(f"linkage.{key}") for name, key in linkage}
+    return values | {"flats": clutch.si("shaft.flat_to_flat_mm"), "k": values["r_A"] / values["r_D"]}
 
 
-def crank(values: Mapping[str, float]) -> list[float]:
-    """Packed lengths of crank, rod and engaged distance."""
+def pack_crank(values: Mapping[str, float]) -> list[float]:
+    """Return the lengths of crank, rod and engaged distance [m] as the formulas take them."""
     return [values["l_AB"], values["l_BC"], values["l_AC"]]
 
 
-def conditions(values: Mapping[str, float], name: Model = "exact") -> list[Condition]:
-    """Every inequality of a working clutch with its margin, positive where it holds, in shown units.
+def evaluate_conditions(values: Mapping[str, float], name: Model = "exact") -> list[InequalityResult]:
+    """Return every inequality of a working clutch with its margin, positive if satisfied, in display units.
 
-    `share` is the margin as a share of what is kept above or below the bound.
+    `share` is the margin over the bounded value.
     """
-    formulas_ = model(name)
+    formulas_ = load_model(name)
     packed = [values[entry["name"]] for entry in formulas_.sidecar["vectors"]["clutch"]]
     margins = formulas_.at("conditions", clutch=packed)
     rows = formulas_.sidecar["vectors"]["conditions"]
     return [
-        condition(
+        build_condition(
             row["meaning"], row["source"], row["unit"], margins[row["name"]], values.get(_BOUND[row["name"]], 1.0)
         )
         for row in rows
     ]
 
 
-def condition(what: str, source: str, unit: str, margin: float, value: float) -> Condition:
-    """An inequality as results show it; `margin` and `value` in the SI unit given."""
+def build_condition(name: str, source: str, unit: str, margin: float, value: float) -> InequalityResult:
+    """Return an inequality as results have it; `margin` and `value` in the SI unit `unit`."""
     key = units.key("margin", unit)
-    return Condition(
-        condition=what,
+    return InequalityResult(
+        condition=name,
         source=source,
         margin=margin / units.factor(key),
         unit=units.unit(key) or "1",

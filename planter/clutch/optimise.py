@@ -1,18 +1,32 @@
-"""The fastest switching that forces and space allow: IPOPT from several starts, and a certificate of the optimum."""
+"""The fastest switching under limits of forces and space: travel time and margins with exact derivatives, by IPOPT.
+
+The links rise at a constant rate, so the time is the lift of the link over that rate; the sleeve makes the least travel
+that its axial angle allows. Forces and rod angle satisfy their limits at stations along the way. Several starts, and a
+certificate of the optimum.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import casadi as ca
 import numpy as np
 
-from planter.clutch.file import Clutch
-from planter.clutch.results.shape import Choice, FastestSwitching, Held, Proof
-from planter.clutch.switching import ASSUMES, VARIABLES, Switching
-from planter.errors import ComputationError
+from planter.clutch.file import ClutchFile
+from planter.clutch.model import collect_values, load_model, pack_crank
+from planter.clutch.results.shape import ClutchBindingLimit, FastestSwitching, SwitchingCertificate, SwitchingDesign
+from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
+from planter.numerics import extremes
+from planter.optimise.box import Box
+from planter.optimise.constraints import Named
 from planter.optimise.descent import Minimum
+from planter.optimise.expressions import Expression, Expressions
 from planter.optimise.problem import Problem
 from planter.optimise.result import Certificate, certified
+from planter.optimise.smooth import Smooth
 from planter.optimise.starts import descents_from
 
 STARTS = 8
@@ -22,18 +36,18 @@ BROKEN = 1e-8
 PEAK = 1e-6
 """Share of a limit by which a peak between stations may pass it."""
 ROUNDS = 8
-"""Most times that a peak between stations becomes a station."""
+"""Largest number of times that a peak between stations becomes a station."""
 
 
-def optimise(clutch: Clutch, seed: int = 0, starts: int = STARTS) -> FastestSwitching:
-    """Axial angle, gear ratio and linkage of the smallest travel time under the limits of the file.
+def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> FastestSwitching:
+    """Return axial angle, gear ratio and linkage of the smallest travel time under the limits of the file.
 
-    Raises InputError for bounds that hold linkages that do not close, ComputationError where no start ends at a point
-    that satisfies every limit.
+    Raises InputError for bounds with linkages that do not close, ComputationError if no start ends at a point that
+    satisfies every limit.
     """
-    switching = Switching(clutch)
-    problem, own = switching.problem, switching.box.design
-    violated = [switching.names[i] for i in np.flatnonzero(switching.margins.values(own) < -BROKEN)]
+    switching = SwitchingProblem(clutch)
+    problem, file_design = switching.problem, switching.box.design
+    violated = [switching.names[i] for i in np.flatnonzero(switching.margins.values(file_design) < -BROKEN)]
     first = [problem.start, *np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))]
     for _ in range(ROUNDS):
         minima = descents_from(problem, first, MOST_ITERATIONS)
@@ -42,56 +56,190 @@ def optimise(clutch: Clutch, seed: int = 0, starts: int = STARTS) -> FastestSwit
             raise ComputationError(_hopeless(switching, problem, minima))
         best = min(good, key=lambda minimum: minimum.objective)
         x = problem.design(best.u)
-        along = switching.worst_along(x)
-        peaks = {what: share for what, (margin, share) in along.items() if margin < -PEAK}
+        margins = switching.worst_along(x)
+        peaks = {limit: share for limit, (margin, share) in margins.items() if margin < -PEAK}
         if not peaks:
             break
         stations = {w: sorted({*at, *([peaks[w]] if w in peaks else [])}) for w, at in switching.stations.items()}
-        switching, first = Switching(clutch, stations), [minimum.u for minimum in good]
+        switching, first = SwitchingProblem(clutch, stations), [minimum.u for minimum in good]
         problem = switching.problem
     return FastestSwitching(
         clutch=clutch.name,
         travel_time_s=best.objective,
         start_travel_time_s=problem.reference.objective,
         start_violates=violated,
-        design=Choice(**_shown(x)),
-        start_design=Choice(**_shown(own)),
-        stations={what: list(at) for what, at in switching.stations.items()},
-        least_margin_along={what: margin for what, (margin, _) in along.items()},
+        design=SwitchingDesign(**_to_display_units(x)),
+        start_design=SwitchingDesign(**_to_display_units(file_design)),
+        stations={limit: list(at) for limit, at in switching.stations.items()},
+        least_margin_along={limit: margin for limit, (margin, _) in margins.items()},
         bounds=_bounds(switching),
-        certificate=_told(certified(problem, best.u, good), problem.scale, starts),
+        certificate=_to_certificate(certified(problem, best.u, good), problem.scale, starts),
         assumes=list(ASSUMES),
         seed=seed,
     )
 
 
-def _told(proof: Certificate, scale: float, starts: int) -> Proof:
+def _to_certificate(proof: Certificate, scale: float, starts: int) -> SwitchingCertificate:
     """The certificate; a multiplier is the share of the file's own time that a share of the limit is worth."""
-    held = [(one.name, one.multiplier) for one in proof.active_constraints]
-    held += [(f"{one.name} at its {one.side} bound", one.multiplier) for one in proof.active_bounds]
-    return Proof(
+    active = [(bound.name, bound.multiplier) for bound in proof.active_constraints]
+    active += [(f"{bound.name} at its {bound.side} bound", bound.multiplier) for bound in proof.active_bounds]
+    return SwitchingCertificate(
         kkt_residual=proof.kkt_residual,
-        active=[Held(name, multiplier / scale) for name, multiplier in held],
+        active=[ClutchBindingLimit(name, multiplier / scale) for name, multiplier in active],
         agreeing_starts=proof.agreeing_starts,
         spread=proof.spread / scale,
         starts=starts,
     )
 
 
-def _shown(x: Array) -> dict[str, float]:
+def _to_display_units(x: Array) -> dict[str, float]:
     return {key: float(value) / units.factor(key) for key, value in zip(VARIABLES, x, strict=True)}
 
 
-def _bounds(switching: Switching) -> dict[str, tuple[float, float]]:
-    lower, upper = _shown(switching.box.lower), _shown(switching.box.upper)
+def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:
+    lower, upper = _to_display_units(switching.box.lower), _to_display_units(switching.box.upper)
     return {key: (lower[key], upper[key]) for key in VARIABLES}
 
 
-def _hopeless(switching: Switching, problem: Problem, minima: list[Minimum]) -> str:
-    """Which limit the best of the points breaks most."""
+def _hopeless(switching: SwitchingProblem, problem: Problem, minima: list[Minimum]) -> str:
+    """Return the message that names the limit that the best of the points violates most."""
     margins = [switching.margins.values(problem.design(minimum.u)) for minimum in minima]
     best = max(margins, key=lambda m: float(m.min()))
     return (
         f"no design within the bounds keeps all limits: {switching.names[int(best.argmin())]} fails by "
         f"{-100 * best.min():.3g} % of its limit at the best point found"
     )
+
+
+VARIABLES = {
+    "axial_angle_deg": ("phi", "axial_angle_bounds_deg"),
+    "ratio": ("k", "ratio_bounds"),
+    "crank_mm": ("l_AB", "crank_bounds_mm"),
+    "rod_mm": ("l_BC", "rod_bounds_mm"),
+    "distance_mm": ("l_AC", "distance_bounds_mm"),
+}
+"""What may be chosen: key, name in the derivation, bounds in the file."""
+ASSUMES = (
+    "links rise at a constant rate",
+    "the sleeve is pushed with the engaging force all along its way",
+    "no friction in crank, rod and gears",
+)
+STATIONS = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
+"""Places along the way, as shares of it, at which limits are imposed first."""
+ALONG = {"tooth force": "tooth_force", "rod angle": "rod_angle"}
+"""What is limited all along the way: its name, and its name in the derivation."""
+_DENSE = np.linspace(0, 1, 401)
+
+
+class SwitchingProblem:
+    """The least travel time of a clutch as a problem over its `VARIABLES`, x (5,) in SI.
+
+    `stations` are the places along the way, as shares of it, at which each limit of `ALONG` is imposed.
+
+    Raises InputError if the bounds of the file contain linkages that do not close.
+    """
+
+    def __init__(self, clutch: ClutchFile, stations: Mapping[str, Sequence[float]] | None = None) -> None:
+        self.clutch, self.values = clutch, collect_values(clutch)
+        self.stations = dict(stations) if stations else dict.fromkeys(ALONG, STATIONS)
+        self._limits = {"tooth force": clutch.limits.tooth_force_N, "rod angle": clutch.si("limits.rod_angle_deg")}
+        bounds = np.array([[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()])
+        lower, upper = bounds.T
+        design = np.array([self.values[name] for name, _ in VARIABLES.values()])
+        self.box = Box.shares(tuple(VARIABLES), lower, upper, np.clip(design, lower, upper))
+        self.values |= self.design(lower)
+        self._check_closure()
+
+    def design(self, x: Array) -> dict[str, float]:
+        """The variables in SI under their names in the derivation."""
+        return {name: float(value) for (name, _), value in zip(VARIABLES.values(), x, strict=True)}
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the limits, in their order."""
+        stations = [f"{limit} at {100 * share:.4g} % of the way" for limit in ALONG for share in self.stations[limit]]
+        return ["normal force", "length", "rack radius", "teeth", "outline in the space", "body and way in the space",
+                "lift of the link", *stations]  # fmt: skip
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The travel time [s], with the margins as shares of their limits, which must be positive."""
+        return Problem(Smooth(Expression(self._x, self._expressions[0]), len(VARIABLES)), self.box, self.margins)
+
+    @cached_property
+    def margins(self) -> Expressions:
+        """The limits as constraints, one component each: its margin as a share of it."""
+        count = len(self.names)
+        bounds = np.zeros(count), np.full(count, np.inf)
+        return Expressions(self._x, self._expressions[1], bounds, [Named(n) for n in self.names], np.arange(count))
+
+    @cached_property
+    def _x(self) -> ca.SX:
+        return ca.SX.sym("x", len(VARIABLES))
+
+    @cached_property
+    def _expressions(self) -> tuple[ca.SX, ca.SX]:
+        """The travel time [s], and the margins as shares of their limits."""
+        return self._time_and_margins(*ca.vertsplit(self._x))
+
+    def _time_and_margins(self, phi: ca.SX, k: ca.SX, *lengths: ca.SX) -> tuple[ca.SX, ca.SX]:
+        v, si, limits = self.values, self.clutch.si, self.clutch.limits
+        packed, span = ca.vertcat(*lengths), v["r_A"] + v["r_D"]
+        forces = _entries("travel", v["a"], phi, v["mu"], v["F1"], v["F2"])
+        c = forces["c_min"]
+        rotation = _entries("limit", packed, c, v["r_A"], v["m"])["theta_Amax"]
+        drive = _entries("drive", k, span, v["gamma"], rotation)
+        way = [
+            1 - _entries("push", c * share, packed, v["F1"], drive["r_A"])[name] / self._limits[limit]
+            for limit, name in ALONG.items()
+            for share in self.stations[limit]
+        ]
+        outline = _entries("taper", v["R2"], v["d"], phi)["R1"]
+        rack, lift = si("rack_least_mm"), si("lift_limit_deg")
+        margins = [
+            1 - forces["F_N"] / limits.normal_force_N,
+            1 - (lengths[2] + c) / si("limits.length_mm"),
+            drive["r_D"] / rack - 1,
+            2 * drive["r_A"] / v["m"] / limits.teeth_least - 1,
+            1 - outline / si("space_radius_mm"),
+            1 - (v["d"] + c) / si("space_length_mm"),
+            1 - drive["alpha_max"] / lift,
+            *way,
+        ]
+        return drive["lift"] / self.clutch.search.lift_rad_s, ca.vertcat(*margins)
+
+    def worst_along(self, x: Array) -> dict[str, tuple[float, float]]:
+        """Return smallest margin and position, as shares, of each limit of `ALONG` over the way at a design x."""
+        design = self.values | self.design(x)
+        c = load_model().at("travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")})["c_min"]
+        span = self.values["r_A"] + self.values["r_D"]
+        r_A = load_model().at("drive", k=design["k"], span=span, gamma=design["gamma"], theta_Amax=0.0)["r_A"]
+        margins = {}
+        for limit, name in ALONG.items():
+
+            def margin(share: Array, limit: str = limit, name: str = name) -> Array:
+                at = load_model()("push", shift=c * share, crank=pack_crank(design), F1=design["F1"], r_A=r_A)
+                return 1 - at[name] / self._limits[limit]
+
+            minimum = extremes.least(margin, _DENSE)
+            margins[limit] = minimum.value, minimum.place
+        return margins
+
+    def _check_closure(self) -> None:
+        """Every linkage in the box closes over the longest travel in it."""
+        travel_inputs = {key: self.values[key] for key in ("a", "mu", "F1", "F2")}
+        longest = load_model().at("travel", phi=self.box.lower[0], **travel_inputs)["c_min"]
+        (shortest, min_rod, min_distance), (_, max_rod, max_distance) = self.box.lower[2:], self.box.upper[2:]
+        low, high = max_distance + longest - shortest, shortest + min_distance
+        if not (low < min_rod and max_rod < high):
+            raise self.clutch.input_error(
+                "search.rod_bounds_mm",
+                f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod always meet",
+                InputError,
+            )
+
+
+def _entries(stage: str, *arguments: ca.SX | float) -> dict[str, ca.SX]:
+    """The outputs of a stage of the exact model, by name."""
+    packed = load_model().function(stage)(*arguments)
+    return dict(zip(load_model().outputs(stage), ca.vertsplit(packed), strict=True))

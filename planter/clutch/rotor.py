@@ -12,8 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planter.clutch.results.rotor import CornerPath, Fit, Sliding, SlidPath
-from planter.clutch.results.shape import Harmonic, Oval
+from planter.clutch.results.shape import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
 from planter.numerics import extremes
@@ -36,9 +35,9 @@ class Rotor:
 
     def __post_init__(self) -> None:
         if not (3 <= self.vertices <= MOST and self.vertices % 2):
-            raise GeometryError(f"vertices = {self.vertices} is not allowed: it must be odd, from 3 to {MOST}")
+            raise GeometryError(f"vertices = {self.vertices}: must be odd, from 3 to {MOST}")
         if not 3 <= self.sides <= MOST:
-            raise GeometryError(f"sides = {self.sides} is not allowed: it must be from 3 to {MOST}")
+            raise GeometryError(f"sides = {self.sides}: must be from 3 to {MOST}")
 
     @property
     def turn(self) -> float:
@@ -52,8 +51,8 @@ class Rotor:
     @cached_property
     def normals(self) -> Array:
         """Directions of the outer normals [rad], (sides,), the upper side first."""
-        found: Array = np.asarray(math.pi / 2 + self.turn * np.arange(self.sides), dtype=float)
-        return found
+        directions: Array = np.asarray(math.pi / 2 + self.turn * np.arange(self.sides), dtype=float)
+        return directions
 
     def support(self, direction: object) -> Array:
         """Distance of the tangents with a normal from the centroid [m]; directions [rad] from a vertex's, (n,)."""
@@ -74,8 +73,8 @@ class Rotor:
         reach = self.supports(np.array([rotation]))[:, 0]
         rows = np.column_stack([np.cos(self.normals), np.sin(self.normals), -np.ones(self.sides)])
         free = (None, None)
-        found = linprog([0, 0, 1], A_ub=rows, b_ub=-reach, bounds=[free, free, free], method="highs-ds")
-        return float(found.x[2]), np.asarray(found.x[:2])
+        optimum = linprog([0, 0, 1], A_ub=rows, b_ub=-reach, bounds=[free, free, free], method="highs-ds")
+        return float(optimum.x[2]), np.asarray(optimum.x[:2])
 
     @cached_property
     def smallest_apothem(self) -> float:
@@ -88,9 +87,9 @@ class Rotor:
         return extremes.largest(extremes.each(lambda r: self.tightest(r)[0]), rotations, closed=True).value
 
     def misses(self, rotation: Array) -> Array:
-        """By how much the other pairs of sides are missed [m], (pairs, n), while two neighbouring pairs are held.
+        """Return the gaps at the other pairs of sides [m], (pairs, n), while two neighbouring pairs are in contact.
 
-        Raises GeometryError where sides are not in pairs.
+        Raises GeometryError if sides are not in pairs.
         """
         self._in_pairs()
         pairs = self.sides // 2
@@ -98,16 +97,16 @@ class Rotor:
         middle = (reach[:pairs] - reach[pairs:]) / 2
         rows = np.column_stack([np.cos(self.normals[:pairs]), np.sin(self.normals[:pairs])])
         centroid = np.linalg.solve(rows[:2], -middle[:2])
-        found: Array = middle + rows @ centroid
-        return found
+        gaps: Array = middle + rows @ centroid
+        return gaps
 
     @cached_property
     def miss(self) -> float:
         """Largest of `misses` over a turn [m]; zero for a rotor."""
 
         def size(rotation: Array) -> Array:
-            found: Array = np.abs(self.misses(rotation)).max(axis=0)
-            return found
+            largest: Array = np.abs(self.misses(rotation)).max(axis=0)
+            return largest
 
         period = 2 * math.pi / self.vertices
         rotations = period * np.arange(40 * self.sides) / (40 * self.sides)
@@ -119,10 +118,10 @@ class Rotor:
         A rotor of a regular polygon of N sides has those of order k N +- 1 alone (Goldberg, Math. Comp. 14, 1960).
         """
         orders = 2 * np.arange(count) + 1
-        found = formulas.load("clutch_rotor")("harmonic", order=orders, shape=self.shape())["harmonic"]
+        amplitudes = formulas.load("clutch_rotor")("harmonic", order=orders, shape=self.shape())["harmonic"]
         return [
             Harmonic(int(k), float(h) / self.width, rotor=int(k) % self.sides in (1, self.sides - 1))
-            for k, h in zip(orders * self.vertices, found, strict=True)
+            for k, h in zip(orders * self.vertices, amplitudes, strict=True)
         ]
 
     @cached_property
@@ -134,7 +133,7 @@ class Rotor:
         self._in_pairs()
         if self.sides >= 2 * self.vertices:
             raise GeometryError(
-                f"sides = {self.sides} is not allowed: it must be less than {2 * self.vertices} for "
+                f"sides = {self.sides}: must be less than {2 * self.vertices} for "
                 f"{self.vertices} vertices, or a vertex never leaves its side"
             )
         return formulas.load("clutch_rotor").at("ellipse", shape=self.shape())
@@ -154,13 +153,13 @@ class Rotor:
         Raises GeometryError where no two vertices do.
         """
         arc = math.pi / self.vertices
-        for apart in range(1, self.sides // 2 + 1):
-            spread = apart * self.turn
+        for step in range(1, self.sides // 2 + 1):
+            spread = step * self.turn
             vertices = round(spread / (2 * arc))
             delta = spread - 2 * arc * vertices
             if vertices and abs(delta) < arc * (1 - 1e-9):
                 first = math.pi / 2 - arc / 2 + max(delta, 0.0)
-                return Slides(self, apart, vertices, (first, first + arc - abs(delta)))
+                return Slides(self, step, vertices, (first, first + arc - abs(delta)))
         raise GeometryError(f"no two of {self.vertices} vertices touch two of {self.sides} sides at once")
 
     def track(self, points: int = 25) -> Array:
@@ -172,18 +171,18 @@ class Rotor:
 
     def _in_pairs(self) -> None:
         if self.sides % 2:
-            raise GeometryError(f"sides = {self.sides} is not allowed: it must be even, so that sides are in pairs")
+            raise GeometryError(f"sides = {self.sides}: must be even, so that sides are in pairs")
 
 
 @dataclass(frozen=True)
 class Slides:
-    """Two vertices, `vertices` places apart, that slide on two sides, `apart` places apart, over rotations [rad].
+    """Two vertices, `vertices` places apart, that slide on two sides, `side_step` sides apart, over rotations [rad].
 
     Vertex 0 slides on the upper side. Sides in pairs are a width apart, others as near as free turning lets them.
     """
 
     rotor: Rotor
-    apart: int
+    side_step: int
     vertices: int
     rotations: tuple[float, float]
 
@@ -191,7 +190,7 @@ class Slides:
         """Input of the generated functions for the path of a vertex, by its number."""
         rho, step = float(self.rotor.support(0.0)[0]), 2 * math.pi / self.rotor.vertices
         apothem = self.rotor.smallest_apothem if self.rotor.sides % 2 else self.rotor.width / 2
-        return np.array([rho, apothem, self.apart * self.rotor.turn, 0.0, step * self.vertices, step * vertex])
+        return np.array([rho, apothem, self.side_step * self.rotor.turn, 0.0, step * self.vertices, step * vertex])
 
     def path(self, vertex: int, rotation: object) -> dict[str, Array]:
         """Places of both vertices A and B, of the vertex C and of the centroid M, each coordinate (n,) [m]."""
@@ -201,57 +200,57 @@ class Slides:
         """The ellipse on which a vertex moves [m, rad]."""
         return formulas.load("clutch_rotor").at("slid_ellipse", trammel=self.packed(vertex))
 
-    def shown(self) -> Sliding:
-        """The ellipses of all other vertices, lengths in widths."""
+    def to_result(self) -> Sliding:
+        """Return the ellipses of all other vertices, lengths in widths."""
         width = self.rotor.width
-        others = [i for i in range(self.rotor.vertices) if i not in (0, self.vertices)]
+        free_vertices = [i for i in range(self.rotor.vertices) if i not in (0, self.vertices)]
         return Sliding(
-            sides_apart=self.apart,
+            sides_apart=self.side_step,
             vertices_apart=self.vertices,
             rotation_deg=math.degrees(self.rotations[1] - self.rotations[0]),
-            paths=[SlidPath(i, **vars(_oval(self.ellipse(i), width))) for i in others],
+            paths=[SlidPath(i, **vars(_oval(self.ellipse(i), width))) for i in free_vertices],
         )
 
 
-def _oval(found: Mapping[str, float], width: float) -> Oval:
+def _oval(ellipse: Mapping[str, float], width: float) -> Oval:
     return Oval(
-        centre_over_R=(found["x_E"] / width, found["y_E"] / width),
-        semi_axes_over_R=(found["s_1"] / width, found["s_2"] / width),
-        axis_deg=math.degrees(found["axis"]) % 180,
+        centre_over_R=(ellipse["x_E"] / width, ellipse["y_E"] / width),
+        semi_axes_over_R=(ellipse["s_1"] / width, ellipse["s_2"] / width),
+        axis_deg=math.degrees(ellipse["axis"]) % 180,
     )
 
 
-def _corner(found: Mapping[str, float], width: float) -> CornerPath:
+def _corner(ellipse: Mapping[str, float], width: float) -> CornerPath:
     return CornerPath(
-        **vars(_oval(found, width)),
-        tangency_radius_over_R=found["tangency"] / width,
-        lead_deg=math.degrees(found["lead"]),
+        **vars(_oval(ellipse, width)),
+        tangency_radius_over_R=ellipse["tangency"] / width,
+        lead_deg=math.degrees(ellipse["lead"]),
     )
 
 
-def summary(rotor: Rotor, harmonics: int = 6) -> Fit:
-    """What there is to say of a pair of polygons, lengths in widths; None where it has no meaning.
+def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
+    """Return the summary of a pair of polygons, lengths in widths; None for values without meaning.
 
     `exact` says whether the body is a rotor: every harmonic of its support function is one that a rotor may have.
     """
     paired = rotor.sides % 2 == 0
     passes = paired and rotor.sides < 2 * rotor.vertices
-    found = rotor.ellipse if passes else None
+    ellipse = rotor.ellipse if passes else None
     width, smallest = rotor.width, 2 * rotor.smallest_apothem / rotor.width
-    return Fit(
+    return PolygonFit(
         vertices=rotor.vertices,
         sides=rotor.sides,
         exact=all(h.rotor for h in rotor.harmonics(4 * rotor.sides)),
         smallest_over_R=smallest,
         mismatch_over_R=rotor.miss / width if paired else None,
-        fillet_limit_over_R=found["fillet"] / width if found else None,
-        ellipse=_corner(found, width) if found else None,
-        slides=rotor.slides().shown(),
+        fillet_limit_over_R=ellipse["fillet"] / width if ellipse else None,
+        ellipse=_corner(ellipse, width) if ellipse else None,
+        slides=rotor.slides().to_result(),
         harmonics=rotor.harmonics(harmonics),
     )
 
 
-def outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 24) -> Array:
+def body_outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 24) -> Array:
     """The body's outline [m], (2, vertices * points), with a vertex in direction `rotation` [rad] of its centroid."""
     rho, arc = float(rotor.support(0.0)[0]), math.pi / rotor.vertices
     angles = np.linspace(-arc / 2, arc / 2, points)
@@ -262,8 +261,8 @@ def outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 24) ->
         directions = vertex + math.pi + angles
         parts.append(about[:, None] + rotor.width * np.array([np.cos(directions), np.sin(directions)]))
     order = sorted(range(rotor.vertices), key=lambda i: (2 * i * arc + math.pi) % (2 * math.pi))
-    found: Array = np.hstack([parts[i] for i in order]) + np.asarray(centroid)[:, None]
-    return found
+    body_points: Array = np.hstack([parts[i] for i in order]) + np.asarray(centroid)[:, None]
+    return body_points
 
 
 def _turned(angle: float) -> Array:

@@ -1,4 +1,4 @@
-"""Clutches to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+"""Adapter of clutches for the studio: `KIND` (`planter.view.subject`)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Table, Values, changed, controls, singles, written
 
 if TYPE_CHECKING:
-    from planter.clutch.file import Clutch
-    from planter.clutch.results.shape import Geometry
+    from planter.clutch.file import ClutchFile
+    from planter.clutch.results.shape import ClutchGeometry
     from planter.view.scene import Scene
 
 OFFERED = ("sleeve", "shaft", "tooth", "linkage")
-"""Tables of the file whose numbers a hand is offered."""
+"""Tables of the file whose numbers have a control."""
 EXPORTS = (
     Export("report", "page, figures and tables of the shape", ("clutch", "geometry")),
     Export("engagement", "page, figures and tables of an engagement", ("clutch", "engage")),
@@ -32,7 +32,7 @@ class ReuleauxClutch:
     models: Sequence[str] = ("exact",)
     exports: Sequence[Export] = EXPORTS
 
-    def __init__(self, clutch: Clutch) -> None:
+    def __init__(self, clutch: ClutchFile) -> None:
         self.clutch, self.name = clutch, clutch.name
         self._latest: tuple[float, Scene] | None = None
 
@@ -45,22 +45,22 @@ class ReuleauxClutch:
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """The body as it turns in the smallest sleeve that lets it, which only its width changes."""
         from planter.clutch.geometry import SIDES, VERTICES
-        from planter.clutch.report.scene import scene
+        from planter.clutch.report.scene import build_rotor_scene
         from planter.clutch.rotor import Rotor
 
         width = self._geometry(values).R_mm
         if self._latest is None or self._latest[0] != width:
-            self._latest = width, scene(Rotor(VERTICES, SIDES, width * 1e-3), self.name)
+            self._latest = width, build_rotor_scene(Rotor(VERTICES, SIDES, width * 1e-3), self.name)
         return [self._latest[1]]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return the single numbers of the shape, teeth and travel, and the loads of an engagement in one mode."""
-        from planter.clutch.engage.modal import modal
-        from planter.clutch.geometry import control_motion, geometry, travel
-        from planter.clutch.model import given
+        from planter.clutch.engagement.modal import build_engagement
+        from planter.clutch.geometry import compute_geometry, control_motion, least_travel
+        from planter.clutch.model import collect_values
 
         clutch = self._clutch(values)
-        numbers, shape, loads = given(clutch), geometry(clutch), modal(clutch.si).extremes
+        numbers, shape, loads = collect_values(clutch), compute_geometry(clutch), build_engagement(clutch.si).extremes
         control = control_motion(clutch, numbers) or {}
         angles = {key: math.degrees(control[key]) if control else None for key in ("rotation", "lift", "alpha_max")}
         return [
@@ -68,7 +68,9 @@ class ReuleauxClutch:
             Reading("least radius of the tips", "mm", shape.tooth.b1_min_mm),
             Reading("least radius of the roots", "mm", shape.tooth.b2_min_mm),
             Reading("angle of the faces at the tips", "deg", shape.tooth.xi_deg),
-            Reading("least travel of the sleeve", "mm", 1e3 * travel(numbers, clutch.si("sleeve.axial_angle_deg"))),
+            Reading(
+                "least travel of the sleeve", "mm", 1e3 * least_travel(numbers, clutch.si("sleeve.axial_angle_deg"))
+            ),
             Reading("time of the sleeve's travel", "s", clutch.sleeve.travel_mm / clutch.sleeve.switching_speed_mm_s),
             Reading("rotation of the crank", "deg", angles["rotation"]),
             Reading("teeth that the crank gear turns through", "", control.get("n")),
@@ -82,30 +84,30 @@ class ReuleauxClutch:
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """Return the inequalities of a clutch that works."""
         rows = self._geometry(values).conditions
-        return [Check(one.condition, one.unit.removeprefix("1"), None, one.margin, one.holds) for one in rows]
+        return [Check(row.condition, row.unit.removeprefix("1"), None, row.margin, row.holds) for row in rows]
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
         """Return the rotation of the crank at the angles and with the rods of the field test."""
         head = ("axial angle / deg", "rod / mm", "crank rotation / deg", "lift of the link / deg", "teeth")
-        rows = [(f"{one.axial_angle_deg:g}", one.rod_mm, one.crank_rotation_deg, one.link_lift_deg, one.teeth)
-                for one in self._geometry(values).linkage]  # fmt: skip
+        rows = [(f"{row.axial_angle_deg:g}", row.rod_mm, row.crank_rotation_deg, row.link_lift_deg, row.teeth)
+                for row in self._geometry(values).linkage]  # fmt: skip
         return [Table("Linkage, for the printed travel", head, rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
         return written(self.clutch, self._clutch(values))
 
-    def _clutch(self, values: Values) -> Clutch:
-        found: Clutch = changed(self.clutch, values)
-        return found
+    def _clutch(self, values: Values) -> ClutchFile:
+        clutch: ClutchFile = changed(self.clutch, values)
+        return clutch
 
-    def _geometry(self, values: Values) -> Geometry:
-        from planter.clutch.geometry import geometry
+    def _geometry(self, values: Values) -> ClutchGeometry:
+        from planter.clutch.geometry import compute_geometry
 
-        return geometry(self._clutch(values))
+        return compute_geometry(self._clutch(values))
 
 
-class Kind:
+class ClutchKind:
     """Clutches."""
 
     def takes(self, source: str) -> bool:
@@ -114,9 +116,9 @@ class Kind:
 
     def open(self, source: str, changes: Values) -> ReuleauxClutch:
         """The clutch in a file, or the built-in one of that name."""
-        from planter.clutch.file import load
+        from planter.clutch.file import load_clutch
 
-        return ReuleauxClutch(load(source, changes))
+        return ReuleauxClutch(load_clutch(source, changes))
 
 
-KIND = Kind()
+KIND = ClutchKind()

@@ -2,7 +2,7 @@
 
 A field test is a CSV file: lines that start with `#`, a header, then one row per run. The header says what a column is:
 
-* `run` counts the runs and may be left out; a number that is left out in between is a missing run, and one that stands
+* `run` counts the runs and may be left out; a number that is left out in between is a missing run, and one that occurs
   in several rows of the same levels is a repetition;
 * `blank`, `empty` or `error`, with a number behind it or without, is a column of the array that no factor is assigned
   to; its effect belongs to the error. `--blank NAME` names others;
@@ -18,7 +18,7 @@ those of its levels in their order; where its levels are words they must be the 
     # factor A: axial angle / deg = 10, 15, 20
     # response Y1: lag at engagement / cm
 
-What is computed, for any design in which all main effects can be told apart:
+What is computed, for any design in which all main effects can be estimated:
 
 * analysis of variance of main effects. The error is what they leave: blank columns, unassigned columns, repetitions.
   In an orthogonal design all types of sums of squares agree. In any other they are of type II: each factor over all
@@ -29,8 +29,8 @@ What is computed, for any design in which all main effects can be told apart:
 * the additive prediction for every combination of levels, and which of them is best: by the goal of each response, and
   by the mean of its ranks over all responses.
 
-What is good of a response only its user knows: `--goal Y1=larger`, `smaller`, `zero`, or a number for a target value.
-The paper's own responses are lags, and there zero is the default; a table of one's own needs a goal for each response.
+The user states the goal of a response: `--goal Y1=larger`, `smaller`, `zero`, or a number for a target value.
+The paper's own responses are lags, and there zero is the default; any other table needs a goal for each response.
 
 The comparison needs means, standard deviations and numbers of measurements, which a table of runs does not hold: a
 second CSV file (`--comparison FILE`) with the header `clutch,speed_m_s,measure,mean,sd,n`. The clutch that it names
@@ -41,8 +41,17 @@ Sources: Montgomery, Design and Analysis of Experiments, chapters 3 and 8 (analy
 Welch, Biometrika 34 (1947) 28; Holm, Scandinavian Journal of Statistics 6 (1979) 65; Shi et al. 2021, section 4.
 """
 
-from planter.clutch.field.evaluation import Evaluation, evaluate
-from planter.clutch.field.goals import NEAREST_ZERO, Goal
-from planter.clutch.field.trial import Columns, Factor, Response, Trial
+from planter.clutch.field.evaluation import FieldEvaluation, evaluate_field
+from planter.clutch.field.goals import NEAREST_ZERO, ResponseGoal
+from planter.clutch.field.trial import Factor, FieldColumns, FieldResponse, Trial
 
-__all__ = ["NEAREST_ZERO", "Columns", "Evaluation", "Factor", "Goal", "Response", "Trial", "evaluate"]
+__all__ = [
+    "NEAREST_ZERO",
+    "Factor",
+    "FieldColumns",
+    "FieldEvaluation",
+    "FieldResponse",
+    "ResponseGoal",
+    "Trial",
+    "evaluate_field",
+]

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.clutch.field.trial import Factor, Response, Trial
-from planter.clutch.results.field import Effect, Means, Residual, Total
+from planter.clutch.field.trial import Factor, FieldResponse, Trial
+from planter.clutch.results.field import Effect, LevelMeans, Residual, Total
 from planter.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ LARGEST = 5_000_000
 
 
 def is_orthogonal(factors: Sequence[Factor]) -> bool:
-    """Whether all levels of a factor occur equally often, and so do all pairs of levels of two factors."""
+    """Return whether all levels of a factor occur equally often, and so do all pairs of levels of two factors."""
     single = (np.bincount(factor.codes) for factor in factors)
     pairs = (
         np.bincount(a.codes * len(b.levels) + b.codes, minlength=len(a.levels) * len(b.levels))
@@ -42,19 +42,19 @@ class Effects:
     mean: float
     levels: tuple[Array, ...]
 
-    def predicted(self) -> Array:
-        """Additive prediction for every combination of levels, the last factor's changing fastest."""
+    def predict(self) -> Array:
+        """Return the additive prediction for every combination of levels, the last factor's changing fastest."""
         total = np.array([self.mean])
         for level in self.levels:
             total = np.add.outer(total, level)
         return total.ravel()
 
 
-class Model:
+class MainEffectsModel:
     """Main effects of all factors of a trial, each coded so that the effects of its levels sum to zero.
 
     Raises InputError, naming the factors, for a design with fewer runs than effects, or one in which effects cannot
-    be told apart.
+    be separated.
     """
 
     def __init__(self, trial: Trial) -> None:
@@ -65,13 +65,13 @@ class Model:
         effects = self.matrix.shape[1]
         if np.linalg.matrix_rank(self.matrix) < effects:
             raise InputError(
-                f"{trial.source}: the effects of {' and '.join(self._mixed())} cannot be told apart by these runs, "
+                f"{trial.source}: the effects of {' and '.join(self._mixed())} cannot be separated by these runs, "
                 f"but the levels of factors must vary independently"
             )
         self.freedom = trial.runs - effects
 
-    def effects(self, response: Response) -> Effects:
-        """Least-squares effects; in an orthogonal design, level means less the mean of all runs."""
+    def effects(self, response: FieldResponse) -> Effects:
+        """Return least-squares effects; in an orthogonal design, level means less the mean of all runs."""
         middle, size = _scaled(response.values)
         fit = fit_least_squares((response.values - middle) / size, self.matrix)
         ends = np.cumsum([1, *(block.shape[1] for block in self.blocks)])
@@ -79,10 +79,10 @@ class Model:
         levels = tuple(size * np.append(part, -part.sum()) for part in parts)
         return Effects(float(middle + size * fit.parameters[0]), levels)
 
-    def anova(self, response: Response) -> dict[str, Effect | Residual | Total]:
-        """Sums of squares of each factor over all others (type II), of the error and of all runs.
+    def anova(self, response: FieldResponse) -> dict[str, Effect | Residual | Total]:
+        """Return sums of squares of each factor over all others (type II), of the error and of all runs.
 
-        F and p are None where the error has no degrees of freedom, or is rounding.
+        F and p are None if the error has no degrees of freedom, or is rounding.
         """
         from scipy import stats
 
@@ -92,17 +92,17 @@ class Model:
         noise = rest / self.freedom if self.freedom else None
         if noise is not None and rest <= ROUNDING**2 * np.sum((response.values / size) ** 2):
             noise = None
-        found: dict[str, Effect | Residual | Total] = {}
+        table: dict[str, Effect | Residual | Total] = {}
         for index, (factor, block) in enumerate(self._pairs()):
-            others = self._columns(i for i in range(len(self.blocks)) if i != index)
-            ss, df = max(fit_least_squares(scaled, others).residual_squares - rest, 0.0), block.shape[1]
+            reduced = self._columns(i for i in range(len(self.blocks)) if i != index)
+            ss, df = max(fit_least_squares(scaled, reduced).residual_squares - rest, 0.0), block.shape[1]
             ratio = None if noise is None else ss / df / noise
             p = None if ratio is None else float(stats.f.sf(ratio, df, self.freedom))
-            found[factor.name] = Effect(ss * size**2, df, ss * size**2 / df, ratio, p)
+            table[factor.name] = Effect(ss * size**2, df, ss * size**2 / df, ratio, p)
         ms = rest * size**2 / self.freedom if self.freedom else None
-        found["error"] = Residual(rest * size**2, self.freedom, ms)
-        found["total"] = Total(float(scaled @ scaled) * size**2, self.trial.runs - 1)
-        return found
+        table["error"] = Residual(rest * size**2, self.freedom, ms)
+        table["total"] = Total(float(scaled @ scaled) * size**2, self.trial.runs - 1)
+        return table
 
     def _pairs(self) -> Iterator[tuple[Factor, Array]]:
         return zip(self.trial.factors, self.blocks, strict=True)
@@ -115,23 +115,23 @@ class Model:
         rank = np.linalg.matrix_rank(self.matrix)
         names = []
         for index, (factor, block) in enumerate(self._pairs()):
-            others = self._columns(i for i in range(len(self.blocks)) if i != index)
-            if rank - np.linalg.matrix_rank(others) < block.shape[1]:
+            reduced = self._columns(i for i in range(len(self.blocks)) if i != index)
+            if rank - np.linalg.matrix_rank(reduced) < block.shape[1]:
                 names.append(factor.name)
         return names
 
 
-def range_analysis(trial: Trial, response: Response) -> dict[str, Means]:
-    """Mean of the runs at each level of a factor, and the largest less the least of them."""
-    found = {}
+def range_analysis(trial: Trial, response: FieldResponse) -> dict[str, LevelMeans]:
+    """Return the means of the runs at each level of a factor, and their range."""
+    means_by_factor = {}
     for factor in trial.factors:
         means = [float(response.values[factor.codes == code].mean()) for code in range(len(factor.levels))]
-        found[factor.name] = Means(means, max(means) - min(means))
-    return found
+        means_by_factor[factor.name] = LevelMeans(means, max(means) - min(means))
+    return means_by_factor
 
 
-def first_least(values: Array) -> int:
-    """Index of the first value that is the least, rounding apart."""
+def index_of_minimum(values: Array) -> int:
+    """Return the index of the first value that is the smallest up to rounding."""
     slack = ROUNDING * float(np.max(np.abs(values)))
     return int(np.argmax(values <= values.min() + slack))
 

@@ -29,19 +29,19 @@ class Sample:
     n: int
 
 
-def read(text: str, source: str) -> list[Sample]:
-    """The samples of a CSV text with the columns of `HEADER`. Raises InputError, naming line and column."""
+def read_samples(text: str, source: str) -> list[Sample]:
+    """Return the samples of a CSV text with the columns of `HEADER`. Raises InputError, naming line and column."""
     table = csv_rows.read(text, source, HEADER)
     _check(table)
     numbers = zip(*(table.numbers(name) for name in ("speed_m_s", "mean", "sd", "n")), strict=True)
-    found = [
+    samples = [
         Sample(clutch, speed, measure, mean, sd, int(n))
         for clutch, measure, (speed, mean, sd, n) in zip(
             table.column("clutch"), table.column("measure"), numbers, strict=True
         )
     ]
-    _check_distinct(table, found)
-    return found
+    _check_distinct(table, samples)
+    return samples
 
 
 def _check(table: csv_rows.Table) -> None:
@@ -67,8 +67,8 @@ def _check_distinct(table: csv_rows.Table, samples: Sequence[Sample]) -> None:
         raise InputError(f"{table.source}: column clutch names {clutches}, there must be 2 to {MOST_CLUTCHES}")
 
 
-def compare(samples: Sequence[Sample]) -> tuple[list[Compared], list[Compared]]:
-    """Every pair of clutches at each speed and measure that both have: the first two clutches, then all other pairs.
+def compare_samples(samples: Sequence[Sample]) -> tuple[list[Compared], list[Compared]]:
+    """Return every pair of clutches at each speed and measure of both: the first two clutches, then all others.
 
     `reduction_percent` is (reference - clutch) / reference of the means, None for a reference of zero; `p_value` is
     that of Welch's two-sided test, None where neither clutch scatters; `p_holm` is the same by Holm's procedure over
@@ -76,13 +76,13 @@ def compare(samples: Sequence[Sample]) -> tuple[list[Compared], list[Compared]]:
     """
     clutches = list(dict.fromkeys(sample.clutch for sample in samples))
     at = {(sample.clutch, sample.speed_m_s, sample.measure): sample for sample in samples}
-    found = [
+    pairings = [
         (sample, at.get((second, sample.speed_m_s, sample.measure)))
         for first, second in itertools.combinations(clutches, 2)
         for sample in samples
         if sample.clutch == first
     ]
-    pairs = _adjusted([_pair(new, reference) for new, reference in found if reference])
+    pairs = _adjusted([_pair(new, reference) for new, reference in pairings if reference])
     main = [pair for pair in pairs if (pair.clutch, pair.reference) == tuple(clutches[:2])]
     return main, pairs[len(main) :]
 
@@ -97,21 +97,21 @@ def _pair(new: Sample, reference: Sample) -> Compared:
         reference=reference.clutch,
         difference=new.mean - reference.mean,
         reduction_percent=reduction if math.isfinite(reduction) else None,
-        p_value=welch(new, reference),
+        p_value=welch_probability(new, reference),
         p_holm=None,
     )
 
 
-def welch(a: Sample, b: Sample) -> float | None:
-    """Chance of a difference of means at least as large if there is none, variances unequal (Welch 1947)."""
+def welch_probability(a: Sample, b: Sample) -> float | None:
+    """Return the p-value of equal means with unequal variances (Welch 1947), or None if neither clutch scatters."""
     from scipy import stats
 
     scale = max(a.sd, b.sd)
     if scale == 0:
         return None
     gap = (a.mean - b.mean) / scale
-    found = stats.ttest_ind_from_stats(gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False)
-    return float(found.pvalue)
+    test = stats.ttest_ind_from_stats(gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False)
+    return float(test.pvalue)
 
 
 def _adjusted(pairs: Sequence[Compared]) -> list[Compared]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from planter.clutch.field.analysis import Effects
 from planter.clutch.field.comparison import Sample
-from planter.clutch.field.evaluation import Evaluation
-from planter.clutch.field.trial import Factor, Response, Trial
+from planter.clutch.field.evaluation import FieldEvaluation
+from planter.clutch.field.trial import Factor, FieldResponse, Trial
 from planter.report import style
 
 if TYPE_CHECKING:
@@ -32,30 +32,30 @@ GRID = 31
 
 
 @style.drawn
-def effects(found: Evaluation, order: Sequence[Factor]) -> Figure:
-    """Predicted mean at each level of the first factors of an order, over the runs; the best levels are ringed."""
-    trial, chosen = found.trial, order[:MOST_FACTORS]
+def draw_effects(evaluation: FieldEvaluation, order: Sequence[Factor]) -> Figure:
+    """Draw predicted means at the levels of the first factors of an order, over the runs; circles mark best levels."""
+    trial, chosen = evaluation.trial, order[:MOST_FACTORS]
     figure = style.new_figure(0.4 + 1.9 * len(trial.responses))
     grid = figure.subplots(len(trial.responses), len(chosen), sharey="row", squeeze=False)
     for row, response in zip(grid, trial.responses, strict=True):
-        best = (found.result.best or {}).get(response.name)
+        best = (evaluation.result.best or {}).get(response.name)
         for axes, factor in zip(row, chosen, strict=True):
             index = trial.factors.index(factor)
-            own = found.effects[response.name]
-            _effect(axes, factor, response, own.mean + own.levels[index], best and best[index])
-        row[0].set_ylabel(_with_goal(found, response, "\n"))
+            estimate = evaluation.effects[response.name]
+            _effect(axes, factor, response, estimate.mean + estimate.levels[index], best and best[index])
+        row[0].set_ylabel(_with_goal(evaluation, response, "\n"))
     for axes, factor in zip(grid[-1], chosen, strict=True):
         axes.set_xlabel(_plain(factor.label))
     return figure
 
 
-def _with_goal(found: Evaluation, response: Response, between: str) -> str:
-    """What a response means, and what is wanted of it."""
-    goal = found.goals.get(response.name)
-    return _plain(response.label) + (f"{between}goal: {goal}" if goal else "")
+def _with_goal(evaluation: FieldEvaluation, response: FieldResponse, interpolate_effect: str) -> str:
+    """Return the meaning of a response and its goal."""
+    goal = evaluation.goals.get(response.name)
+    return _plain(response.label) + (f"{interpolate_effect}goal: {goal}" if goal else "")
 
 
-def _effect(axes: Axes, factor: Factor, response: Response, means: Array, best: Any) -> None:
+def _effect(axes: Axes, factor: Factor, response: FieldResponse, means: Array, best: Any) -> None:
     places = np.arange(len(factor.levels))
     axes.plot(factor.codes, response.values, "o", color=style.FAINT, markersize=3, label="runs")
     axes.plot(places, means, "o-", color=style.BLUE, markersize=4.5, label="effect")
@@ -74,26 +74,26 @@ def _ticks(factor: Factor) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """A user's text as it stands: dollars would set it as mathematics."""
+    """Return a user's text with dollars escaped, which would set it as mathematics."""
     return text.replace("$", r"\$")
 
 
 @style.drawn
-def surface(found: Evaluation, response: Response, order: Sequence[Factor]) -> Figure:
-    """Response over each pair of the first factors that have numbers for levels, the others at a middle level."""
+def draw_response_surface(evaluation: FieldEvaluation, response: FieldResponse, order: Sequence[Factor]) -> Figure:
+    """Draw a response over each pair of the first factors with numeric levels, the others at a middle level."""
     chosen = _drawable(order)
     pairs = list(itertools.combinations(chosen, 2))
     figure = style.new_figure(2.5)
     figure.set_layout_engine("none")
     width = WITHOUT_SCALE / max(len(pairs), 2)
-    heights = [_height(found.trial, found.effects[response.name], pair) for pair in pairs]
+    heights = [_height(evaluation.trial, evaluation.effects[response.name], pair) for pair in pairs]
     low, high = min(h.min() for *_, h in heights), max(h.max() for *_, h in heights)
     for index, (pair, (x, y, height)) in enumerate(zip(pairs, heights, strict=True)):
         axes = figure.add_axes((width * (index + 0.04), 0.06, width * 0.96, 0.98), projection="3d")
         _draw_surface(axes, x, y, height, (low, high))
         _name_sides(axes, pair)
     _colour_scale(figure, (low, high))
-    figure.text(0.01, 0.93, _with_goal(found, response, ";  "), fontsize=8.5)
+    figure.text(0.01, 0.93, _with_goal(evaluation, response, ";  "), fontsize=8.5)
     return figure
 
 
@@ -107,7 +107,7 @@ def _colour_scale(figure: Figure, limits: tuple[float, float]) -> None:
 
 
 def has_surface(order: Sequence[Factor]) -> bool:
-    """Whether there are two factors that a surface can be drawn over."""
+    """Return whether a surface can be drawn over two factors."""
     return len(_drawable(order)) > 1
 
 
@@ -138,26 +138,26 @@ def _name_sides(axes: Any, pair: tuple[Factor, Factor]) -> None:
             ticks(factor.scale, _ticks(factor))
 
 
-def _height(trial: Trial, found: Effects, pair: tuple[Factor, Factor]) -> tuple[Array, Array, Array]:
-    """Grid of two factors' values, and the additive prediction over it."""
-    levels = dict(zip((factor.name for factor in trial.factors), found.levels, strict=True))
+def _height(trial: Trial, estimate: Effects, pair: tuple[Factor, Factor]) -> tuple[Array, Array, Array]:
+    """Return a grid of two factors' values, and the additive prediction over it."""
+    levels = dict(zip((factor.name for factor in trial.factors), estimate.levels, strict=True))
     rest = sum(
         level[(len(level) - 1) // 2] for name, level in levels.items() if name not in (pair[0].name, pair[1].name)
     )
-    along, curves = [], []
+    axes_points, curves = [], []
     for factor in pair:
         knots = np.array(factor.scale)
         points = np.linspace(knots.min(), knots.max(), GRID)
-        along.append(points)
-        curves.append(between(knots, levels[factor.name], points))
-    x, y = np.meshgrid(*along, indexing="ij")
-    return x, y, found.mean + rest + curves[0][:, None] + curves[1][None, :]
+        axes_points.append(points)
+        curves.append(interpolate_effect(knots, levels[factor.name], points))
+    x, y = np.meshgrid(*axes_points, indexing="ij")
+    return x, y, estimate.mean + rest + curves[0][:, None] + curves[1][None, :]
 
 
-def between(knots: Array, values: Array, points: Array) -> Array:
-    """A factor's effect between its levels: the line or parabola through two or three, a monotone cubic through more.
+def interpolate_effect(knots: Array, values: Array, points: Array) -> Array:
+    """Return a factor's effect between its levels: line or parabola for two or three, else a monotone cubic.
 
-    >>> between(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 4.0]), np.array([0.5])).round(12).tolist()
+    >>> interpolate_effect(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 4.0]), np.array([0.5])).round(12).tolist()
     [0.25]
     """
     from scipy.interpolate import KroghInterpolator, PchipInterpolator
@@ -168,8 +168,8 @@ def between(knots: Array, values: Array, points: Array) -> Array:
 
 
 @style.drawn
-def comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Figure:
-    """Mean and standard deviation of each clutch over speed, one panel for each measure."""
+def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Figure:
+    """Draw the mean and standard deviation of each clutch over speed, one panel for each measure."""
     measures = list(dict.fromkeys(sample.measure for sample in samples))
     clutches = list(dict.fromkeys(sample.clutch for sample in samples))
     speeds = sorted({sample.speed_m_s for sample in samples})
@@ -178,18 +178,18 @@ def comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Figure:
     handles: dict[str, Any] = {}
     for axes, measure in zip(row, measures, strict=True):
         for index, clutch in enumerate(clutches):
-            mine = [s for s in samples if (s.clutch, s.measure) == (clutch, measure)]
-            if mine:
+            measured = [s for s in samples if (s.clutch, s.measure) == (clutch, measure)]
+            if measured:
                 offset = 0.16 * (index - (len(clutches) - 1) / 2)
-                handles[clutch] = _errorbar(axes, mine, speeds, offset, style.colour(clutch, index))
+                handles[clutch] = _errorbar(axes, measured, speeds, offset, style.colour(clutch, index))
         axes.set_title(_plain(labels.get(measure, measure)))
         axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
         axes.set_xlim(-0.5, len(speeds) - 0.5)
         axes.set_xlabel("working speed / (m/s)")
     named = {_plain(clutch): handles[clutch] for clutch in clutches}
-    told = "mean; bars: one standard deviation up and down"
+    title = "mean; bars: one standard deviation up and down"
     figure.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(clutches), frameon=False,
-                  title=told, alignment="left")  # fmt: skip
+                  title=title, alignment="left")  # fmt: skip
     return figure
 
 

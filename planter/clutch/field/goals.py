@@ -1,4 +1,4 @@
-"""What is good of a response: larger, smaller, or near a value; and what is best by the goals of several."""
+"""Goals of responses: larger, smaller, or near a value; and the ranking of combinations by several goals."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _SAME = 1e-12
 
 
 @dataclass(frozen=True)
-class Goal:
-    """What is wanted of a response: more of it, less of it, or to be near `value`."""
+class ResponseGoal:
+    """The goal of a response: larger, smaller, or near `value`."""
 
-    wanted: Literal["larger", "smaller", "near"]
+    sense: Literal["larger", "smaller", "near"]
     value: float = 0.0
 
     @classmethod
-    def of(cls, text: str) -> Goal:
-        """The goal of a text as users write it, or as results show it. Raises InputError for anything else.
+    def parse(cls, text: str) -> ResponseGoal:
+        """Return the goal of a text as users write it, or as results print it. Raises InputError for anything else.
 
-        >>> [str(Goal.of(text)) for text in ("larger", "zero", "12.5", "target 3")]
+        >>> [str(ResponseGoal.parse(text)) for text in ("larger", "zero", "12.5", "target 3")]
         ['larger', 'nearest 0', 'target 12.5', 'target 3']
         """
         plain = text.strip().lower()
@@ -41,40 +41,40 @@ class Goal:
             return cls("smaller")
         value = "0" if plain in ("zero", "nearest 0") else plain.removeprefix("target").strip()
         if not csv_rows.finite(value) or abs(float(value)) > csv_rows.LARGEST:
-            raise InputError(f"the goal {csv_rows.shortened(text)} is not allowed: it must be {ALLOWED}")
+            raise InputError(f"goal {csv_rows.shortened(text)}: must be {ALLOWED}")
         return cls("near", float(value))
 
     def __str__(self) -> str:
-        if self.wanted != "near":
-            return self.wanted
+        if self.sense != "near":
+            return self.sense
         return f"target {self.value:.10g}" if self.value else "nearest 0"
 
     def loss(self, values: Array) -> Array:
-        """How far values (n,) are from what is wanted: less is better."""
+        """Return the distances of values (n,) from the goal: less is better."""
         signs = {"larger": -1.0, "smaller": 1.0}
-        return np.abs(values - self.value) if self.wanted == "near" else signs[self.wanted] * values
+        return np.abs(values - self.value) if self.sense == "near" else signs[self.sense] * values
 
 
-NEAREST_ZERO = Goal("near", 0.0)
+NEAREST_ZERO = ResponseGoal("near", 0.0)
 
 
-def asked(texts: Sequence[str]) -> dict[str, Goal]:
-    """Goals by response, from texts NAME=GOAL. Raises InputError for anything else, and for two of one response."""
-    found: dict[str, Goal] = {}
+def parse_goals(texts: Sequence[str]) -> dict[str, ResponseGoal]:
+    """Return goals by response from texts NAME=GOAL. Raises InputError for other texts, or two goals of a response."""
+    goals: dict[str, ResponseGoal] = {}
     for text in texts:
         name, equals, goal = (part.strip() for part in text.rpartition("="))
         if not equals or not name:
-            raise InputError(f"--goal {text} is not allowed: it must be NAME=GOAL, a goal being {ALLOWED}")
-        if name in found:
+            raise InputError(f"--goal {text}: must be NAME=GOAL, a goal being {ALLOWED}")
+        if name in goals:
             raise InputError(f"--goal {text}: {name} has a goal already, but it must have one")
         try:
-            found[name] = Goal.of(goal)
+            goals[name] = ResponseGoal.parse(goal)
         except InputError as error:
             raise InputError(f"--goal {text}: {error}") from None
-    return found
+    return goals
 
 
-def check(goals: Mapping[str, Goal], responses: Sequence[str], source: str) -> None:
+def check_goals(goals: Mapping[str, ResponseGoal], responses: Sequence[str], source: str) -> None:
     """Raise InputError unless every response has a goal, and every goal a response."""
     for name, goal in goals.items():
         if name not in responses:
@@ -90,21 +90,21 @@ def check(goals: Mapping[str, Goal], responses: Sequence[str], source: str) -> N
         )
 
 
-def ranks(losses: Array) -> Array:
-    """Ranks (n,) of losses from 1 for the least; equal ones, rounding apart, share their mean rank."""
+def rank_losses(losses: Array) -> Array:
+    """Return ranks (n,) of losses from 1 for the smallest; equal losses, up to rounding, share their mean rank."""
     from scipy.stats import rankdata
 
     step = _SAME * float(np.max(np.abs(losses)))
     return np.asarray(rankdata(np.round(losses / step) if step else losses))
 
 
-def order(losses: Sequence[Array]) -> NDArray[np.intp]:
-    """Indices (n,) of combinations from the best on: by mean rank over all responses, then by their worst rank."""
-    each = np.array([ranks(one) for one in losses])
-    return np.lexsort((each.max(axis=0), each.mean(axis=0)))
+def order_combinations(losses: Sequence[Array]) -> NDArray[np.intp]:
+    """Return indices (n,) of combinations, the best first: by mean rank over all responses, then by worst rank."""
+    rank_table = np.array([rank_losses(loss) for loss in losses])
+    return np.lexsort((rank_table.max(axis=0), rank_table.mean(axis=0)))
 
 
-def equally_good(losses: Sequence[Array]) -> int:
-    """How many combinations share the best mean rank."""
-    means = np.mean([ranks(one) for one in losses], axis=0)
+def count_ties(losses: Sequence[Array]) -> int:
+    """Return the number of combinations that share the best mean rank."""
+    means = np.mean([rank_losses(loss) for loss in losses], axis=0)
     return int(np.sum(means <= means.min() + 1e-9))

@@ -1,4 +1,4 @@
-"""A field test's evaluation as tables that a person likes to read."""
+"""Tables of a field test's evaluation, for the console and the report."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.clutch.field.goals import Goal, order
+from planter.clutch.field.goals import ResponseGoal, order_combinations
 from planter.clutch.results.field import Compared, FieldTest
 from planter.terminal.console import Console
 
@@ -22,33 +22,33 @@ SHOWN = 5
 """Combinations of levels that the console shows, the best first."""
 
 
-def show(console: Console, result: FieldTest) -> None:
-    """Everything but the long list of predictions, of which the best are shown."""
+def print_field_test(console: Console, result: FieldTest) -> None:
+    """Print all results, of the predictions only the best."""
     print(f"{result.source}: {result.runs} runs, factors {', '.join(result.factors)}\n")
     if result.range:
-        console.table("Range analysis", RANGE, ranges(result))
-    console.table(f"Analysis of variance, sums of squares: {result.sums_of_squares}", ANOVA, anova(result))
+        console.table("Range analysis", RANGE, range_rows(result))
+    console.table(f"Analysis of variance, sums of squares: {result.sums_of_squares}", ANOVA, anova_rows(result))
     factors = tuple(result.factors)
     if result.best:
-        console.table("Best levels", BEST + factors, best(result))
+        console.table("Best levels", BEST + factors, best_rows(result))
     head = (*factors, *result.responses)
     title = "Additive prediction, best first" if result.goals else "Additive prediction"
-    console.table(title, head, list(predictions(result))[:SHOWN])
+    console.table(title, head, list(prediction_rows(result))[:SHOWN])
     _comparisons(console, [*result.comparison, *result.other_comparisons])
     for warning in result.warnings:
         print(f"Note: {warning}.")
 
 
-def ranges(result: FieldTest) -> Rows:
-    """Level means, the range beside the first of each factor."""
+def range_rows(result: FieldTest) -> Rows:
+    """Yield level means, with the range in the first row of each factor."""
     for response, factors in (result.range or {}).items():
-        for name, found in factors.items():
-            for index, (level, mean) in enumerate(zip(result.factors[name].levels, found.k, strict=True)):
-                yield response, name, str(level), mean, None if index else found.R
+        for name, means in factors.items():
+            for index, (level, mean) in enumerate(zip(result.factors[name].levels, means.k, strict=True)):
+                yield response, name, str(level), mean, None if index else means.R
 
 
-def anova(result: FieldTest) -> Rows:
-    """Rows of all responses, with the usual stars: two for p < 0.01, one for p < 0.05."""
+def anova_rows(result: FieldTest) -> Rows:
+    """Yield rows of all responses, with the usual stars: two for p < 0.01, one for p < 0.05."""
     for response, sources in result.anova.items():
         for name, row in sources.items():
             mean, ratio, p = (getattr(row, key, None) for key in ("ms", "F", "p"))
@@ -56,31 +56,33 @@ def anova(result: FieldTest) -> Rows:
             yield response, name, row.ss, row.df, mean, ratio, p, stars
 
 
-def best(result: FieldTest) -> Rows:
-    """Levels with the best prediction by the goal of each response, and of all together."""
+def best_rows(result: FieldTest) -> Rows:
+    """Yield the levels with the best prediction by the goal of each response, and of all together."""
     for name, levels in (result.best or {}).items():
         goal = ("all together", "least mean rank") if name == "both" else (name, result.goals[name])
         yield (*goal, *(str(level) for level in levels))
 
 
-def predictions(result: FieldTest) -> Rows:
-    """Combinations of levels, the best by the goals of all responses first; in their own order where there are none."""
+def prediction_rows(result: FieldTest) -> Rows:
+    """Yield combinations of levels, the best by all goals first; without goals in the order of the design."""
     rows, goals = result.prediction, result.goals
-    losses = [Goal.of(goal).loss(np.array([row.means[name] for row in rows])) for name, goal in goals.items()]
-    for index in order(losses) if rows and losses else range(len(rows)):
+    losses = [
+        ResponseGoal.parse(goal).loss(np.array([row.means[name] for row in rows])) for name, goal in goals.items()
+    ]
+    for index in order_combinations(losses) if rows and losses else range(len(rows)):
         row = rows[index]
         yield (*(str(level) for level in row.levels), *(row.means[name] for name in result.responses))
 
 
-def comparisons(found: Sequence[Compared]) -> Rows:
-    """Rows under the heads of `COMPARISON`."""
-    for row in found:
+def comparison_rows(pairs: Sequence[Compared]) -> Rows:
+    """Yield rows under the heads of `COMPARISON`."""
+    for row in pairs:
         yield tuple(getattr(row, key) for key in PAIR)
 
 
-def _comparisons(console: Console, found: Sequence[Compared]) -> None:
+def _comparisons(console: Console, pairs: Sequence[Compared]) -> None:
     """A table for each pair of clutches: narrow enough for a terminal."""
-    for pair in dict.fromkeys((row.clutch, row.reference) for row in found):
-        mine = [row for row in found if (row.clutch, row.reference) == pair]
-        rows = [(measure, speed, *rest) for measure, speed, _, _, *rest in comparisons(mine)]
-        console.table(f"{pair[0]} against {pair[1]} (Welch)", (*COMPARISON[:2], *COMPARISON[4:]), rows)
+    for clutches in dict.fromkeys((row.clutch, row.reference) for row in pairs):
+        same = [row for row in pairs if (row.clutch, row.reference) == clutches]
+        rows = [(measure, speed, *rest) for measure, speed, _, _, *rest in comparison_rows(same)]
+        console.table(f"{clutches[0]} against {clutches[1]} (Welch)", (*COMPARISON[:2], *COMPARISON[4:]), rows)

@@ -5,17 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.clutch.field.legend import Legend
 from planter.errors import InputError
 from planter.files import csv_rows
 
 if TYPE_CHECKING:
     from planter.kernels import Array
+
 
 Level = int | float | str
 
@@ -26,8 +26,8 @@ RESERVED = {"total": "factor", "error": "factor", "both": "response", "levels": 
 
 
 @dataclass(frozen=True)
-class Columns:
-    """What the user says about columns, beyond what their names say."""
+class FieldColumns:
+    """Roles that the user assigns to columns, beyond those by their names."""
 
     responses: tuple[str, ...] = ()
     blanks: tuple[str, ...] = ()
@@ -36,7 +36,7 @@ class Columns:
     def role(self, name: str) -> str:
         """`response`, `blank`, `run`, `ignored` or `factor`.
 
-        >>> [Columns().role(name) for name in ("Y1", "Yard", "blank2", "run", "A")]
+        >>> [FieldColumns().role(name) for name in ("Y1", "Yard", "blank2", "run", "A")]
         ['response', 'factor', 'blank', 'run', 'factor']
         """
         if name in self.ignored:
@@ -70,7 +70,7 @@ class Factor:
 
 
 @dataclass(frozen=True)
-class Response:
+class FieldResponse:
     """A measured column (n,)."""
 
     name: str
@@ -84,7 +84,7 @@ class Trial:
 
     source: str
     factors: tuple[Factor, ...]
-    responses: tuple[Response, ...]
+    responses: tuple[FieldResponse, ...]
     blanks: tuple[Factor, ...] = field(default=())
 
     @property
@@ -92,19 +92,19 @@ class Trial:
         return len(self.responses[0].values)
 
 
-def read(text: str, source: str, columns: Columns | None = None) -> Trial:
-    """The field test in a CSV text; `planter.clutch.field` says how it is written.
+def read_trial(text: str, source: str, columns: FieldColumns | None = None) -> Trial:
+    """Return the field test in a CSV text; `planter.clutch.field` says how it is written.
 
-    Raises InputError, naming source, line and column, for anything that is not so.
+    Raises InputError, naming source, line and column, for any other text.
     """
-    columns = columns or Columns()
+    columns = columns or FieldColumns()
     table = csv_rows.read(text, source)
     _check_named(table, columns)
     by_role: dict[str, list[str]] = {role: [] for role in ("factor", "response", "blank", "run", "ignored")}
     for name in table.header:
         by_role[columns.role(name)].append(name)
     _check_roles(table, by_role)
-    legend = Legend.of(table)
+    legend = Legend.from_table(table)
     responses = tuple(_response(table, name, legend) for name in by_role["response"])
     factors, blanks = (tuple(_factor(table, name, legend) for name in by_role[role]) for role in ("factor", "blank"))
     legend.check({name: role for role, names in by_role.items() for name in names})
@@ -113,7 +113,7 @@ def read(text: str, source: str, columns: Columns | None = None) -> Trial:
     return Trial(source, factors, responses, blanks)
 
 
-def _check_named(table: csv_rows.Table, columns: Columns) -> None:
+def _check_named(table: csv_rows.Table, columns: FieldColumns) -> None:
     options = {"--response": columns.responses, "--blank": columns.blanks, "--ignore": columns.ignored}
     for option, names in options.items():
         for name in names:
@@ -124,14 +124,14 @@ def _check_named(table: csv_rows.Table, columns: Columns) -> None:
 
 
 def _check_roles(table: csv_rows.Table, by_role: Mapping[str, Sequence[str]]) -> None:
-    found = ", ".join(table.header)
+    listing = ", ".join(table.header)
     if not by_role["response"]:
         raise InputError(
-            f"{table.source}: no column is a response (columns: {found}), it must be called Y, Y1, Y2, ..., "
+            f"{table.source}: no column is a response (columns: {listing}), it must be called Y, Y1, Y2, ..., "
             f"or be named with --response"
         )
     if not by_role["factor"]:
-        raise InputError(f"{table.source}: no column is a factor (columns: {found}), there must be at least one")
+        raise InputError(f"{table.source}: no column is a factor (columns: {listing}), there must be at least one")
     for name, role in RESERVED.items():
         if name in by_role[role]:
             raise InputError(
@@ -140,13 +140,13 @@ def _check_roles(table: csv_rows.Table, by_role: Mapping[str, Sequence[str]]) ->
             )
 
 
-def _response(table: csv_rows.Table, name: str, legend: Legend) -> Response:
+def _response(table: csv_rows.Table, name: str, legend: Legend) -> FieldResponse:
     values = np.array(table.numbers(name))
     if np.ptp(values) == 0:
         raise InputError(
             f"{table.source}: column {name} is {values[0]:g} in every run, but a response must vary to be analysed"
         )
-    return Response(name, values, legend.label(name))
+    return FieldResponse(name, values, legend.label(name))
 
 
 def _factor(table: csv_rows.Table, name: str, legend: Legend) -> Factor:
@@ -164,7 +164,7 @@ def _factor(table: csv_rows.Table, name: str, legend: Legend) -> Factor:
         raise InputError(
             f"{table.source}: column {name} is {levels[0]} in every run, but a factor must have at least two levels"
         )
-    levels, values = legend.ordered(name, levels)
+    levels, values = legend.sort_levels(name, levels)
     code = {level: index for index, level in enumerate(levels)}
     codes = np.array([code[level] for level in seen])
     return Factor(name, tuple(levels), codes, legend.label(name), values)
@@ -184,7 +184,7 @@ def _check_runs(table: csv_rows.Table, name: str, factors: Sequence[Factor]) -> 
         before = first.setdefault(count, row)
         if any(factor.codes[before] != factor.codes[row] for factor in factors):
             raise InputError(
-                f"{table.place(row, name)}: run {int(count)} stands in line {table.lines[before]} already with other "
+                f"{table.place(row, name)}: run {int(count)} is in line {table.lines[before]} already with other "
                 f"levels, but a repetition must have the same"
             )
     low, high = int(min(counts)), int(max(counts))
@@ -193,4 +193,70 @@ def _check_runs(table: csv_rows.Table, name: str, factors: Sequence[Factor]) -> 
         raise InputError(
             f"{table.source}: run {missing} is missing between {low} and {high}, every run must be there (to evaluate "
             f"the rest as the unbalanced design that it is, leave the column {name} out with --ignore {name})"
+        )
+
+
+_ENTRY = re.compile(r"(factor|response)\s+([^:]+?)\s*:\s*([^=]*?)\s*(?:=\s*(.*))?")
+
+
+@dataclass(frozen=True)
+class LegendEntry:
+    """One comment: the line, what it is about, its text, the values of the levels."""
+
+    line: int
+    role: str
+    label: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Legend:
+    """The comments of a table that are about columns."""
+
+    source: str
+    entries: Mapping[str, LegendEntry]
+
+    @classmethod
+    def from_table(cls, table: csv_rows.Table) -> Legend:
+        """Return the legend of a table from its comments."""
+        entries: dict[str, LegendEntry] = {}
+        for line, comment in table.comments:
+            if match := _ENTRY.fullmatch(comment):
+                role, name, label, values = match.groups()
+                split = tuple(value.strip() for value in values.split(",")) if values else ()
+                entries[name] = LegendEntry(line, role, label, split)
+        return cls(table.source, entries)
+
+    def check(self, roles: Mapping[str, str]) -> None:
+        """Raise InputError for a comment about a missing column or one of another role."""
+        for name, entry in self.entries.items():
+            if roles.get(name) != entry.role:
+                allowed = ", ".join(column for column, role in roles.items() if role == entry.role)
+                raise InputError(
+                    f"{self.source}: line {entry.line} explains the {entry.role} {name}, which does not exist, "
+                    f"it must be one of {allowed}"
+                )
+
+    def label(self, name: str) -> str:
+        """Return the meaning of a column, or its name if no comment explains it."""
+        return (self.entries[name].label if name in self.entries else "") or name
+
+    def sort_levels(self, name: str, levels: list[Any]) -> tuple[list[Any], tuple[float, ...] | None]:
+        """Return the levels in their order, and their values if they are numbers.
+
+        Raises InputError for values that do not fit the levels.
+        """
+        entry = self.entries.get(name)
+        if entry is None or not entry.values:
+            return levels, None
+        words = isinstance(levels[0], str)
+        if words and sorted(entry.values) == sorted(levels):
+            return list(entry.values), None
+        numbers = [float(value) for value in entry.values if csv_rows.finite(value)]
+        if not words and len(numbers) == len(entry.values) == len(set(numbers)) == len(levels):
+            return levels, tuple(numbers)
+        stated, counted = ", ".join(entry.values), ", ".join(map(str, levels))
+        raise InputError(
+            f"{self.source}: line {entry.line} gives {name} the values {stated}, but its levels are {counted}: "
+            f"{'these must stand there, in any order' if words else 'there must be one number for each'}"
         )

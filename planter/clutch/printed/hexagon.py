@@ -1,4 +1,4 @@
-"""A Reuleaux pentagon in a regular hexagon, the tapered sleeve that holds it and its teeth, beside the print.
+"""A Reuleaux pentagon in a regular hexagon, its tapered sleeve and its teeth, derived and as printed.
 
 Lengths over R are in widths of the pentagon.
 """
@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from planter.audit.registry import MM, Inputs, formula
-from planter.clutch.geometry import SIDES, VERTICES
-from planter.clutch.geometry import travel as least_travel
-from planter.clutch.model import Model, model
+from planter.clutch.geometry import SIDES, VERTICES, least_travel
+from planter.clutch.model import Model, load_model
 from planter.clutch.rotor import Rotor
 
 
@@ -24,8 +23,8 @@ def centre_offset(inputs: Inputs) -> float:
 @formula("angle from the major axis of the corner's path")
 def axis_offset(inputs: Inputs) -> float:
     """Angle between a printed line of the foci, by its slope, and the major axis of the ellipse [deg]."""
-    apart = np.degrees(_path()["axis"] - np.arctan(inputs["foci_slope"])) % 180
-    return float(min(apart, 180 - apart))
+    angle = np.degrees(_path()["axis"] - np.arctan(inputs["foci_slope"])) % 180
+    return float(min(angle, 180 - angle))
 
 
 @formula("mismatch with the third pair of sides")
@@ -39,7 +38,7 @@ def mismatch(inputs: Inputs) -> float:
 
 @formula("play that the hexagon lacks")
 def lacking_play(inputs: Inputs) -> float:
-    """By how much opposite sides must stand further apart than R for the pentagon to turn freely, over R."""
+    """Distance of opposite sides beyond R that the pentagon needs to turn freely, over R."""
     return _in_widths("free") - 1
 
 
@@ -83,7 +82,7 @@ def fillet(inputs: Inputs) -> float:
 
 @formula("fillet from the printed curvature")
 def fillet_printed(inputs: Inputs) -> float:
-    """The same, from the printed curvature radius [mm]."""
+    """Fillet radius from the printed curvature radius [mm]."""
     return float(inputs["contact_radius_over_width"]) * float(inputs["shaft_flats_mm"])
 
 
@@ -102,8 +101,8 @@ def root_radius(inputs: Inputs) -> float:
 @formula("angle between tooth faces")
 def face_angle(inputs: Inputs) -> float:
     """Angle between both faces of a tooth whose faces lie flat on the shaft [deg]."""
-    found = model().at("face", flats=inputs.si("shaft_flats_mm"), b1=inputs.si("tip_radius_mm"))
-    return float(np.degrees(found["xi"]))
+    face = load_model().at("face", flats=inputs.si("shaft_flats_mm"), b1=inputs.si("tip_radius_mm"))
+    return float(np.degrees(face["xi"]))
 
 
 @formula("travel as printed")
@@ -123,7 +122,7 @@ def width_by_travels(inputs: Inputs) -> float:
     """Width of the body that the printed travels belong to, by the printed formula, less the shaft's flats [mm]."""
     pairs = zip(inputs.si("travels_mm"), inputs.si("tapers_deg"), strict=True)
     sides = [travelled / least_travel(_of_side(1.0), float(taper), "printed") for travelled, taper in pairs]
-    width = model().at("polygon", a=float(np.mean(sides)))["R"]
+    width = load_model().at("polygon", a=float(np.mean(sides)))["R"]
     return float(width / MM - inputs["shaft_flats_mm"])
 
 
@@ -140,7 +139,7 @@ def crank_gear_rotation(inputs: Inputs) -> float:
     By (7) the gear turns by the arc of the teeth that it passes, which is its rotation relative to the link.
     """
     k = radius_ratio(inputs)
-    angles = [model("printed").at("gears", alpha=alpha, k=k, gamma=np.pi / 2)["theta_A"] for alpha in (1.0, 2.0)]
+    angles = [load_model("printed").at("gears", alpha=alpha, k=k, gamma=np.pi / 2)["theta_A"] for alpha in (1.0, 2.0)]
     return float(angles[1] - angles[0] - 1 / k)
 
 
@@ -151,11 +150,11 @@ def _path() -> dict[str, float]:
 
 def _in_widths(name: str) -> float:
     """A length that goes with the hexagon's size, over R."""
-    return model().at("rotor", a=1.0)[name] / model().at("polygon", a=1.0)["R"]
+    return load_model().at("rotor", a=1.0)[name] / load_model().at("polygon", a=1.0)["R"]
 
 
 def _teeth(inputs: Inputs) -> dict[str, float]:
-    return model().at("teeth", flats=inputs.si("shaft_flats_mm"), r=inputs.si("fillet_mm"))
+    return load_model().at("teeth", flats=inputs.si("shaft_flats_mm"), r=inputs.si("fillet_mm"))
 
 
 def _travel(inputs: Inputs, name: Model) -> float:
@@ -164,5 +163,5 @@ def _travel(inputs: Inputs, name: Model) -> float:
 
 
 def _of_side(a: float) -> dict[str, float]:
-    """What a travel is found from: the side of the hexagon [m]; friction and forces have no part in it."""
+    """Return the inputs of a travel from the side of the hexagon [m]; friction and forces have no effect on it."""
     return {"a": a, "mu": 0.0, "F1": 0.0, "F2": 0.0}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.audit.registry import Inputs, formula
-from planter.clutch.engage import modal
+from planter.clutch.engagement import modal
 
 _PATHS = {
     "shaft.density_kg_m3": "density_kg_m3",
@@ -21,7 +21,7 @@ _PATHS = {
 @formula("largest contact load as printed")
 def load_printed(inputs: Inputs) -> float:
     """The printed form: the beam's whole overhanging mass moves, and the engaging mass does not move with it [N]."""
-    return modal.printed(_engagement(inputs))["N_max"]
+    return modal.printed_extremes(_engagement(inputs))["N_max"]
 
 
 @formula("largest contact load")
@@ -32,4 +32,4 @@ def load(inputs: Inputs) -> float:
 
 def _engagement(inputs: Inputs) -> modal.Modal:
     values = {path: float(inputs.si(name)) for path, name in _PATHS.items()}
-    return modal.modal(values.__getitem__)
+    return modal.build_engagement(values.__getitem__)

@@ -10,8 +10,8 @@ from itertools import combinations
 import numpy as np
 
 from planter.audit.registry import Inputs, Value, formula
-from planter.clutch.field import NEAREST_ZERO, Evaluation, Factor, Response, Trial, comparison, evaluation
-from planter.clutch.results.field import Level, Means
+from planter.clutch.field import NEAREST_ZERO, Factor, FieldEvaluation, FieldResponse, Trial, comparison, evaluation
+from planter.clutch.results.field import Level, LevelMeans
 
 
 @formula("level mean")
@@ -93,9 +93,9 @@ def best_ranked_level(inputs: Inputs) -> float:
 
 @formula("freedom of interactions over what they take")
 def interaction_freedom(inputs: Inputs) -> float:
-    """Degrees of freedom that runs leave for interactions of two factors beside main effects, less all that these have.
+    """Degrees of freedom that runs leave for interactions of two factors after main effects, less all that these have.
 
-    Negative: some interactions cannot be told from others or from the error (Montgomery, Design and Analysis of
+    Negative: some interactions cannot be separated from others or from the error (Montgomery, Design and Analysis of
     Experiments, chapter 8).
     """
     codes = [np.unique(inputs[f"column_{name}"], return_inverse=True)[1] for name in inputs["factors"]]
@@ -118,18 +118,18 @@ def excess(inputs: Inputs) -> float:
     """Size of a predicted response at some levels less its size at others."""
     name = inputs["response"]
     sizes = {tuple(row.levels): abs(row.means[name]) for row in _trial(inputs).result.prediction}
-    own, other = (sizes[tuple(inputs[key])] for key in ("levels", "against"))
-    return float(own - other)
+    size, reference = (sizes[tuple(inputs[key])] for key in ("levels", "against"))
+    return float(size - reference)
 
 
 @formula("chance that two means differ so")
 def welch(inputs: Inputs) -> Value:
-    """Two-sided chance of a difference of two means at least as large if there is none, from printed mean, SD, count.
+    """Two-sided chance of a difference of two means at least as large for equal means, from printed mean, SD, count.
 
     Welch, Biometrika 34, 1947.
     """
-    one, other = (_sample(inputs, name) for name in ("first", "second"))
-    return comparison.welch(one, other)
+    first, second = (_sample(inputs, name) for name in ("first", "second"))
+    return comparison.welch_probability(first, second)
 
 
 @formula("mean of two")
@@ -155,7 +155,7 @@ def not_computed(inputs: Inputs) -> None:
     """Stands for a number that rests on inputs that are not disclosed."""
 
 
-def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> Evaluation:
+def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> FieldEvaluation:
     """The evaluated trial of the paper's columns with some responses, `response` unless said otherwise."""
     names = inputs["factors"]
     columns = {name: tuple(inputs[f"column_{name}"]) for name in names}
@@ -166,14 +166,14 @@ def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> Evaluation
 @cache
 def _evaluated(
     columns: tuple[tuple[str, tuple[int, ...]], ...], responses: tuple[tuple[str, tuple[float, ...]], ...]
-) -> Evaluation:
+) -> FieldEvaluation:
     factors = []
     for name, column in columns:
         levels, codes = np.unique(column, return_inverse=True)
         factors.append(Factor(name, tuple(levels.tolist()), codes))
-    measured = tuple(Response(name, np.array(values)) for name, values in responses)
+    measured = tuple(FieldResponse(name, np.array(values)) for name, values in responses)
     goals = dict.fromkeys((name for name, _ in responses), NEAREST_ZERO)
-    return evaluation.evaluated(Trial("printed runs", tuple(factors), measured), wanted=goals)
+    return evaluation.evaluate_trial(Trial("printed runs", tuple(factors), measured), requested=goals)
 
 
 def _sample(inputs: Inputs, name: str) -> comparison.Sample:
@@ -183,11 +183,11 @@ def _sample(inputs: Inputs, name: str) -> comparison.Sample:
 
 def _variance(inputs: Inputs, part: str) -> Value:
     """An entry of the table of the analysis of variance."""
-    found: Value = getattr(_trial(inputs).result.anova[inputs["response"]][inputs["source"]], part)
-    return None if found is None else float(found)
+    entry: Value = getattr(_trial(inputs).result.anova[inputs["response"]][inputs["source"]], part)
+    return None if entry is None else float(entry)
 
 
-def _means(inputs: Inputs, response: str | None = None) -> Means:
+def _means(inputs: Inputs, response: str | None = None) -> LevelMeans:
     """Means of the runs at each level of a factor."""
     name = response or inputs["response"]
     ranges = _trial(inputs, [name]).result.range or {}

@@ -1,1 +1,1 @@
-"""What a person gets to see and keep of a clutch: page, figures, files."""
+"""Page, figures and files of a clutch's results."""

@@ -1,4 +1,4 @@
-"""The Reuleaux polygon as it turns in the smallest regular polygon that lets it, and as it comes into engagement."""
+"""The Reuleaux polygon as it turns in the smallest regular polygon that lets it, and during an engagement."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import math
 
 import numpy as np
 
-from planter.clutch.engage.contacts import REULEAUX
-from planter.clutch.engage.dynamics import ANGLE, FREE, TRAVEL
-from planter.clutch.engage.motion import Run
+from planter.clutch.engagement.dynamics import ANGLE, FREE, REULEAUX, TRAVEL
+from planter.clutch.engagement.motion import ContactRun
 from planter.clutch.geometry import SIDES, VERTICES
-from planter.clutch.report.shape_figures import regular
-from planter.clutch.rotor import Rotor, outline
+from planter.clutch.report.shape_figures import polygon_outline
+from planter.clutch.rotor import Rotor, body_outline
 from planter.kernels import Array, formulas
 from planter.numerics.angles import TURN
 from planter.numerics.arrays import Integers
@@ -21,19 +20,19 @@ from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene
 STEPS = 8
 """Rotations, between two at which a vertex points at a side, from which those that are drawn are refined."""
 MOMENTS = 240
-"""Of an engagement."""
+"""Instants of an engagement."""
 SLOWED = 20
 """How many times slower an engagement is shown."""
 SECONDS = 6.0
 """How long a turn is shown: the shape is the same at any speed."""
 
 
-def scene(rotor: Rotor, name: str) -> Scene:
-    """A turn of the body; every vertex takes the path of the first."""
+def build_rotor_scene(rotor: Rotor, name: str) -> Scene:
+    """Return the scene of a revolution of the body; every vertex takes the path of the first."""
     rotations, apothem, centroid = _fitted(rotor)
     rho = 1e3 * float(rotor.support(0.0)[0])
-    body = Outline(1e3 * outline(rotor, 0.0, np.zeros(2)).T, "body", shade=0)
-    sleeve = Outline(1e3 * regular(rotor.sides, rotor.smallest_apothem).T, "frame")
+    body = Outline(1e3 * body_outline(rotor, 0.0, np.zeros(2)).T, "body", shade=0)
+    sleeve = Outline(1e3 * polygon_outline(rotor.sides, rotor.smallest_apothem).T, "frame")
     return Scene(
         title=f"{name}: {rotor.vertices} arcs in {rotor.sides} sides",
         place="rotation of the body",
@@ -64,8 +63,8 @@ def _fitted(rotor: Rotor) -> tuple[Array, Array, Array]:
         for rotation in rotations.tolist():
             if rotation not in poses:
                 poses[rotation] = rotor.tightest(rotation)
-        found = [poses[rotation] for rotation in rotations.tolist()]
-        return [np.array([one[0] for one in found]), *1e3 * np.array([one[1] for one in found]).T]
+        fits = [poses[rotation] for rotation in rotations.tolist()]
+        return [np.array([fit[0] for fit in fits]), *1e3 * np.array([fit[1] for fit in fits]).T]
 
     arches, common = math.lcm(rotor.vertices, rotor.sides), math.gcd(rotor.vertices, rotor.sides)
     first = refine_places(rows, TURN / arches * np.arange(STEPS + 1) / STEPS)[:-1]
@@ -77,18 +76,18 @@ def _fitted(rotor: Rotor) -> tuple[Array, Array, Array]:
     return rotations, np.tile(apothem, arches), np.array([centroid.real, centroid.imag])
 
 
-def engagement(run: Run) -> Scene:
-    """The Reuleaux clutch as its shaft sees it while the link lets the sleeve in; the sleeve from the side below."""
+def build_engagement_scene(run: ContactRun) -> Scene:
+    """Return the scene of an engagement in the frame of the shaft; the sleeve from the side below."""
     chosen = _chosen(run)
     states, pushed, time = run.states[:, chosen], run.seen["pushed"][0, chosen], 1e3 * run.time[chosen]
     model = formulas.load(REULEAUX)
     places = [[*state[:FREE], state[ANGLE], push] for state, push in zip(states.T, pushed, strict=True)]
-    seen = [model.at("seen", places=one) for one in places]
-    x, y = (1e3 * np.array([one[name] for one in seen]) for name in ("c_x", "c_y"))
-    body = 1e3 * outline(Rotor(VERTICES, SIDES, run.inputs.width), 0.0, np.zeros(2)).T
-    shaft = 1e3 * regular(SIDES, run.inputs.apothem, run.inputs.fillet).T
+    views = [model.at("seen", places=view) for view in places]
+    x, y = (1e3 * np.array([view[name] for view in views]) for name in ("c_x", "c_y"))
+    body = 1e3 * body_outline(Rotor(VERTICES, SIDES, run.inputs.width), 0.0, np.zeros(2)).T
+    shaft = 1e3 * polygon_outline(SIDES, run.inputs.apothem, run.inputs.fillet).T
     low, wide = float(body[:, 1].min()) * 1.6, float(np.ptp(body[:, 0]))
-    heading = np.degrees(np.unwrap([one["heading"] for one in seen]))
+    heading = np.degrees(np.unwrap([view["heading"] for view in views]))
     return Scene(
         title="Engagement of the Reuleaux clutch",
         place="time",
@@ -113,8 +112,8 @@ def engagement(run: Run) -> Scene:
     )
 
 
-def _chosen(run: Run) -> Integers:
-    """Which instants (n,) of a run are shown: those that the curves need, the largest load among them."""
+def _chosen(run: ContactRun) -> Integers:
+    """Return the indices (n,) of a run's instants for the scene: those that the curves need, and the largest load."""
     rows = [run.load, run.speed, run.seen["link"][0], run.states[TRAVEL]]
 
     def nearest(places: Array) -> Integers:

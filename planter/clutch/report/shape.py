@@ -1,4 +1,4 @@
-"""The files that the commands of the clutch's shape leave in a folder: summary, CSV, figures, GIF and page."""
+"""Files of the clutch's shape: summary, CSV, figures, GIF and page."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.clutch.geometry import SIDES, VERTICES
-from planter.clutch.geometry import travel as least_travel
-from planter.clutch.linkage import Linkage
-from planter.clutch.model import MODELS, given, model
+from planter.clutch.geometry import SIDES, VERTICES, CrankLinkage, least_travel
+from planter.clutch.model import MODELS, collect_values, load_model
 from planter.clutch.report import shape_figures as figures
-from planter.clutch.report.scene import scene
+from planter.clutch.report.scene import build_rotor_scene
 from planter.clutch.rotor import Rotor
 from planter.files import units
 from planter.kernels import formulas
@@ -28,9 +26,8 @@ from planter.view.block import Motion
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from planter.clutch.file import Clutch
-    from planter.clutch.results.rotor import Fit
-    from planter.clutch.results.shape import FastestSwitching, Geometry, Sizing
+    from planter.clutch.file import ClutchFile
+    from planter.clutch.results.shape import ClutchGeometry, FastestSwitching, PolygonFit, Sizing
     from planter.kernels import Array
     from planter.records import Record
 
@@ -52,91 +49,95 @@ WAY = 101
 
 
 @renews
-def write_geometry(out: Path, clutch: Clutch, result: Geometry) -> None:
-    """Writes summary.json, poses.csv, figures, turning.gif and report.html. Raises InputError where it cannot."""
-    folder, values = files.output_folder(out), given(clutch)
+def write_geometry(out: Path, clutch: ClutchFile, result: ClutchGeometry) -> None:
+    """Write summary.json, poses.csv, figures, turning.gif and report.html. Raises InputError if it cannot."""
+    folder, values = files.output_folder(out), collect_values(clutch)
     rotor = Rotor(VERTICES, SIDES, result.R_mm * 1e-3)
     _poses(folder, clutch, rotor, values["a"])
     curves: dict[str, Array] = {
         m: 1e3 * np.array([least_travel(values, math.radians(x), m) for x in ANGLES]) for m in MODELS
     }
-    own = {
+    labelled = {
         f"axial angle {at.axial_angle_deg:g}°, printed travel": (
-            Linkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]), at.printed_mm * 1e-3, values["r_A"]
+            CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]), at.printed_mm * 1e-3, values["r_A"]
         )
         for at, row in zip(result.travel, result.linkage, strict=True)
         if row.crank_rotation_deg is not None
     }  # fmt: skip
-    drawn = {
+    plots = {
         **_shape(rotor, {"printed": result.printed.fillet_limit_over_R * rotor.width}),
-        "travel": figures.travels(ANGLES, curves, clutch.levels.axial_angles_deg),
-        **({"linkage": figures.linkages(own)} if own else {}),
+        "travel": figures.draw_travels(ANGLES, curves, clutch.levels.axial_angles_deg),
+        **({"linkage": figures.draw_linkages(labelled)} if labelled else {}),
     }
-    files.write_bytes(folder / "turning.gif", figures.animation(rotor))
-    _finish(folder, f"Geometry of the clutch {clutch.name}", clutch, result, drawn, rotor)
+    files.write_bytes(folder / "turning.gif", figures.animate_turning(rotor))
+    _finish(folder, f"Geometry of the clutch {clutch.name}", clutch, result, plots, rotor)
 
 
 @renews
-def write_design(out: Path, clutch: Clutch, result: Sizing) -> None:
-    """Writes summary.json, way.csv, figures and report.html. Raises InputError where it cannot."""
-    folder, values = files.output_folder(out), given(clutch)
-    found = result.linkage
-    linkage = Linkage(found.crank_mm * 1e-3, found.rod_mm * 1e-3, found.distance_mm * 1e-3)
+def write_design(out: Path, clutch: ClutchFile, result: Sizing) -> None:
+    """Write summary.json, way.csv, figures and report.html. Raises InputError if it cannot."""
+    folder, values = files.output_folder(out), collect_values(clutch)
+    rods = result.linkage
+    linkage = CrankLinkage(rods.crank_mm * 1e-3, rods.rod_mm * 1e-3, rods.distance_mm * 1e-3)
     travel = result.sizes.travel_mm * 1e-3
     _way(folder, clutch, linkage, travel, values["r_A"])
     rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
-    drawn = {**_shape(rotor, {}), "linkage": figures.linkages({"sized": (linkage, travel, values["r_A"])})}
-    _finish(folder, f"Sizes of the clutch {clutch.name}", clutch, result, drawn, rotor)
+    plots = {**_shape(rotor, {}), "linkage": figures.draw_linkages({"sized": (linkage, travel, values["r_A"])})}
+    _finish(folder, f"Sizes of the clutch {clutch.name}", clutch, result, plots, rotor)
 
 
 @renews
-def write_optimisation(out: Path, clutch: Clutch, result: FastestSwitching) -> None:
-    """Writes summary.json, way.csv, figures and report.html. Raises InputError where it cannot."""
-    folder, values = files.output_folder(out), given(clutch)
-    drawn: dict[str, tuple[Linkage, float, float]] = {}
-    for name, found in (("file", result.start_design), ("optimum", result.design)):
-        linkage = Linkage(found.crank_mm * 1e-3, found.rod_mm * 1e-3, found.distance_mm * 1e-3)
-        travel = least_travel(values, math.radians(found.axial_angle_deg))
+def write_optimisation(out: Path, clutch: ClutchFile, result: FastestSwitching) -> None:
+    """Write summary.json, way.csv, figures and report.html. Raises InputError if it cannot."""
+    folder, values = files.output_folder(out), collect_values(clutch)
+    labelled: dict[str, tuple[CrankLinkage, float, float]] = {}
+    for name, choice in (("file", result.start_design), ("optimum", result.design)):
+        linkage = CrankLinkage(choice.crank_mm * 1e-3, choice.rod_mm * 1e-3, choice.distance_mm * 1e-3)
+        travel = least_travel(values, math.radians(choice.axial_angle_deg))
         span = values["r_A"] + values["r_D"]
-        gear = model().at("drive", k=found.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0)["r_A"]
-        drawn[name] = linkage, travel, gear
-    _way(folder, clutch, *drawn["optimum"])
+        gear = load_model().at("drive", k=choice.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0)["r_A"]
+        labelled[name] = linkage, travel, gear
+    _way(folder, clutch, *labelled["optimum"])
     _finish(
-        folder, f"Fastest switching of the clutch {clutch.name}", clutch, result, {"linkage": figures.linkages(drawn)}
+        folder,
+        f"Fastest switching of the clutch {clutch.name}",
+        clutch,
+        result,
+        {"linkage": figures.draw_linkages(labelled)},
     )
 
 
 @renews
-def write_rotor(out: Path, rotor: Rotor, result: Fit) -> None:
-    """Writes summary.json, figures, turning.gif and report.html. Raises InputError where it cannot."""
+def write_rotor(out: Path, rotor: Rotor, result: PolygonFit) -> None:
+    """Write summary.json, figures, turning.gif and report.html. Raises InputError if it cannot."""
     folder = files.output_folder(out)
-    shown = Rotor(rotor.vertices, rotor.sides, 0.03)
-    drawn = _shape(shown, {}) if result.ellipse else {"turning": figures.turning(shown)}
-    files.write_bytes(folder / "turning.gif", figures.animation(shown))
+    sample = Rotor(rotor.vertices, rotor.sides, 0.03)
+    plots = _shape(sample, {}) if result.ellipse else {"turning": figures.draw_turning(sample)}
+    files.write_bytes(folder / "turning.gif", figures.animate_turning(sample))
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
-    _finish(folder, title, None, result, drawn, shown)
+    _finish(folder, title, None, result, plots, sample)
 
 
 def _shape(rotor: Rotor, fillets: Mapping[str, float]) -> dict[str, Figure]:
     limits = {"limit": rotor.ellipse["fillet"], **fillets}
-    return {"turning": figures.turning(rotor), "vertex_path": figures.vertex_path(rotor, limits)}
+    return {"turning": figures.draw_turning(rotor), "vertex_path": figures.draw_vertex_path(rotor, limits)}
 
 
-def _poses(folder: Path, clutch: Clutch, rotor: Rotor, side: float) -> None:
+def _poses(folder: Path, clutch: ClutchFile, rotor: Rotor, side: float) -> None:
     """Places of A, B, C and the centroid while C passes a corner, and the overlap with the third pair of sides."""
     theta = np.linspace(*rotor.passage, POSES)
     at = rotor.path(theta)
     columns = {f"{name}_mm": 1e3 * values for name, values in at.items()}
-    columns["overlap_mm"] = 1e3 * model()("path", theta=theta, a=side)["e_3"]
+    columns["overlap_mm"] = 1e3 * load_model()("path", theta=theta, a=side)["e_3"]
     table = {"theta_deg": np.degrees(theta), **columns}
     files.write_cycle_csv(folder / "poses.csv", files.comments(clutch, "clutch"), table)
 
 
-def _way(folder: Path, clutch: Clutch, linkage: Linkage, travel: float, gear: float) -> None:
+def _way(folder: Path, clutch: ClutchFile, linkage: CrankLinkage, travel: float, gear: float) -> None:
     """Crank, rod and forces over the way of the sleeve."""
     shift = np.linspace(0, travel, WAY)
-    force = given(clutch)["F1"]
-    pose, push = linkage.along(shift), model()("push", shift=shift, crank=linkage.packed, F1=force, r_A=gear)
+    force = collect_values(clutch)["F1"]
+    pose, push = linkage.evaluate(shift), load_model()("push", shift=shift, crank=linkage.packed, F1=force, r_A=gear)
     columns: dict[str, Array] = {
         "shift_mm": 1e3 * shift,
         "crank_angle_deg": np.degrees(pose["crank_angle"]),
@@ -149,26 +150,26 @@ def _way(folder: Path, clutch: Clutch, linkage: Linkage, travel: float, gear: fl
 
 
 def _finish(
-    folder: Path, title: str, clutch: Clutch | None, result: Record, drawn: Mapping[str, Figure],
+    folder: Path, title: str, clutch: ClutchFile | None, result: Record, plots: Mapping[str, Figure],
     rotor: Rotor | None = None,
 ) -> None:  # fmt: skip
     """Summary, figures and page; on it the `rotor` as it turns, if one is meant."""
     table = result.table()
-    of = model() if clutch is not None else formulas.load("clutch_rotor")
-    assumptions = [*of.sidecar["assumptions"], *table.get("assumes", ())]
+    equations = load_model() if clutch is not None else formulas.load("clutch_rotor")
+    assumptions = [*equations.sidecar["assumptions"], *table.get("assumes", ())]
     summary = table | {"assumptions": assumptions}
     if clutch is not None:
         summary |= {"input": clutch.table(), "provenance": files.provenance(clutch, table.get("seed"))}
     files.write_summary(folder / "summary.json", summary)
     place = files.output_folder(folder / "figures")
-    saved = {name: style.save(figure, place, name) for name, figure in drawn.items()}
-    moving = [] if rotor is None else [Motion(scene(rotor, title), MOVING)]
+    saved = {name: style.save(figure, place, name) for name, figure in plots.items()}
+    moving = [] if rotor is None else [Motion(build_rotor_scene(rotor, title), MOVING)]
     parts = list(_sections(clutch, table, saved, moving, assumptions, summary))
     files.write_text(folder / "report.html", page(title, parts, clutch.description if clutch else ""))
 
 
 def _sections(
-    clutch: Clutch | None, result: Result, saved: Mapping[str, str], moving: Sequence[Block],
+    clutch: ClutchFile | None, result: Result, saved: Mapping[str, str], moving: Sequence[Block],
     assumptions: Sequence[str], summary: Result,
 ) -> Iterator[Section]:  # fmt: skip
     yield Section("Results", list(_results(result)))
@@ -222,5 +223,5 @@ def _rows(rows: Iterable[Result], caption: str = "") -> Table:
 
 
 def _meanings() -> dict[str, str]:
-    entries = [entry for vector in model().sidecar["vectors"].values() for entry in vector]
+    entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
     return {entry["shown"]: entry["meaning"] for entry in entries if entry.get("shown") and units.unit(entry["shown"])}

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.clutch.linkage import Linkage
-from planter.clutch.rotor import Rotor, outline
+from planter.clutch.geometry import CrankLinkage
+from planter.clutch.rotor import Rotor, body_outline
 from planter.report import style
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ GHOSTS = 4
 FRAMES = 60
 
 
-def regular(sides: int, apothem: float, fillet: float = 0.0, points: int = 16) -> Array:
+def polygon_outline(sides: int, apothem: float, fillet: float = 0.0, points: int = 16) -> Array:
     """Closed outline (2, n) of a regular polygon with an upper side, its corners rounded."""
     turn = 2 * math.pi / sides
     centre = (apothem - fillet) / math.cos(turn / 2)
@@ -38,7 +38,7 @@ def regular(sides: int, apothem: float, fillet: float = 0.0, points: int = 16) -
 
 
 @style.drawn
-def turning(rotor: Rotor) -> Figure:
+def draw_turning(rotor: Rotor) -> Figure:
     """The body at several rotations in the smallest polygon that lets it turn, and what a rotation needs beyond R."""
     figure = style.new_figure(3.6)
     left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
@@ -61,31 +61,31 @@ def turning(rotor: Rotor) -> Figure:
 
 
 def _sleeve(axes: Axes, rotor: Rotor) -> None:
-    axes.plot(*(1e3 * regular(rotor.sides, rotor.smallest_apothem)), color=style.INK, linewidth=1.2)
+    axes.plot(*(1e3 * polygon_outline(rotor.sides, rotor.smallest_apothem)), color=style.INK, linewidth=1.2)
 
 
 def _body(rotor: Rotor, rotation: float) -> Array:
-    found = outline(rotor, rotation, rotor.tightest(rotation)[1])
-    return 1e3 * np.hstack([found, found[:, :1]])
+    closed = body_outline(rotor, rotation, rotor.tightest(rotation)[1])
+    return 1e3 * np.hstack([closed, closed[:, :1]])
 
 
 @style.drawn
-def vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
+def draw_vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
     """Path of a vertex over a turn with the ellipse of one corner, and that corner with rounded ones [m] inside."""
     figure = style.new_figure(3.6)
-    whole, corner = figure.subplots(1, 2)
+    overview, corner = figure.subplots(1, 2)
     theta = np.linspace(*rotor.passage, 61)
     arc = rotor.path(theta)
     x, y = 1e3 * arc["x_C"], 1e3 * arc["y_C"]
-    for axes in (whole, corner):
-        axes.plot(*(1e3 * regular(rotor.sides, rotor.width / 2)), color=style.INK, linewidth=0.9)
+    for axes in (overview, corner):
+        axes.plot(*(1e3 * polygon_outline(rotor.sides, rotor.width / 2)), color=style.INK, linewidth=0.9)
         axes.plot(*(1e3 * rotor.track()), color=style.BLUE, linewidth=1.0)
         axes.plot(x, y, color=style.VERMILION, linewidth=1.8)
         axes.plot(*_ellipse(rotor), color=style.VERMILION, linewidth=0.7, linestyle=(0, (4, 2)))
-    _axes_of(whole, rotor)
-    style.drawing_board(whole)
+    _axes_of(overview, rotor)
+    style.drawing_board(overview)
     for index, (label, radius) in enumerate(fillets.items()):
-        rounded = 1e3 * regular(rotor.sides, rotor.width / 2, radius, 40)
+        rounded = 1e3 * polygon_outline(rotor.sides, rotor.width / 2, radius, 40)
         shade = (style.GREEN, style.PURPLE, style.ORANGE)[index % 3]
         corner.plot(*rounded, color=shade, linewidth=1.0, label=f"{label}: {radius / rotor.width:.4f} R")
     reach = 0.1 * 1e3 * rotor.width
@@ -94,31 +94,31 @@ def vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
     corner.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach))
     corner.set_aspect("equal", adjustable="box")
     corner.legend(loc="upper left", frameon=False, fontsize=7)
-    whole.set_title("path of a vertex; dashed: its ellipse at one corner")
+    overview.set_title("path of a vertex; dashed: its ellipse at one corner")
     corner.set_title("the corner, with fillets inside")
     return figure
 
 
 def _ellipse(rotor: Rotor) -> Array:
-    found, angle = rotor.ellipse, np.linspace(0, 2 * math.pi, 241)
-    along = np.array([math.cos(found["axis"]), math.sin(found["axis"])])
-    across = np.array([-along[1], along[0]])
-    centre = np.array([found["x_E"], found["y_E"]])
-    points = np.outer(along, found["s_1"] * np.cos(angle)) + np.outer(across, found["s_2"] * np.sin(angle))
+    ellipse, angle = rotor.ellipse, np.linspace(0, 2 * math.pi, 241)
+    major = np.array([math.cos(ellipse["axis"]), math.sin(ellipse["axis"])])
+    across = np.array([-major[1], major[0]])
+    centre = np.array([ellipse["x_E"], ellipse["y_E"]])
+    points = np.outer(major, ellipse["s_1"] * np.cos(angle)) + np.outer(across, ellipse["s_2"] * np.sin(angle))
     return 1e3 * (centre[:, None] + points)
 
 
 def _axes_of(axes: Axes, rotor: Rotor) -> None:
-    found = rotor.ellipse
-    for size, turn in ((found["s_1"], 0.0), (found["s_2"], math.pi / 2)):
-        direction = size * np.array([math.cos(found["axis"] + turn), math.sin(found["axis"] + turn)])
-        ends = 1e3 * np.array([[found["x_E"]], [found["y_E"]]]) + 1e3 * np.outer(direction, [-1, 1])
+    ellipse = rotor.ellipse
+    for size, turn in ((ellipse["s_1"], 0.0), (ellipse["s_2"], math.pi / 2)):
+        direction = size * np.array([math.cos(ellipse["axis"] + turn), math.sin(ellipse["axis"] + turn)])
+        ends = 1e3 * np.array([[ellipse["x_E"]], [ellipse["y_E"]]]) + 1e3 * np.outer(direction, [-1, 1])
         axes.plot(*ends, color=style.SOFT, linewidth=0.5)
-    axes.plot(1e3 * found["x_E"], 1e3 * found["y_E"], "+", color=style.INK, markersize=6)
+    axes.plot(1e3 * ellipse["x_E"], 1e3 * ellipse["y_E"], "+", color=style.INK, markersize=6)
 
 
 @style.drawn
-def travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence[float]) -> Figure:
+def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence[float]) -> Figure:
     """Least travel [mm] over the axial angle, a curve for each model, with the file's levels marked."""
     figure = style.new_figure(2.8)
     axes = figure.subplots()
@@ -136,11 +136,11 @@ def travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence[floa
 
 
 @style.drawn
-def linkages(drawn: Mapping[str, tuple[Linkage, float, float]]) -> Figure:
+def draw_linkages(labelled: Mapping[str, tuple[CrankLinkage, float, float]]) -> Figure:
     """Each linkage at both ends of its travel: label -> (linkage, travel [m], pitch radius of the crank gear [m])."""
-    figure = style.new_figure(2.6 * len(drawn))
+    figure = style.new_figure(2.6 * len(labelled))
     for axes, (label, (linkage, travel, gear)) in zip(
-        figure.subplots(len(drawn), 1, squeeze=False)[:, 0], drawn.items(), strict=True
+        figure.subplots(len(labelled), 1, squeeze=False)[:, 0], labelled.items(), strict=True
     ):
         _linkage(axes, linkage, travel, gear)
         turned = math.degrees(linkage.rotation(travel))
@@ -148,14 +148,14 @@ def linkages(drawn: Mapping[str, tuple[Linkage, float, float]]) -> Figure:
     return figure
 
 
-def _linkage(axes: Axes, linkage: Linkage, travel: float, gear: float) -> None:
+def _linkage(axes: Axes, linkage: CrankLinkage, travel: float, gear: float) -> None:
     from matplotlib.patches import Circle, Rectangle
 
     reach = 1e3 * (linkage.distance + travel)
     axes.plot([0, 1.15 * reach], [0, 0], color=style.FAINT, linewidth=0.8, linestyle=(0, (6, 3)))
     axes.add_patch(Circle((0, 0), 1e3 * gear, fill=False, edgecolor=style.FAINT, linewidth=0.9))
     for name, shift, shade in (("engaged", 0.0, style.BLUE), ("disengaged", travel, style.VERMILION)):
-        at = linkage.along(np.array([shift]))
+        at = linkage.evaluate(np.array([shift]))
         x, y = 1e3 * at["pin_x"][0], 1e3 * at["pin_y"][0]
         pin = 1e3 * (linkage.distance + shift)
         axes.plot([0, x, pin], [0, y, 0], "o-", color=shade, markersize=3.5, linewidth=1.6, label=name)
@@ -166,7 +166,7 @@ def _linkage(axes: Axes, linkage: Linkage, travel: float, gear: float) -> None:
 
 
 @style.drawn
-def animation(rotor: Rotor, frames: int = FRAMES) -> bytes:
+def animate_turning(rotor: Rotor, frames: int = FRAMES) -> bytes:
     """The body turning once in the smallest polygon that lets it, as a GIF; a vertex draws its path."""
     from matplotlib.animation import PillowWriter
 

@@ -1,16 +1,15 @@
 """What the clutch's commands return, key by key."""
 
 from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
-from planter.clutch.results.field import FieldTest, Plan
-from planter.clutch.results.rotor import Fit
-from planter.clutch.results.shape import FastestSwitching, Geometry, Sizing
+from planter.clutch.results.field import FieldPlan, FieldTest
+from planter.clutch.results.shape import ClutchGeometry, FastestSwitching, PolygonFit, Sizing
 
 COMMANDS = {
-    "clutch geometry": Geometry,
+    "clutch geometry": ClutchGeometry,
     "clutch design": Sizing,
     "clutch optimise": FastestSwitching,
-    "clutch rotor": Fit,
+    "clutch rotor": PolygonFit,
     "clutch engage": ModalEngagement | ContactEngagement,
     "clutch field": FieldTest,
-    "clutch plan": Plan,
+    "clutch plan": FieldPlan,
 }

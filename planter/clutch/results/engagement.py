@@ -9,7 +9,7 @@ from planter.records import Record
 
 
 @dataclass(frozen=True)
-class Energy(Record):
+class EnergyBalance(Record):
     """Work put in, energy kept, work lost, and what is missing of their balance."""
 
     input_J: float
@@ -29,7 +29,7 @@ class OneModeLoads(Record):
 
 
 @dataclass(frozen=True)
-class Mode(Record):
+class BeamMode(Record):
     """The shaft's mode: coefficients of stiffness and mass, and what they make."""
 
     K_coefficient: float
@@ -41,7 +41,7 @@ class Mode(Record):
 
 
 @dataclass(frozen=True)
-class Varied(Record):
+class LoadSensitivity(Record):
     """Largest load over that of the given inputs, with one of them times a factor."""
 
     input: str
@@ -59,10 +59,10 @@ class ModalEngagement(Record):
     N_max_N: float
     t_max_s: float
     t_loss_s: float | None
-    modal: Mode
+    modal: BeamMode
     printed: OneModeLoads
-    energy: Energy
-    sensitivity: list[Varied]
+    energy: EnergyBalance
+    sensitivity: list[LoadSensitivity]
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,11 @@ class ClutchLoads(Record):
     engaged_s: float | None
     cut_off_s: float | None
     cut_off_N_max_N: float
-    energy: Energy
+    energy: EnergyBalance
 
 
 @dataclass(frozen=True)
-class VariedContact(Record):
+class ContactLoadSensitivity(Record):
     """Largest loads of both clutches, with one input times a factor."""
 
     input: str
@@ -93,7 +93,7 @@ class VariedContact(Record):
 
 
 @dataclass(frozen=True)
-class AtPhase(Record):
+class PhaseLoads(Record):
     """Largest loads of both clutches, with the input turned on at the moment of switching."""
 
     phase_deg: float
@@ -112,15 +112,15 @@ class TeethInSleeve(Record):
 
 @dataclass(frozen=True)
 class ContactEngagement(Record):
-    """`planter clutch engage --mode contact`: the clutch beside a dog clutch."""
+    """`planter clutch engage --mode contact`: the clutch compared with a dog clutch."""
 
     clutch: str
     mode: Literal["contact"]
     reuleaux: ClutchLoads
     dog: ClutchLoads
     N_max_ratio: float
-    energy: Energy
-    sensitivity: list[VariedContact]
-    phases: list[AtPhase]
+    energy: EnergyBalance
+    sensitivity: list[ContactLoadSensitivity]
+    phases: list[PhaseLoads]
     teeth: TeethInSleeve
     assumptions: list[str]

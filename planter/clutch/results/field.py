@@ -1,4 +1,4 @@
-"""What commands on field tests of a clutch return."""
+"""Results of the commands on field tests of a clutch."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Level = int | float | str
 
 
 @dataclass(frozen=True)
-class Levels(Record):
+class FactorLevels(Record):
     """A factor: its levels, and the values that words stand for."""
 
     label: str
@@ -24,14 +24,14 @@ class Levels(Record):
 
 
 @dataclass(frozen=True)
-class Named(Record):
+class ResponseLabel(Record):
     """A response and what it means."""
 
     label: str
 
 
 @dataclass(frozen=True)
-class Means(Record):
+class LevelMeans(Record):
     """Mean of the runs at each level of a factor, and the largest less the least of them."""
 
     k: list[float]
@@ -48,14 +48,14 @@ class Total(Record):
 
 @dataclass(frozen=True)
 class Residual(Total):
-    """What the factors leave; no mean square where no degree of freedom is left."""
+    """Residual of the factors; null for a mean square without degrees of freedom."""
 
     ms: float | None
 
 
 @dataclass(frozen=True)
 class Effect(Residual):
-    """A factor against the error; null where there is none to hold it against."""
+    """A factor against the error; null without an error."""
 
     F: float | None
     p: float | None
@@ -77,19 +77,20 @@ class Compared(Record):
 
 @dataclass(frozen=True)
 class Predicted(Record):
-    """A combination of levels, and what is predicted of each response: its JSON has the means beside the levels."""
+    """A combination of levels, and what is predicted of each response: its JSON has the means next to the levels."""
 
     levels: list[Level]
     means: dict[str, float]
 
     def table(self) -> dict[str, Any]:
+        """Return the levels and the mean of each response by its name."""
         return {"levels": self.levels, **self.means}
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        found = handler.resolve_ref_schema(handler(core))
-        means = found["properties"].pop("means")
-        return found | {"required": ["levels"], "additionalProperties": means["additionalProperties"]}
+        schema = handler.resolve_ref_schema(handler(core))
+        means = schema["properties"].pop("means")
+        return schema | {"required": ["levels"], "additionalProperties": means["additionalProperties"]}
 
 
 @dataclass(frozen=True)
@@ -98,13 +99,13 @@ class FieldTest(Record):
 
     source: str
     runs: int
-    factors: dict[str, Levels]
-    responses: dict[str, Named]
+    factors: dict[str, FactorLevels]
+    responses: dict[str, ResponseLabel]
     blank: list[str]
     orthogonal: bool
     sums_of_squares: str
     goals: dict[str, str]
-    range: dict[str, dict[str, Means]] | None
+    range: dict[str, dict[str, LevelMeans]] | None
     order: dict[str, list[str]] | None
     range_best: dict[str, list[Level]] | None
     anova: dict[str, dict[str, Effect | Residual | Total]]
@@ -116,7 +117,7 @@ class FieldTest(Record):
 
 
 @dataclass(frozen=True)
-class Plan(Record):
+class FieldPlan(Record):
     """`planter clutch plan`: a field test to be run; `text` is the CSV to fill in."""
 
     array: str

@@ -1,4 +1,4 @@
-"""What commands on the shape of a clutch return: geometry, sizes, the fastest switching."""
+"""Results of the commands on the shape of a clutch: geometry, sizes, the fastest switching, rotors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Pair = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Condition(Record):
+class InequalityResult(Record):
     """An inequality; `margin` is in `unit`, positive where it holds, `share` the margin over what is bounded."""
 
     condition: str
@@ -47,8 +47,8 @@ class Harmonic(Record):
 
 
 @dataclass(frozen=True)
-class Turning(Record):
-    """How the polygon turns in the hexagon, lengths in widths."""
+class PolygonRotation(Record):
+    """Rotation of the polygon in the hexagon, lengths in widths."""
 
     mismatch_over_R: float
     smallest_hexagon_over_R: float
@@ -57,7 +57,7 @@ class Turning(Record):
 
 
 @dataclass(frozen=True)
-class Tooth(Record):
+class ToothResult(Record):
     """Least radii of tip and root, and the angle of the face there."""
 
     b1_min_mm: float
@@ -96,12 +96,12 @@ class AsPrinted(Record):
     tangency_radius_over_R: float
     mismatch_over_R: float
     fillet_limit_over_R: float
-    tooth: Tooth
-    conditions: list[Condition]
+    tooth: ToothResult
+    conditions: list[InequalityResult]
 
 
 @dataclass(frozen=True)
-class Geometry(Record):
+class ClutchGeometry(Record):
     """`planter clutch geometry`: everything of a clutch's shape."""
 
     clutch: str
@@ -111,11 +111,11 @@ class Geometry(Record):
     A1: float
     A2: float
     ellipse: VertexPath
-    rotor: Turning
-    tooth: Tooth
+    rotor: PolygonRotation
+    tooth: ToothResult
     travel: list[Travel]
     linkage: list[Crank]
-    conditions: list[Condition]
+    conditions: list[InequalityResult]
     warnings: list[str]
     printed: AsPrinted
 
@@ -160,13 +160,13 @@ class Sizing(Record):
     tightest: str
     sizes: Sizes
     linkage: Rods
-    conditions: list[Condition]
+    conditions: list[InequalityResult]
     assumes: list[str]
 
 
 @dataclass(frozen=True)
-class Choice(Record):
-    """What may be chosen of a clutch."""
+class SwitchingDesign(Record):
+    """Optimisation variables of a clutch."""
 
     axial_angle_deg: float
     ratio: float
@@ -176,7 +176,7 @@ class Choice(Record):
 
 
 @dataclass(frozen=True)
-class Held(Record):
+class ClutchBindingLimit(Record):
     """A limit that holds an optimum, and the share of the file's own time that a share of the limit is worth."""
 
     name: str
@@ -184,11 +184,11 @@ class Held(Record):
 
 
 @dataclass(frozen=True)
-class Proof(Record):
-    """How sure an optimum is."""
+class SwitchingCertificate(Record):
+    """Certificate of an optimum."""
 
     kkt_residual: float
-    active: list[Held]
+    active: list[ClutchBindingLimit]
     agreeing_starts: int
     spread: float
     starts: int
@@ -202,11 +202,53 @@ class FastestSwitching(Record):
     travel_time_s: float
     start_travel_time_s: float
     start_violates: list[str]
-    design: Choice
-    start_design: Choice
+    design: SwitchingDesign
+    start_design: SwitchingDesign
     stations: dict[str, list[float]]
     least_margin_along: dict[str, float]
     bounds: dict[str, Pair]
-    certificate: Proof
+    certificate: SwitchingCertificate
     assumes: list[str]
     seed: int
+
+
+@dataclass(frozen=True)
+class CornerPath(VertexPath):
+    """The ellipse at a corner of any pair of polygons; `lead_deg` is the turn over which the corner is passed."""
+
+    lead_deg: float
+
+
+@dataclass(frozen=True)
+class SlidPath(Record):
+    """The ellipse of a vertex while two others slide on sides, lengths in widths."""
+
+    vertex: int
+    centre_over_R: Pair
+    semi_axes_over_R: Pair
+    axis_deg: float
+
+
+@dataclass(frozen=True)
+class Sliding(Record):
+    """Two vertices that slide on two sides at once, and the paths of the others."""
+
+    sides_apart: int
+    vertices_apart: int
+    rotation_deg: float
+    paths: list[SlidPath]
+
+
+@dataclass(frozen=True)
+class PolygonFit(Record):
+    """`planter clutch rotor`: how a polygon turns in another, lengths in widths; null where it has no meaning."""
+
+    vertices: int
+    sides: int
+    exact: bool
+    smallest_over_R: float
+    mismatch_over_R: float | None
+    fillet_limit_over_R: float | None
+    ellipse: CornerPath | None
+    slides: Sliding
+    harmonics: list[Harmonic]

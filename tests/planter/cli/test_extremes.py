@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 import pytest
 
-from planter.clutch.file import load as load_clutch
+from planter.clutch.file import load_clutch
 from planter.errors import InputError
 from planter.files.document import Document
 from planter.mapping.file import load_poses

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planter.clutch import file
-from planter.clutch.design import design, refusal, sized
-from planter.clutch.linkage import Linkage
+from planter.clutch.design import build_refusal, compute_sizes, size_clutch
+from planter.clutch.geometry import CrankLinkage
 from planter.clutch.rotor import Rotor
 from planter.errors import ComputationError
 
@@ -21,22 +21,22 @@ SIZED_TO = {
 
 
 def sizes(**changes: float) -> dict:
-    return design(file.load("shi2021", changes))
+    return size_clutch(file.load_clutch("shi2021", changes))
 
 
 @pytest.mark.parametrize(
     "changes", [{}, {"flat_to_flat_mm": 26, "space_radius_mm": 30}, {"wanted_travel_mm": 3}, {"wall_mm": 3}]
 )
 def test_least_sizes_hold_every_inequality_of_the_clutch(changes):
-    found = sizes(**changes)
-    eight = found.conditions[:8]
+    sizing = sizes(**changes)
+    eight = sizing.conditions[:8]
     assert all(c.holds for c in eight)
-    assert set(found.binds) >= SIZED_TO
+    assert set(sizing.binds) >= SIZED_TO
 
 
 def test_sizes_are_those_of_the_laws():
-    found = sizes()
-    s, flats = found.sizes, 20.0
+    sizing = sizes()
+    s, flats = sizing.sizes, 20.0
     assert s.tip_mm == pytest.approx(flats / (2 * math.sin(math.radians(72))), rel=1e-13)
     assert s.fillet_mm == pytest.approx(Rotor(5, 6, flats).ellipse["fillet"], rel=1e-12)
     corner = (flats / 2 - s.fillet_mm) / math.cos(math.pi / 6) + s.fillet_mm
@@ -50,8 +50,8 @@ def test_sizes_are_those_of_the_laws():
 
 def test_a_smaller_hexagon_would_not_do():
     """Shrinking the hexagon at the same travel leaves less than the wall outside the tooth roots."""
-    clutch = file.load("shi2021")
-    values = sized(clutch)
+    clutch = file.load_clutch("shi2021")
+    values = compute_sizes(clutch)
     side = 0.99 * values["a"]
     outline, apothem = side * math.sqrt(3) / (2 * math.sin(math.radians(72))), side * math.sqrt(3) / 2
     thin_end = outline - values["d"] * (outline - apothem) / values["c"]
@@ -60,10 +60,10 @@ def test_a_smaller_hexagon_would_not_do():
 
 
 def test_the_linkage_makes_the_travel_in_the_lift():
-    found = sizes().linkage
-    linkage = Linkage(found.crank_mm * 1e-3, found.rod_mm * 1e-3, found.distance_mm * 1e-3)
-    assert np.degrees(linkage.rotation(0.0042)) == pytest.approx(found.crank_rotation_deg, abs=1e-9)
-    assert found.crank_rotation_deg == pytest.approx((10 - 5) * 46 / 14, rel=1e-12)
+    linkage_sizes = sizes().linkage
+    linkage = CrankLinkage(linkage_sizes.crank_mm * 1e-3, linkage_sizes.rod_mm * 1e-3, linkage_sizes.distance_mm * 1e-3)
+    assert np.degrees(linkage.rotation(0.0042)) == pytest.approx(linkage_sizes.crank_rotation_deg, abs=1e-9)
+    assert linkage_sizes.crank_rotation_deg == pytest.approx((10 - 5) * 46 / 14, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -81,11 +81,11 @@ def test_the_linkage_makes_the_travel_in_the_lift():
     ],
 )
 def test_what_does_not_fit_is_named(changes, worst):
-    found = sizes(**changes)
-    assert not found.feasible
-    assert worst in found.violated
-    assert found.violated[0] in refusal(found).message
-    assert refusal(found).exit_code == 1
+    sizing = sizes(**changes)
+    assert not sizing.feasible
+    assert worst in sizing.violated
+    assert sizing.violated[0] in build_refusal(sizing).message
+    assert build_refusal(sizing).exit_code == 1
 
 
 def test_each_limit_binds_when_it_is_set_to_what_is_used():

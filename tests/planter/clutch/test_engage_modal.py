@@ -10,36 +10,36 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from planter.clutch import file
-from planter.clutch.engage import beam, modal
+from planter.clutch.engagement import modal
 from planter.errors import InputError
 from tests.support.cli import answer
 
-CLUTCH = file.load("shi2021")
+CLUTCH = file.load_clutch("shi2021")
 
 
 def test_motion_is_that_of_the_equations_of_tooth_and_mode() -> None:
     """Two bodies held together by an unknown load, (8): its closed form makes both move alike."""
-    found = modal.modal(CLUTCH.si)
-    struck, shaft = found.struck, found.beam
+    engagement = modal.build_engagement(CLUTCH.si)
+    struck, shaft = engagement.struck, engagement.beam
 
     def both(t: float, y: np.ndarray) -> list[float]:
-        load = found.at(t)["N"]
+        load = engagement.at(t)["N"]
         return [y[1], (struck.force - load) / struck.body, y[3], (load - shaft.stiffness * y[2]) / shaft.mass]
 
     start = [0, struck.start, 0, struck.start]
     ran = solve_ivp(both, (0, 5e-4), start, rtol=1e-9, atol=1e-13, max_step=2e-5)
     np.testing.assert_allclose(ran.y[0], ran.y[2], atol=1e-12)
-    assert ran.y[0, -1] == pytest.approx(found.at(5e-4)["y_max"], rel=1e-7)
+    assert ran.y[0, -1] == pytest.approx(engagement.at(5e-4)["y_max"], rel=1e-7)
 
 
-@pytest.mark.parametrize("shape", beam.SHAPES)
+@pytest.mark.parametrize("shape", modal.SHAPES)
 def test_the_largest_load_stands_where_it_is_said_to(shape: str) -> None:
-    result = modal.result(CLUTCH, shape)
-    found = modal.modal(CLUTCH.si, shape)
-    assert found.at(result.t_max_s)["N"] == pytest.approx(result.N_max_N, rel=1e-12)
-    assert found.at(result.t_loss_s)["N"] == pytest.approx(0, abs=1e-9)
-    assert found.at(0.0)["N"] == pytest.approx(result.N0_N, rel=1e-12)
-    grid = [found.at(t)["N"] for t in np.linspace(0, result.t_loss_s, 200)]
+    result = modal.evaluate_engagement(CLUTCH, shape)
+    engagement = modal.build_engagement(CLUTCH.si, shape)
+    assert engagement.at(result.t_max_s)["N"] == pytest.approx(result.N_max_N, rel=1e-12)
+    assert engagement.at(result.t_loss_s)["N"] == pytest.approx(0, abs=1e-9)
+    assert engagement.at(0.0)["N"] == pytest.approx(result.N0_N, rel=1e-12)
+    grid = [engagement.at(t)["N"] for t in np.linspace(0, result.t_loss_s, 200)]
     assert max(grid) <= result.N_max_N * (1 + 1e-12)
     assert min(grid[:-1]) > 0
     energy = result.energy
@@ -47,21 +47,21 @@ def test_the_largest_load_stands_where_it_is_said_to(shape: str) -> None:
 
 
 def test_a_wrong_mass_breaks_the_energy_balance() -> None:
-    found = modal.modal(CLUTCH.si)
-    wrong = modal.Modal(found.struck, beam.Beam(**{**vars(found.beam), "mass": 1.1 * found.beam.mass}))
-    tampered = modal.Modal(found.struck, found.beam)
+    engagement = modal.build_engagement(CLUTCH.si)
+    wrong = modal.Modal(engagement.struck, modal.Beam(**{**vars(engagement.beam), "mass": 1.1 * engagement.beam.mass}))
+    tampered = modal.Modal(engagement.struck, engagement.beam)
     tampered.__dict__["extremes"] = wrong.extremes
     assert abs(tampered.energy().imbalance_J) > 1e-3 * abs(tampered.energy().input_J)
 
 
 def test_contact_is_never_lost_where_the_driving_force_rules() -> None:
-    slow = file.load("shi2021", {"input_speed_rpm": 0.01, "body_kg": 0.01})
-    assert modal.result(slow).t_loss_s is None
+    slow = file.load_clutch("shi2021", {"input_speed_rpm": 0.01, "body_kg": 0.01})
+    assert modal.evaluate_engagement(slow).t_loss_s is None
 
 
 def test_numbers() -> None:
     """Coefficients of the paper's shape; and (12) as printed, by hand from the file's inputs."""
-    result = modal.result(CLUTCH)
+    result = modal.evaluate_engagement(CLUTCH)
     assert result.modal.K_coefficient == pytest.approx(np.pi**4 / 32, rel=1e-15)
     assert result.modal.mass_coefficient == pytest.approx(0.5, rel=1e-15)
     edge = 0.02 / np.sqrt(3)
@@ -89,9 +89,9 @@ def test_command(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
-        (["--shape", "bow"], "--shape = bow is not allowed: it must be one of quarter-sine"),
+        (["--shape", "bow"], "--shape = bow: must be one of quarter-sine"),
         (["--set", "contact.lock_N=-1"], "contact.lock_N = -1.0 (set on the command line) is not allowed"),
         (["--set", "dog.backlash_deg=40"], "dog.backlash_deg"),
         (["--set", "dog.edge_mm=5"], "it must be less than depth_mm = 3.4"),
@@ -104,7 +104,7 @@ def test_command(tmp_path: Path) -> None:
     ],
 )
 def test_bad_input_is_one_sentence(
-    arguments: list[str], said: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    arguments: list[str], message: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from planter.cli import main
 
@@ -113,11 +113,11 @@ def test_bad_input_is_one_sentence(
         main()
     printed = capfd.readouterr()
     assert stopped.value.code == 2
-    assert said in printed.err
+    assert message in printed.err
     assert len(printed.err.strip().splitlines()) == 1
     assert printed.out == ""
 
 
 def test_an_unknown_shape_is_refused() -> None:
     with pytest.raises(InputError, match="quarter-sine"):
-        beam.beam(CLUTCH.si, "sine")
+        modal.build_beam(CLUTCH.si, "sine")

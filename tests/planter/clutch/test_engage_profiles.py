@@ -9,8 +9,8 @@ import pytest
 import shapely
 from shapely.affinity import rotate, translate
 
-from planter.clutch.engage.contacts import DOG, REULEAUX
-from planter.clutch.rotor import Rotor, outline
+from planter.clutch.engagement.dynamics import DOG, REULEAUX
+from planter.clutch.rotor import Rotor, body_outline
 from planter.kernels import formulas
 from planter.kernels.kernel import Array
 
@@ -93,7 +93,7 @@ def test_distance_of_outline_and_sleeve() -> None:
         ring = shapely.Polygon(room / np.cos(np.pi / 6) * np.column_stack(
             [np.cos(np.pi / 3 * np.arange(6)), np.sin(np.pi / 3 * np.arange(6))]
         ))  # fmt: skip
-        inside = shapely.Polygon(outline(body, angle, centre).T)
+        inside = shapely.Polygon(body_outline(body, angle, centre).T)
         gaps = [at(REULEAUX, "side", centre, angle, index=i, hole_shape=shape, way=way)["gap"] for i in range(6)]
         assert ring.contains(inside)
         assert min(gaps) / np.cos(taper) == pytest.approx(inside.distance(ring.exterior), abs=2e-3)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from planter.clutch.field import Factor, Response, Trial, trial
+from planter.clutch.field import Factor, FieldResponse, Trial, trial
 from planter.clutch.field import evaluation as field
-from planter.clutch.field.analysis import Model, fit_least_squares, is_orthogonal
-from planter.clutch.field.arrays import array
-from planter.clutch.field.goals import Goal
+from planter.clutch.field.analysis import MainEffectsModel, fit_least_squares, is_orthogonal
+from planter.clutch.field.goals import ResponseGoal
+from planter.clutch.field.plans import build_array
 from planter.clutch.results.field import Effect, Predicted
 from planter.errors import InputError
 
@@ -23,7 +23,7 @@ def runs_of(codes: np.ndarray, *responses: np.ndarray) -> Trial:
     for index, column in enumerate(codes.T):
         levels, inverse = np.unique(column, return_inverse=True)
         factors.append(Factor(f"F{index}", tuple(int(level) for level in levels), inverse))
-    measured = (Response(f"Y{i}", np.asarray(values, dtype=float)) for i, values in enumerate(responses, 1))
+    measured = (FieldResponse(f"Y{i}", np.asarray(values, dtype=float)) for i, values in enumerate(responses, 1))
     return Trial("test", tuple(factors), tuple(measured))
 
 
@@ -32,15 +32,15 @@ def rng() -> np.random.Generator:
 
 
 def l9() -> Trial:
-    return runs_of(array("L9").codes[:, :3], *rng().normal(5, 3, (2, 9)))
+    return runs_of(build_array("L9").codes[:, :3], *rng().normal(5, 3, (2, 9)))
 
 
 def l18() -> Trial:
-    return runs_of(array("L18").codes[:, [0, 1, 2, 4, 6]], *rng().gamma(2.0, 1.0, (2, 18)))
+    return runs_of(build_array("L18").codes[:, [0, 1, 2, 4, 6]], *rng().gamma(2.0, 1.0, (2, 18)))
 
 
 def l27() -> Trial:
-    return runs_of(np.vstack([array("L27").codes[:, [0, 1, 4, 8]]] * 2), rng().normal(-5, 3, 54))
+    return runs_of(np.vstack([build_array("L27").codes[:, [0, 1, 4, 8]]] * 2), rng().normal(-5, 3, 54))
 
 
 def unbalanced() -> Trial:
@@ -59,16 +59,16 @@ any_design = pytest.mark.parametrize("make", ANY.values(), ids=ANY)
 def changed(experiment: Trial, values: object, rows: object = slice(None)) -> Trial:
     """The trial with other responses, runs reordered by `rows`."""
     factors = tuple(Factor(f.name, f.levels, f.codes[rows]) for f in experiment.factors)
-    responses = tuple(Response(r.name, values(r.values)[rows]) for r in experiment.responses)  # type: ignore[operator]
+    responses = tuple(FieldResponse(r.name, values(r.values)[rows]) for r in experiment.responses)  # type: ignore[operator]
     return Trial(experiment.source, factors, responses)
 
 
-def frame(experiment: Trial, response: Response):  # type: ignore[no-untyped-def]
+def frame(experiment: Trial, response: FieldResponse):  # type: ignore[no-untyped-def]
     pandas = pytest.importorskip("pandas")
     return pandas.DataFrame({f.name: f.codes for f in experiment.factors} | {"y": response.values})
 
 
-def by_formula(experiment: Trial, response: Response, typ: int):  # type: ignore[no-untyped-def]
+def by_formula(experiment: Trial, response: FieldResponse, typ: int):  # type: ignore[no-untyped-def]
     """Analysis of variance as statsmodels writes it: {factor: (ss, df, F, p)}, residual (ss, df)."""
     fit = (
         pytest.importorskip("statsmodels.formula.api")
@@ -82,7 +82,7 @@ def by_formula(experiment: Trial, response: Response, typ: int):  # type: ignore
 
 
 def assert_same(experiment: Trial, typ: int) -> None:
-    model = Model(experiment)
+    model = MainEffectsModel(experiment)
     for response in experiment.responses:
         table_rows = model.anova(response)
         other, residual, _ = by_formula(experiment, response, typ)
@@ -98,7 +98,7 @@ def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> No
     experiment = make()
     assert is_orthogonal(experiment.factors)
     for response in experiment.responses:
-        table = Model(experiment).anova(response)
+        table = MainEffectsModel(experiment).anova(response)
         parts = [row for name, row in table.items() if name != "total"]
         assert sum(row.ss for row in parts) == pytest.approx(table["total"].ss, rel=1e-12)
         assert sum(row.df for row in parts) == table["total"].df == experiment.runs - 1
@@ -108,7 +108,7 @@ def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> No
 def test_they_do_not_add_up_in_an_unbalanced_one() -> None:
     experiment = unbalanced()
     assert not is_orthogonal(experiment.factors)
-    table = Model(experiment).anova(experiment.responses[1])
+    table = MainEffectsModel(experiment).anova(experiment.responses[1])
     assert abs(sum(r.ss for n, r in table.items() if n != "total") / table["total"].ss - 1) > 1e-4
 
 
@@ -117,11 +117,11 @@ def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no
     experiment = make()
     other = changed(experiment, lambda y: y, rng().permutation(experiment.runs))
     for one, two in zip(experiment.responses, other.responses, strict=True):
-        table_rows, theirs = Model(experiment).anova(one), Model(other).anova(two)
+        table_rows, theirs = MainEffectsModel(experiment).anova(one), MainEffectsModel(other).anova(two)
         for name, row in table_rows.items():
             assert theirs[name].table() == pytest.approx(row.table(), rel=1e-9, abs=1e-13)
-        assert Model(other).effects(two).predicted() == pytest.approx(
-            Model(experiment).effects(one).predicted(), rel=1e-11
+        assert MainEffectsModel(other).effects(two).predict() == pytest.approx(
+            MainEffectsModel(experiment).effects(one).predict(), rel=1e-11
         )
 
 
@@ -130,20 +130,20 @@ def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no
 def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> None:  # type: ignore[no-untyped-def]
     experiment = make()
     other = changed(experiment, lambda y: scale * y + shift * abs(scale))
-    model = Model(experiment)
+    model = MainEffectsModel(experiment)
     for one, two in zip(experiment.responses, other.responses, strict=True):
         table_rows, theirs = model.anova(one), model.anova(two)
         for name in (f.name for f in experiment.factors):
             assert theirs[name].ss == pytest.approx(scale**2 * table_rows[name].ss, rel=1e-7, abs=0)
             assert (theirs[name].F, theirs[name].p) == pytest.approx((table_rows[name].F, table_rows[name].p), rel=1e-7)
-        wanted = scale * model.effects(one).predicted() + shift * abs(scale)
-        assert model.effects(two).predicted() == pytest.approx(wanted, rel=1e-9, abs=0)
+        wanted = scale * model.effects(one).predict() + shift * abs(scale)
+        assert model.effects(two).predict() == pytest.approx(wanted, rel=1e-9, abs=0)
 
 
 @balanced
 def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore[no-untyped-def]
     experiment = make()
-    result = field.evaluated(experiment).result
+    result = field.evaluate_trial(experiment).result
     for response, factor in itertools.product(experiment.responses, experiment.factors):
         found = result.range[response.name][factor.name]
         k = np.array(found.k)
@@ -164,7 +164,7 @@ def test_projections_give_the_same(make) -> None:  # type: ignore[no-untyped-def
         return x @ np.linalg.pinv(x) @ y
 
     for response in experiment.responses:
-        table = Model(experiment).anova(response)
+        table = MainEffectsModel(experiment).anova(response)
         full = projected(experiment.factors, response.values)
         for factor in experiment.factors:
             rest = projected([f for f in experiment.factors if f is not factor], response.values)
@@ -189,7 +189,7 @@ def test_that_comparison_can_fail() -> None:
 def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: ignore[no-untyped-def]
     pandas = pytest.importorskip("pandas")
     experiment = make()
-    result = field.evaluated(experiment).result
+    result = field.evaluate_trial(experiment).result
     combinations = list(itertools.product(*(range(len(f.levels)) for f in experiment.factors)))
     assert len(result.prediction) == len(combinations)
     for response in experiment.responses:
@@ -235,7 +235,7 @@ def test_least_squares_reproduce_certified_values_of_nist() -> None:
 def test_variances_of_a_textbook_example() -> None:
     """Etch rates at four powers: Montgomery, Design and Analysis of Experiments, chapter 3."""
     y = np.array([575, 542, 530, 539, 570, 565, 593, 590, 579, 610, 600, 651, 610, 637, 629, 725, 700, 715, 685, 710.0])
-    table = Model(runs_of(np.repeat(np.arange(4), 5)[:, None], y)).anova(Response("Y", y))
+    table = MainEffectsModel(runs_of(np.repeat(np.arange(4), 5)[:, None], y)).anova(FieldResponse("Y", y))
     assert [table[key].ss for key in ("F0", "error", "total")] == pytest.approx([66870.55, 5339.20, 72209.75])
     assert [table[key].df for key in ("F0", "error", "total")] == [3, 16, 19]
     assert pytest.approx(66.80, abs=0.005) == table["F0"].F
@@ -244,14 +244,16 @@ def test_variances_of_a_textbook_example() -> None:
 def test_one_factor_is_the_one_way_test_of_scipy() -> None:
     codes = np.repeat([0, 1, 2], [4, 6, 9])
     y = rng().normal(codes, 1.0)
-    row = Model(runs_of(codes[:, None], y)).anova(Response("Y", y))["F0"]
+    row = MainEffectsModel(runs_of(codes[:, None], y)).anova(FieldResponse("Y", y))["F0"]
     other = stats.f_oneway(*(y[codes == code] for code in range(3)))
     assert (row.F, row.p) == pytest.approx((other.statistic, other.pvalue), rel=1e-10)
 
 
 def test_best_levels_are_found_by_trying_all() -> None:
     experiment = l18()
-    result = field.evaluated(experiment, wanted={"Y1": Goal.of("zero"), "Y2": Goal.of("larger")}).result
+    result = field.evaluate_trial(
+        experiment, requested={"Y1": ResponseGoal.parse("zero"), "Y2": ResponseGoal.parse("larger")}
+    ).result
     scores = {"Y1": lambda row: abs(row.means["Y1"]), "Y2": lambda row: -row.means["Y2"]}
     for name, score in scores.items():
         assert result.best[name] == min(result.prediction, key=score).levels
@@ -263,16 +265,16 @@ def test_best_levels_are_found_by_trying_all() -> None:
 
 
 def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
-    codes = array("L9").codes[:, :2]
+    codes = build_array("L9").codes[:, :2]
     y = np.array([3.0, 1.0, 1.0])[codes[:, 0]] + 0.1
     random = rng()
     for _ in range(20):
         experiment = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
-        assert field.evaluated(experiment, wanted={"Y1": Goal.of("0")}).result.best["Y1"] == [1, 0]
+        assert field.evaluate_trial(experiment, requested={"Y1": ResponseGoal.parse("0")}).result.best["Y1"] == [1, 0]
 
 
 def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
-    result = field.evaluated(unbalanced()).result
+    result = field.evaluate_trial(unbalanced()).result
     assert result.range is result.order is result.range_best is None
     assert result.sums_of_squares == "type II"
     assert "not orthogonal" in result.warnings[0]
@@ -280,7 +282,7 @@ def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> 
 
 
 def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
-    codes = array("L9").codes[:, :2].copy()
+    codes = build_array("L9").codes[:, :2].copy()
     assert is_orthogonal(runs_of(codes, np.arange(9.0)).factors)
     codes[[0, 4], 1] = codes[[4, 0], 1]
     experiment = runs_of(codes, np.arange(9.0))
@@ -289,7 +291,7 @@ def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
 
 
 def test_without_freedom_for_the_error_there_is_no_test() -> None:
-    result = field.evaluated(runs_of(array("L9").codes, rng().normal(0, 1, 9))).result
+    result = field.evaluate_trial(runs_of(build_array("L9").codes, rng().normal(0, 1, 9))).result
     assert result.anova["Y1"]["error"].df == 0
     assert result.anova["Y1"]["error"].ms is None
     assert all(result.anova["Y1"][f"F{i}"].F is None for i in range(4))
@@ -298,31 +300,31 @@ def test_without_freedom_for_the_error_there_is_no_test() -> None:
 
 
 def test_responses_without_any_error_have_no_test() -> None:
-    codes = array("L9").codes[:, :3]
-    result = field.evaluated(runs_of(codes, 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3)).result
+    codes = build_array("L9").codes[:, :3]
+    result = field.evaluate_trial(runs_of(codes, 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3)).result
     assert result.anova["Y1"]["F0"].p is None
     assert "to the last digit" in result.warnings[0]
     nearly = 0.1 * codes @ [1.0, 0.3, 0.7] + 12.3 + 1e-9 * rng().normal(0, 1, 9)
-    assert field.evaluated(runs_of(codes, nearly)).result.anova["Y1"]["F0"].p > 0
+    assert field.evaluate_trial(runs_of(codes, nearly)).result.anova["Y1"]["F0"].p > 0
 
 
 def test_fewer_runs_than_effects_are_counted() -> None:
-    codes = array("L9").codes[:6]
+    codes = build_array("L9").codes[:6]
     with pytest.raises(InputError, match=r"6 runs for 8 effects \(the mean, 1 of F0, 2 of F1, 2 of F2, 2 of F3\)"):
-        Model(runs_of(codes, np.arange(6.0)))
-    assert Model(runs_of(array("L9").codes, np.arange(9.0))).freedom == 0
+        MainEffectsModel(runs_of(codes, np.arange(6.0)))
+    assert MainEffectsModel(runs_of(build_array("L9").codes, np.arange(9.0))).freedom == 0
 
 
 def test_effects_that_cannot_be_told_apart_are_named() -> None:
-    codes = array("L27").codes[:, [0, 1, 4, 0]]
-    with pytest.raises(InputError, match="effects of F0 and F3 cannot be told apart"):
-        Model(runs_of(codes, np.arange(27.0)))
+    codes = build_array("L27").codes[:, [0, 1, 4, 0]]
+    with pytest.raises(InputError, match="effects of F0 and F3 cannot be separated"):
+        MainEffectsModel(runs_of(codes, np.arange(27.0)))
 
 
 def test_more_than_can_be_analysed_is_refused() -> None:
     codes = np.column_stack([np.arange(4000) % 2000, np.arange(4000) % 2])
     with pytest.raises(InputError, match="4000 runs times 2001 effects are too many"):
-        Model(runs_of(codes, np.arange(4000.0)))
+        MainEffectsModel(runs_of(codes, np.arange(4000.0)))
 
 
 @pytest.mark.parametrize(("listed", "searched"), [(18, 18), (17, 18), (17, 17)])
@@ -331,8 +333,8 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 ) -> None:
     monkeypatch.setattr(field, "LISTED", listed)
     monkeypatch.setattr(field, "SEARCHED", searched)
-    experiment = runs_of(array("L18").codes[:, :3], rng().normal(0, 1, 18))
-    result = field.evaluated(experiment, wanted={"Y1": Goal.of("smaller")}).result
+    experiment = runs_of(build_array("L18").codes[:, :3], rng().normal(0, 1, 18))
+    result = field.evaluate_trial(experiment, requested={"Y1": ResponseGoal.parse("smaller")}).result
     assert len(result.prediction) == (18 if listed >= 18 else 0)
     assert (result.best is None) == (searched < 18)
     assert any("of 18 combinations" in warning for warning in result.warnings) == (listed < 18)
@@ -342,5 +344,5 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 def test_a_blank_column_that_is_none_is_told(good: bool) -> None:
     pairs = list(itertools.product((0, 1, 2), repeat=2))
     rows = [f"{a},{b},{(a + b) % 3 if good else a},{a + 2 * b + 0.1 * a * b}" for a, b in pairs]
-    result = field.evaluated(trial.read("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
+    result = field.evaluate_trial(trial.read_trial("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
     assert any("blank column blank" in warning for warning in result.warnings) != good

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planter.clutch.field import NEAREST_ZERO, Columns, evaluation, trial
+from planter.clutch.field import NEAREST_ZERO, FieldColumns, evaluation, trial
 from planter.errors import InputError
 from planter.files import examples
 
@@ -13,17 +13,17 @@ GOOD = examples.example("shi2021-field")
 RUNS = "run,A,B,Y\n1,1,1,2\n2,1,2,5\n3,2,1,3\n4,2,2,6\n"
 
 
-def refusal(text: str, columns: Columns | None = None) -> str:
+def refusal(text: str, columns: FieldColumns | None = None) -> str:
     """What is said of a text that is read and evaluated."""
     with pytest.raises(InputError) as refused:
-        evaluation.evaluated(trial.read(text, "x.csv", columns))
+        evaluation.evaluate_trial(trial.read_trial(text, "x.csv", columns))
     message = str(refused.value)
     assert "\n" not in message
     return message
 
 
 def test_the_header_says_what_columns_are() -> None:
-    read = trial.read(GOOD, "x.csv")
+    read = trial.read_trial(GOOD, "x.csv")
     assert [f.name for f in read.factors] == ["A", "B", "C"]
     assert [r.name for r in read.responses] == ["Y1", "Y2"]
     assert [b.name for b in read.blanks] == ["blank"]
@@ -35,28 +35,29 @@ def test_the_header_says_what_columns_are() -> None:
 def test_options_say_otherwise() -> None:
     text = GOOD.replace("run,A,B,C,blank,Y1,Y2", "run,A,B,C,D,lag,note").replace("response Y1", "response lag")
     text = text.replace("# response Y2", "#")
-    read = trial.read(text, "x.csv", Columns(responses=("lag",), blanks=("D",), ignored=("note",)))
+    read = trial.read_trial(text, "x.csv", FieldColumns(responses=("lag",), blanks=("D",), ignored=("note",)))
     assert [f.name for f in read.factors] == ["A", "B", "C"]
     assert [b.name for b in read.blanks] == ["D"]
-    original = evaluation.evaluated(trial.read(GOOD, "x.csv")).result.anova["Y1"]
-    assert evaluation.evaluated(read).result.anova["lag"] == original
+    original = evaluation.evaluate_trial(trial.read_trial(GOOD, "x.csv")).result.anova["Y1"]
+    assert evaluation.evaluate_trial(read).result.anova["lag"] == original
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_line_ends_spaces_and_empty_lines_do_not_matter(end: str) -> None:
     text = GOOD.replace(",", " , ").replace("\n", "\n\n").replace(" , 15 , 20", ", 15, 20").replace("\n", end)
     assert (
-        evaluation.evaluated(trial.read(text, "x.csv")).result == evaluation.evaluated(trial.read(GOOD, "x.csv")).result
+        evaluation.evaluate_trial(trial.read_trial(text, "x.csv")).result
+        == evaluation.evaluate_trial(trial.read_trial(GOOD, "x.csv")).result
     )
 
 
 def test_levels_are_numbers_in_order_or_words_as_they_come() -> None:
     text = "A,B,Y\n10,soft,1\n9,hard,2.5\n10.0,hard,3\n9,soft,5\n"
-    a, b = trial.read(text, "x.csv").factors
+    a, b = trial.read_trial(text, "x.csv").factors
     assert (a.levels, b.levels) == ((9, 10), ("soft", "hard"))
     assert a.codes.tolist() == [1, 0, 1, 0]
     assert (a.scale, b.scale) == ((9, 10), None)
-    assert trial.read("# factor B: = hard, soft\n" + text, "x.csv").factors[1].levels == ("hard", "soft")
+    assert trial.read_trial("# factor B: = hard, soft\n" + text, "x.csv").factors[1].levels == ("hard", "soft")
 
 
 def test_results_name_the_levels_of_the_file() -> None:
@@ -65,9 +66,9 @@ def test_results_name_the_levels_of_the_file() -> None:
     shown = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
     text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
     goals = {"Y1": NEAREST_ZERO, "Y2": NEAREST_ZERO}
-    result = evaluation.evaluated(trial.read(text, "x.csv"), wanted=goals).result
+    result = evaluation.evaluate_trial(trial.read_trial(text, "x.csv"), requested=goals).result
     assert result.best == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
-    assert result.anova == evaluation.evaluated(trial.read(GOOD, "x.csv")).result.anova
+    assert result.anova == evaluation.evaluate_trial(trial.read_trial(GOOD, "x.csv")).result.anova
 
 
 def test_repetitions_of_a_run_add_to_the_error() -> None:
@@ -75,7 +76,7 @@ def test_repetitions_of_a_run_add_to_the_error() -> None:
         f"{line.rpartition(',')[0]},{float(line.rpartition(',')[2]) + (-1) ** i}\n"
         for i, line in enumerate(RUNS.splitlines()[1:])
     )
-    result = evaluation.evaluated(trial.read(twice, "x.csv")).result
+    result = evaluation.evaluate_trial(trial.read_trial(twice, "x.csv")).result
     assert result.orthogonal
     assert result.anova["Y"]["error"].df == 5
 
@@ -85,9 +86,9 @@ def test_a_run_that_is_left_out_is_missed_and_at_the_end_the_rest_is_unbalanced(
     assert "run 8 is missing between 1 and 9" in refusal("\n".join([*lines[:-2], lines[-1]]))
     for text, columns in (
         ("\n".join(lines[:-1]), None),
-        ("\n".join([*lines[:-2], lines[-1]]), Columns(ignored=("run",))),
+        ("\n".join([*lines[:-2], lines[-1]]), FieldColumns(ignored=("run",))),
     ):
-        result = evaluation.evaluated(trial.read(text, "x.csv", columns)).result
+        result = evaluation.evaluate_trial(trial.read_trial(text, "x.csv", columns)).result
         assert result.range is None
         assert result.sums_of_squares == "type II"
         assert result.anova["Y1"]["error"].df == 1
@@ -127,7 +128,7 @@ BAD = {
     "run in words": (RUNS.replace("2,1,2", "two,1,2"), "line 3, column run: 'two' is not allowed"),
     "run twice": (
         RUNS.replace("2,1,2", "1,1,2"),
-        "line 3, column run: run 1 stands in line 2 already with other levels",
+        "line 3, column run: run 1 is in line 2 already with other levels",
     ),
     "factor of a reserved name": (RUNS.replace("A", "total"), "the column total is a factor, but results"),
     "open quote": ('A,Y\n1,"2\n', "line 3 is not valid CSV"),
@@ -135,16 +136,16 @@ BAD = {
     "legend of the wrong kind": ("# response A: speed\n" + RUNS, "line 1 explains the response A, .* one of Y"),
     "legend too short": (
         GOOD.replace("10, 15, 20", "10, 15"),
-        "line 2 gives A the values 10, 15, but the runs have the levels 1, 2, 3",
+        "line 2 gives A the values 10, 15, but its levels are 1, 2, 3",
     ),
     "level that no run has": (
         "".join(line + "\n" for line in GOOD.splitlines()[:13]),
-        "line 2 gives A the values 10, 15, 20, but the runs have the levels 1, 2: there must be one number for each",
+        "line 2 gives A the values 10, 15, 20, but its levels are 1, 2: there must be one number for each",
     ),
     "legend in words": (GOOD.replace("10, 15, 20", "10, 15, more"), "line 2 gives A the values 10, 15, more"),
     "legend of other words": (
         "# factor A: = x, z\nA,Y\nx,1\ny,2\nx,4\n",
-        "the values x, z, but the runs have the levels x, y",
+        "the values x, z, but its levels are x, y",
     ),
 }
 
@@ -159,11 +160,11 @@ def test_bad_files_are_refused_by_place(text: str, message: str) -> None:
 
 
 def test_columns_that_options_name_must_be_there() -> None:
-    for columns, option in ((Columns(("lag",)), "--response"), (Columns((), ("D",)), "--blank"),
-                            (Columns((), (), ("D",)), "--ignore")):  # fmt: skip
+    for columns, option in ((FieldColumns(("lag",)), "--response"), (FieldColumns((), ("D",)), "--blank"),
+                            (FieldColumns((), (), ("D",)), "--ignore")):  # fmt: skip
         assert f"{option} " in refusal(GOOD, columns)
-    assert "must be one of run, A, B, C, blank, Y1, Y2" in refusal(GOOD, Columns(("lag",)))
-    assert "is a response, but results use" in refusal(RUNS.replace("Y", "both"), Columns(("both",)))
+    assert "must be one of run, A, B, C, blank, Y1, Y2" in refusal(GOOD, FieldColumns(("lag",)))
+    assert "is a response, but results use" in refusal(RUNS.replace("Y", "both"), FieldColumns(("both",)))
 
 
 def test_any_text_gives_a_result_or_one_sentence() -> None:
@@ -175,8 +176,8 @@ def test_any_text_gives_a_result_or_one_sentence() -> None:
         for place in random.integers(0, len(text), random.integers(1, 6)):
             text[place] = signs[random.integers(len(signs))]
         try:
-            read = trial.read("".join(text), "x.csv")
-            found = evaluation.evaluated(read).result
+            read = trial.read_trial("".join(text), "x.csv")
+            found = evaluation.evaluate_trial(read).result
         except InputError as error:
             said.append(str(error))
         else:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.clutch.field import Goal, evaluation, goals, trial
+from planter.clutch.field import ResponseGoal, evaluation, goals, trial
 from planter.errors import InputError
 from tests.support.cli import below
 
@@ -57,7 +57,7 @@ def test_a_table_of_ones_own_needs_its_goals_and_is_told_how(table: str) -> None
     [
         (["Y=large"], "must be larger, smaller, zero, or a number"),
         (["Y=nan"], "must be larger, smaller, zero, or a number"),
-        (["Y"], "it must be NAME=GOAL"),
+        (["Y"], "must be NAME=GOAL"),
         (["Q=larger", "Y=larger"], "has no such response, it must be one of Y"),
         (["Y=larger", "Y=smaller"], "Y has a goal already"),
     ],
@@ -78,30 +78,34 @@ def test_all_together_are_judged_by_ranks_whatever_their_units() -> None:
     text = "A,B,Y1,Y2\n" + "".join(
         f"{a},{b},{10 * a + b},{5 - a + 3 * b + 0.1 * a * b}\n" for a in (1, 2, 3) for b in (1, 2, 3)
     )
-    wanted = {"Y1": Goal.of("larger"), "Y2": Goal.of("larger")}
-    found = evaluation.evaluated(trial.read(text, "x.csv"), wanted=wanted).result
+    wanted = {"Y1": ResponseGoal.parse("larger"), "Y2": ResponseGoal.parse("larger")}
+    found = evaluation.evaluate_trial(trial.read_trial(text, "x.csv"), requested=wanted).result
     for unit in (1e6, 1e-6):
         scaled = "A,B,Y1,Y2\n" + "".join(
             f"{a},{b},{unit * (10 * a + b)!r},{5 - a + 3 * b + 0.1 * a * b}\n" for a in (1, 2, 3) for b in (1, 2, 3)
         )
-        assert evaluation.evaluated(trial.read(scaled, "x.csv"), wanted=wanted).result.best == found.best
+        assert evaluation.evaluate_trial(trial.read_trial(scaled, "x.csv"), requested=wanted).result.best == found.best
 
 
 def test_goals_at_odds_are_told() -> None:
     text = "A,B,Y1,Y2\n" + "".join(f"{a},{b},{3 * a + b},{2 * (3 * a + b)}\n" for a in (1, 2, 3) for b in (1, 2, 3))
-    read = trial.read(text, "x.csv")
-    at_odds = evaluation.evaluated(read, wanted={"Y1": Goal.of("larger"), "Y2": Goal.of("smaller")}).result
+    read = trial.read_trial(text, "x.csv")
+    at_odds = evaluation.evaluate_trial(
+        read, requested={"Y1": ResponseGoal.parse("larger"), "Y2": ResponseGoal.parse("smaller")}
+    ).result
     assert any("9 combinations of levels share the best mean rank" in warning for warning in at_odds.warnings)
-    agreed = evaluation.evaluated(read, wanted={"Y1": Goal.of("larger"), "Y2": Goal.of("larger")}).result
+    agreed = evaluation.evaluate_trial(
+        read, requested={"Y1": ResponseGoal.parse("larger"), "Y2": ResponseGoal.parse("larger")}
+    ).result
     assert not any("share the best" in warning for warning in agreed.warnings)
     assert agreed.best["both"] == [3, 3]
 
 
 def test_equal_losses_share_a_rank_rounding_apart() -> None:
-    assert goals.ranks(np.array([2.0, 1.0, 1.0 + 1e-14, 5.0])).tolist() == [3, 1.5, 1.5, 4]
-    assert goals.order([np.array([3.0, 1, 2]), np.array([1.0, 3, 2])])[0] == 2
+    assert goals.rank_losses(np.array([2.0, 1.0, 1.0 + 1e-14, 5.0])).tolist() == [3, 1.5, 1.5, 4]
+    assert goals.order_combinations([np.array([3.0, 1, 2]), np.array([1.0, 3, 2])])[0] == 2
     with pytest.raises(InputError):
-        goals.asked(["Y=1e999"])
+        goals.parse_goals(["Y=1e999"])
 
 
 def test_tables_page_and_figures_say_the_goal(table: str, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from planter.clutch.field import NEAREST_ZERO, evaluate
+from planter.clutch.field import NEAREST_ZERO, evaluate_field
 from planter.clutch.results.field import FieldTest
 
 RANGE = {
@@ -38,7 +38,7 @@ REDUCTION = {"Y1": "82.4", "Y2": "45.5"}
 
 @cache
 def result() -> FieldTest:
-    return evaluate().result
+    return evaluate_field().result
 
 
 def printed_as(value: float, text: str) -> bool:
@@ -110,6 +110,6 @@ def test_a_changed_run_is_noticed(tmp_path) -> None:  # type: ignore[no-untyped-
 
     path = tmp_path / "changed.csv"
     path.write_text(examples.example("shi2021-field").replace("5,2,2,3,1,7.7", "5,2,2,3,1,7.8"))
-    found = evaluate(str(path), wanted=dict.fromkeys(("Y1", "Y2"), NEAREST_ZERO)).result
+    found = evaluate_field(str(path), requested=dict.fromkeys(("Y1", "Y2"), NEAREST_ZERO)).result
     assert found.comparison == []
     assert not printed_as(found.anova["Y1"]["A"].F, "183.83")

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from planter.clutch.field import arrays, evaluation, plans, trial
-from planter.clutch.field.plans import Wanted
+from planter.clutch.field import evaluation, plans, trial
+from planter.clutch.field.plans import FactorSpec
 from planter.errors import InputError
 
 SIZES = {
@@ -31,9 +31,9 @@ def strength_two(codes: np.ndarray) -> bool:
     return True
 
 
-@pytest.mark.parametrize("name", arrays.NAMES)
+@pytest.mark.parametrize("name", plans.NAMES)
 def test_arrays_have_their_size_and_strength(name: str) -> None:
-    found = arrays.array(name.lower())
+    found = plans.build_array(name.lower())
     assert (len(found.codes), list(found.levels)) == SIZES[name]
     assert strength_two(found.codes)
     assert sorted(found.order) == list(range(len(found.levels)))
@@ -43,14 +43,14 @@ def test_arrays_have_their_size_and_strength(name: str) -> None:
 
 
 def test_the_paper_took_the_l9_as_it_stands() -> None:
-    rows = ["".join(str(code + 1) for code in row) for row in arrays.array("L9").codes]
+    rows = ["".join(str(code + 1) for code in row) for row in plans.build_array("L9").codes]
     assert " ".join(rows) == PRINTED_L9
 
 
 @pytest.mark.parametrize(("name", "factors"), [("L8", 4), ("L27", 4)])
 def test_first_factors_are_free_of_two_factor_interactions(name: str, factors: int) -> None:
     """Any three of the columns that factors take first hold all triples equally often (strength three)."""
-    found = arrays.array(name)
+    found = plans.build_array(name)
     for three in itertools.combinations(found.order[:factors], 3):
         _, counts = np.unique(found.codes[:, three], axis=0, return_counts=True)
         assert len(counts) == found.levels[0] ** 3
@@ -64,15 +64,15 @@ def filled(plan: plans.Plan, random: np.random.Generator) -> str:
     return "\n".join([*lines[: start + 1], *(f"{line}{random.normal():.6f}" for line in lines[start + 1 :])])
 
 
-@pytest.mark.parametrize("name", arrays.NAMES)
+@pytest.mark.parametrize("name", plans.NAMES)
 @pytest.mark.parametrize("seed", [None, 5])
 def test_a_plan_that_is_filled_in_is_evaluated(name: str, seed: int | None) -> None:
     levels = {2: ("no", "yes"), 3: ("10", "15", "20"), 5: ("1", "2", "4", "8", "16")}
-    first, second = arrays.array(name).levels[:2]
-    wanted = [Wanted("gear", levels[first]), Wanted("angle_deg", levels[second])]
-    planned = plans.plan(name, wanted, ["Y"], seed)
-    read = trial.read(filled(planned, np.random.default_rng(0)), "plan.csv")
-    result = evaluation.evaluated(read).result
+    first, second = plans.build_array(name).levels[:2]
+    wanted = [FactorSpec("gear", levels[first]), FactorSpec("angle_deg", levels[second])]
+    planned = plans.plan_field(name, wanted, ["Y"], seed)
+    read = trial.read_trial(filled(planned, np.random.default_rng(0)), "plan.csv")
+    result = evaluation.evaluate_trial(read).result
     assert result.orthogonal
     assert len(result.blank) == len(SIZES[name][1]) - 2
     assert [str(level) for level in result.factors["gear"].levels] == list(levels[first])
@@ -82,13 +82,13 @@ def test_a_plan_that_is_filled_in_is_evaluated(name: str, seed: int | None) -> N
 def test_words_keep_their_order_when_runs_are_shuffled() -> None:
     soil = ("soft", "firm", "hard")
     for seed in range(6):
-        planned = plans.plan("L9", [Wanted("soil", soil)], ["Y"], seed)
-        read = trial.read(filled(planned, np.random.default_rng(seed)), "plan.csv")
+        planned = plans.plan_field("L9", [FactorSpec("soil", soil)], ["Y"], seed)
+        read = trial.read_trial(filled(planned, np.random.default_rng(seed)), "plan.csv")
         assert read.factors[0].levels == soil
 
 
 def test_seeds_shuffle_whole_runs() -> None:
-    base, one, same, other = (plans.plan("L18", seed=seed) for seed in (None, 1, 1, 2))
+    base, one, same, other = (plans.plan_field("L18", seed=seed) for seed in (None, 1, 1, 2))
     assert one == same
     assert one.columns != other.columns
     assert one.columns["run"] == base.columns["run"]
@@ -97,39 +97,48 @@ def test_seeds_shuffle_whole_runs() -> None:
 
 
 def test_without_factors_letters_fill_the_array() -> None:
-    planned = plans.plan("L9")
+    planned = plans.plan_field("L9")
     assert list(planned.columns) == ["run", "A", "B", "C", "D", "Y1"]
     assert planned.blank == []
-    assert plans.plan("L9", [Wanted("A")]).blank == ["blank1", "blank2", "blank3"]
-    assert len(set(plans.plan("L27").columns)) == 15
+    assert plans.plan_field("L9", [FactorSpec("A")]).blank == ["blank1", "blank2", "blank3"]
+    assert len(set(plans.plan_field("L27").columns)) == 15
 
 
 def test_factors_find_columns_of_their_number_of_levels() -> None:
-    planned = plans.plan("L18", [Wanted("speed", ("1", "2", "3")), Wanted("gear", ("a", "b"))])
+    planned = plans.plan_field("L18", [FactorSpec("speed", ("1", "2", "3")), FactorSpec("gear", ("a", "b"))])
     assert planned.columns["gear"] == ["a"] * 9 + ["b"] * 9
     assert planned.columns["speed"] == ["1", "1", "1", "2", "2", "2", "3", "3", "3"] * 2
 
 
 BAD = {
-    "name": (lambda: plans.plan("L10"), "L10: there is no plan of that name, it must be one of L4, L8, L9"),
-    "levels": (lambda: plans.plan("L9", [Wanted.of("A=1,2")]), "--factor A finds no column in L9, .* 4 columns of 3"),
-    "too many": (lambda: plans.plan("L4", [Wanted(n) for n in "ABCD"]), "--factor D finds no column in L4"),
+    "name": (lambda: plans.plan_field("L10"), "L10: there is no plan of that name, it must be one of L4, L8, L9"),
+    "levels": (
+        lambda: plans.plan_field("L9", [FactorSpec.parse("A=1,2")]),
+        "--factor A finds no column in L9, .* 4 columns of 3",
+    ),
+    "too many": (lambda: plans.plan_field("L4", [FactorSpec(n) for n in "ABCD"]), "--factor D finds no column in L4"),
     "second of two": (
-        lambda: plans.plan("L18", [Wanted.of("A=1,2"), Wanted.of("B=1,2")]),
+        lambda: plans.plan_field("L18", [FactorSpec.parse("A=1,2"), FactorSpec.parse("B=1,2")]),
         "--factor B finds no column in L18, which has 1 column of 2 levels and 7 columns of 3",
     ),
-    "same level": (lambda: Wanted.of("A=1,1.0,2"), "levels must be two or more that differ"),
-    "one level": (lambda: Wanted.of("A=1"), "two or more"),
-    "empty level": (lambda: Wanted.of("A=1,,2"), "two or more"),
-    "mixed levels": (lambda: Wanted.of("A=1,two,3"), "all finite numbers or all words"),
-    "not finite": (lambda: Wanted.of("A=1,inf,3"), "all finite numbers or all words"),
-    "no name": (lambda: Wanted.of("=1,2,3"), "it must be NAME or NAME=LEVEL"),
-    "a comma": (lambda: Wanted.of("A,B"), "it must be NAME or NAME=LEVEL"),
-    "twice": (lambda: plans.plan("L9", [Wanted("A"), Wanted("A")]), "A is given twice"),
-    "a response": (lambda: plans.plan("L9", [Wanted("Y2")]), "--factor Y2 is not allowed: .* read back as a response"),
-    "a run": (lambda: plans.plan("L9", [Wanted("Run")]), "read back as a run"),
-    "a result": (lambda: plans.plan("L9", [Wanted("total")]), "needed for results"),
-    "no response": (lambda: plans.plan("L9", [], ["lag"]), "--response lag is not allowed: .* read back as a factor"),
+    "same level": (lambda: FactorSpec.parse("A=1,1.0,2"), "levels must be two or more that differ"),
+    "one level": (lambda: FactorSpec.parse("A=1"), "two or more"),
+    "empty level": (lambda: FactorSpec.parse("A=1,,2"), "two or more"),
+    "mixed levels": (lambda: FactorSpec.parse("A=1,two,3"), "all finite numbers or all words"),
+    "not finite": (lambda: FactorSpec.parse("A=1,inf,3"), "all finite numbers or all words"),
+    "no name": (lambda: FactorSpec.parse("=1,2,3"), "must be NAME or NAME=LEVEL"),
+    "a comma": (lambda: FactorSpec.parse("A,B"), "must be NAME or NAME=LEVEL"),
+    "twice": (lambda: plans.plan_field("L9", [FactorSpec("A"), FactorSpec("A")]), "A is given twice"),
+    "a response": (
+        lambda: plans.plan_field("L9", [FactorSpec("Y2")]),
+        "--factor Y2 is not allowed: .* read back as a response",
+    ),
+    "a run": (lambda: plans.plan_field("L9", [FactorSpec("Run")]), "read back as a run"),
+    "a result": (lambda: plans.plan_field("L9", [FactorSpec("total")]), "needed for results"),
+    "no response": (
+        lambda: plans.plan_field("L9", [], ["lag"]),
+        "--response lag is not allowed: .* read back as a factor",
+    ),
 }
 
 

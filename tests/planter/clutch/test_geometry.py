@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from planter.clutch import file
-from planter.clutch.geometry import geometry
-from planter.clutch.model import given, model
-from planter.clutch.rotor import Rotor, outline
+from planter.clutch.geometry import compute_geometry
+from planter.clutch.model import collect_values, load_model
+from planter.clutch.rotor import Rotor, body_outline
 from planter.errors import GeometryError
 from planter.kernels import formulas
 
-SHI = file.load("shi2021")
+SHI = file.load_clutch("shi2021")
 PAIRS = [(5, 6), (3, 4), (5, 4), (7, 6), (7, 8), (9, 10), (7, 12)]
 
 
@@ -67,10 +67,10 @@ def test_the_clutch_s_own_functions_are_the_general_ones_at_five_and_six():
     width = side * math.sqrt(3)
     rotor = Rotor(5, 6, width)
     theta = np.linspace(*rotor.passage, 50)
-    own, general = model()("path", theta=theta, a=side), rotor.path(theta)
+    own, general = load_model()("path", theta=theta, a=side), rotor.path(theta)
     assert np.abs(own["x_C"] - general["x_C"]).max() < 1e-16
     assert np.abs(own["y_C"] - general["y_C"]).max() < 1e-16
-    sizes, oval = model().at("polygon", a=side), rotor.ellipse
+    sizes, oval = load_model().at("polygon", a=side), rotor.ellipse
     for one, other in (
         ("x_E", "x_E"),
         ("y_E", "y_E"),
@@ -80,9 +80,9 @@ def test_the_clutch_s_own_functions_are_the_general_ones_at_five_and_six():
         ("b", "circumradius"),
     ):
         assert sizes[one] == pytest.approx(oval[other], rel=1e-14)
-    assert model().at("fillet", flats=width)["r"] == pytest.approx(oval["fillet"], rel=1e-13)
-    assert model().at("rotor", a=side)["miss"] == pytest.approx(rotor.miss, rel=1e-9)
-    assert model().at("rotor", a=side)["free"] == pytest.approx(2 * rotor.smallest_apothem, rel=1e-13)
+    assert load_model().at("fillet", flats=width)["r"] == pytest.approx(oval["fillet"], rel=1e-13)
+    assert load_model().at("rotor", a=side)["miss"] == pytest.approx(rotor.miss, rel=1e-9)
+    assert load_model().at("rotor", a=side)["free"] == pytest.approx(2 * rotor.smallest_apothem, rel=1e-13)
 
 
 @pytest.mark.parametrize(("vertices", "sides"), [(5, 6), (3, 4), (5, 3), (7, 5), (3, 3), (5, 12), (9, 7), (3, 8)])
@@ -93,7 +93,7 @@ def test_any_two_vertices_on_any_two_sides(vertices, sides):
     rotations = np.linspace(*slides.rotations, 200)
     rho = 0.5 / math.cos(math.pi / (2 * vertices))
     apothem = 0.5 if sides % 2 == 0 else rotor.smallest_apothem
-    normals = np.array([unit(np.pi / 2), unit(np.pi / 2 + slides.apart * rotor.turn)])
+    normals = np.array([unit(np.pi / 2), unit(np.pi / 2 + slides.side_step * rotor.turn)])
     for vertex in (i for i in range(vertices) if i not in (0, slides.vertices)):
         path, oval = slides.path(vertex, rotations), slides.ellipse(vertex)
         polar = 2 * np.pi / vertices * np.array([0, slides.vertices, vertex])
@@ -112,11 +112,11 @@ def test_vertices_that_slide_are_those_that_touch(vertices, sides):
     """Over their rotations, and no further, both vertices reach as far as the whole body does."""
     slides = Rotor(vertices, sides).slides()
     rho = slides.packed(2)[0]
-    reach = lambda r, i: rho * np.cos(slides.rotor.normals[i * slides.apart] - r - slides.packed(2)[3 + i])  # noqa: E731
+    reach = lambda r, i: rho * np.cos(slides.rotor.normals[i * slides.side_step] - r - slides.packed(2)[3 + i])  # noqa: E731
     first, last = slides.rotations
     for rotation, touches in ((first + 1e-3, True), (last - 1e-3, True), (first - 1e-3, False), (last + 1e-3, False)):
         body = slides.rotor.supports(np.array([rotation]))[:, 0]
-        off = max(abs(reach(rotation, i) - body[i * slides.apart]) for i in (0, 1))
+        off = max(abs(reach(rotation, i) - body[i * slides.side_step]) for i in (0, 1))
         assert bool(off < 1e-13) is touches
 
 
@@ -134,7 +134,7 @@ def test_printed_vertices_leave_their_sides():
     side = 0.017
     theta = np.linspace(math.radians(66), math.pi / 2, 25)
     apothem = side * math.sqrt(3) / 2
-    exact, printed = (model(name)("path", theta=theta, a=side) for name in ("exact", "printed"))
+    exact, printed = (load_model(name)("path", theta=theta, a=side) for name in ("exact", "printed"))
     assert np.abs(exact["Y_B"] - apothem).max() < 1e-14
     assert np.abs(exact["y_A"] - apothem).max() < 1e-14
     assert np.abs(printed["y_A"] - apothem).max() < 1e-14
@@ -176,7 +176,7 @@ def test_width_is_constant_and_the_outline_has_that_support(vertices):
     rotor = Rotor(vertices, 6)
     psi = np.linspace(-7, 7, 997)
     assert np.abs(rotor.support(psi) + rotor.support(psi + np.pi) - 1).max() < 1e-14
-    points = outline(rotor, 0.3, np.zeros(2), 400)
+    points = body_outline(rotor, 0.3, np.zeros(2), 400)
     reached = (np.array([np.cos(psi + 0.3), np.sin(psi + 0.3)]).T @ points).max(axis=1)
     assert np.abs(reached - rotor.support(psi)).max() < 2e-6
     assert reached.max() <= rotor.support(psi).max() + 1e-12
@@ -225,11 +225,11 @@ def test_the_hexagon_is_missed_as_its_overlap_says():
     """The overlap that was derived pose by pose against the support function, which knows no pose."""
     rotor = Rotor(5, 6)
     theta = np.linspace(*rotor.passage, 4001)
-    overlap = model()("path", theta=theta, a=1 / math.sqrt(3))["e_3"]
+    overlap = load_model()("path", theta=theta, a=1 / math.sqrt(3))["e_3"]
     assert np.abs(overlap).max() == pytest.approx(rotor.miss, rel=1e-6)
     assert np.abs(overlap[[0, 2000, -1]]).max() < 1e-14
     assert 2 * rotor.smallest_apothem == pytest.approx(1 + 2 * rotor.miss / 3, rel=1e-12)
-    assert model("printed")("path", theta=theta, a=1.0)["e_3"].max() == 0
+    assert load_model("printed")("path", theta=theta, a=1.0)["e_3"].max() == 0
 
 
 @pytest.mark.parametrize(("vertices", "sides"), PAIRS)
@@ -260,14 +260,14 @@ def test_the_path_clears_the_limit_fillet_and_no_smaller_one(vertices, sides):
 
 def test_the_rule_in_print_is_the_wrong_way_round():
     """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit says."""
-    found = geometry(file.load("shi2021", {"fillet_mm": 2.0}))
+    found = compute_geometry(file.load_clutch("shi2021", {"fillet_mm": 2.0}))
     assert not found.conditions[0].holds
     assert found.printed.conditions[0].holds
 
 
 # --- the result ------------------------------------------------------------------------------------
 
-RESULT = geometry(SHI)
+RESULT = compute_geometry(SHI)
 
 
 def test_keys_of_the_contract():
@@ -308,21 +308,21 @@ def test_what_differs_from_the_print():
 
 def test_travel_frees_the_outline_circle():
     """After the least travel the hexagon's sides, moved out by the taper, touch the body's circle."""
-    values = given(SHI)
+    values = collect_values(SHI)
     for row in RESULT.travel:
         gain = row.exact_mm * 1e-3 * math.tan(math.radians(row.axial_angle_deg))
         assert math.sqrt(3) / 2 * values["a"] + gain == pytest.approx(RESULT.b_mm * 1e-3, rel=1e-13)
 
 
 def test_results_scale_with_the_hexagon():
-    larger = geometry(file.load("shi2021", {"hexagon_side_mm": 34}))
+    larger = compute_geometry(file.load_clutch("shi2021", {"hexagon_side_mm": 34}))
     assert larger.R_mm == pytest.approx(2 * RESULT.R_mm, rel=1e-14)
     assert larger.ellipse.semi_axes_over_R == pytest.approx(RESULT.ellipse.semi_axes_over_R, rel=1e-13)
     assert larger.rotor.mismatch_over_R == pytest.approx(RESULT.rotor.mismatch_over_R, rel=1e-12)
 
 
 def test_a_rod_that_does_not_reach_is_named():
-    found = geometry(file.load("shi2021", {"levels.rods_mm[1]": 70}))
+    found = compute_geometry(file.load_clutch("shi2021", {"levels.rods_mm[1]": 70}))
     assert [row.crank_rotation_deg is None for row in found.linkage] == [False, True, False]
     (warning,) = found.warnings
     assert "shi2021: levels.rods_mm[1] = 70 is not allowed: it must be between" in warning

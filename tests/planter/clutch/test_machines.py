@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planter.clutch.file import load
-from planter.clutch.geometry import control_motion
-from planter.clutch.linkage import Linkage
-from planter.clutch.model import crank, given, model
+from planter.clutch.file import load_clutch
+from planter.clutch.geometry import CrankLinkage, control_motion
+from planter.clutch.model import collect_values, load_model, pack_crank
 from planter.engine.machine import Machine, load_machine
 from planter.engine.response import Response
 from planter.engine.rows import Rows
@@ -29,25 +28,25 @@ def values_of(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def test_the_sleeve_goes_as_the_linkage_pushes_it(machine: Machine) -> None:
-    clutch = load("shi2021")
-    known = given(clutch)
+    clutch = load_clutch("shi2021")
+    known = collect_values(clutch)
     angles = np.linspace(0, machine.turn / 2, 23)
     values = values_of(machine, angles)
-    linkage = Linkage(known["l_AB"], known["l_BC"], known["l_AC"])
-    for name, expected in linkage.along(values["shift"]).items():
+    linkage = CrankLinkage(known["l_AB"], known["l_BC"], known["l_AC"])
+    for name, expected in linkage.evaluate(values["shift"]).items():
         np.testing.assert_allclose(values[name], expected, rtol=1e-12, err_msg=name)
-    pushed = model()("push", shift=values["shift"], crank=crank(known), F1=known["F1"], r_A=known["r_A"])
+    pushed = load_model()("push", shift=values["shift"], crank=pack_crank(known), F1=known["F1"], r_A=known["r_A"])
     for name in ("tooth_force", "side_force"):
         np.testing.assert_allclose(values[name], pushed[name], rtol=1e-13)
     assert values["shift"][[0, -1]] == pytest.approx([0, clutch.si("sleeve.travel_mm")], abs=1e-15)
 
 
 def test_the_course_is_that_of_the_dynamics(machine: Machine) -> None:
-    known, speed = given(load("shi2021")), machine.data[machine.speed]
+    known, speed = collect_values(load_clutch("shi2021")), machine.data[machine.speed]
     start, lift = np.pi / 2 - known["gamma"], machine.turn / 2
     times = np.linspace(0.1, 0.9, 9) * lift / speed
     link = [known["k"], known["gamma"], start, start + lift, speed]
-    course = formulas.load("clutch_motion")("course", t=times, crank=crank(known), link=link)
+    course = formulas.load("clutch_motion")("course", t=times, crank=pack_crank(known), link=link)
     values = values_of(machine, speed * times)
     for name, expected in (("alpha", "link_angle"), ("shift", "pushed"), ("v_sleeve", "pushed_dot")):
         np.testing.assert_allclose(values[name], course[expected], rtol=1e-11, atol=1e-14)
@@ -63,7 +62,7 @@ def test_the_link_comes_back_as_it_went(machine: Machine) -> None:
 
 
 def test_measures_are_those_of_the_way(machine: Machine) -> None:
-    lift = control_motion(load("shi2021"), given(load("shi2021")))["lift"]  # type: ignore[index]
+    lift = control_motion(load_clutch("shi2021"), collect_values(load_clutch("shi2021")))["lift"]  # type: ignore[index]
     assert machine.turn == pytest.approx(2 * lift, rel=1e-15)
     nodes, weights = np.polynomial.legendre.leggauss(20)
     mean = values_of(machine, lift * (nodes + 1) / 2)["tooth_force"] @ weights / 2

@@ -8,22 +8,21 @@ import pytest
 from scipy.optimize import minimize
 
 from planter.clutch import file
-from planter.clutch.optimise import optimise
-from planter.clutch.results.shape import Choice, FastestSwitching
-from planter.clutch.switching import VARIABLES, Switching
+from planter.clutch.optimise import VARIABLES, SwitchingProblem, optimise_clutch
+from planter.clutch.results.shape import FastestSwitching, SwitchingDesign
 from planter.errors import ComputationError, InputError
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
 from planter.optimise.epigraph import Epigraph
 
-CLUTCH = file.load("shi2021")
+CLUTCH = file.load_clutch("shi2021")
 
 
 @cache
 def optimum() -> FastestSwitching:
-    return optimise(CLUTCH)
+    return optimise_clutch(CLUTCH)
 
 
-def at(switching: Switching, design: Choice) -> np.ndarray:
+def at(switching: SwitchingProblem, design: SwitchingDesign) -> np.ndarray:
     """The point of the box."""
     own = np.array(
         [
@@ -34,13 +33,13 @@ def at(switching: Switching, design: Choice) -> np.ndarray:
     return (own - switching.box.origin) / switching.box.unit
 
 
-def programme_of(switching: Switching) -> Epigraph:
+def programme_of(switching: SwitchingProblem) -> Epigraph:
     return Epigraph(switching.problem, switching.problem.local(switching.box.start), switching.box.start)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_derivatives_against_differences(seed):
-    switching = Switching(CLUTCH)
+    switching = SwitchingProblem(CLUTCH)
     programme = programme_of(switching)
     u, h = np.random.default_rng(seed).uniform(0.1, 0.9, 5), 1e-5
     steps = h * np.eye(5)
@@ -62,7 +61,7 @@ def test_the_optimum_keeps_every_limit_and_is_certified():
     assert proof.kkt_residual < 1e-6
     assert proof.agreeing_starts == proof.starts == 8
     assert min(optimum().least_margin_along.values()) > -1e-6
-    switching = Switching(CLUTCH)
+    switching = SwitchingProblem(CLUTCH)
     assert switching.margins.values(switching.box.at(at(switching, optimum().design))).min() > -1e-6
     assert optimum().travel_time_s < optimum().start_travel_time_s
     for key, (low, high) in optimum().bounds.items():
@@ -70,7 +69,7 @@ def test_the_optimum_keeps_every_limit_and_is_certified():
 
 
 def test_another_solver_does_not_beat_it():
-    programme = programme_of(Switching(CLUTCH))
+    programme = programme_of(SwitchingProblem(CLUTCH))
     best = optimum().travel_time_s / optimum().start_travel_time_s
     random = np.random.default_rng(4)
     limits = {"type": "ineq", "fun": programme.g, "jac": programme.jacobian}
@@ -82,7 +81,7 @@ def test_another_solver_does_not_beat_it():
 
 
 def test_a_point_beside_the_optimum_has_no_certificate():
-    switching = Switching(CLUTCH, optimum().stations)
+    switching = SwitchingProblem(CLUTCH, optimum().stations)
     problem, u = switching.problem, at(switching, optimum().design)
     assert kkt_residual(problem, u) < 1e-5
     for i in range(5):
@@ -92,7 +91,7 @@ def test_a_point_beside_the_optimum_has_no_certificate():
 
 
 def test_a_wrong_multiplier_is_noticed():
-    switching = Switching(CLUTCH, optimum().stations)
+    switching = SwitchingProblem(CLUTCH, optimum().stations)
     problem, u = switching.problem, at(switching, optimum().design)
     m = best_multipliers(problem, u)
     assert (m.required <= 0).all()
@@ -102,7 +101,7 @@ def test_a_wrong_multiplier_is_noticed():
 
 def test_there_are_no_rows_to_bound():
     """The programme's variables are those of the box: neither t_max nor t_min."""
-    programme = programme_of(Switching(CLUTCH))
+    programme = programme_of(SwitchingProblem(CLUTCH))
     assert len(programme.start) == len(VARIABLES)
     assert programme.limits(programme.start) == (np.inf, -np.inf)
 
@@ -115,26 +114,26 @@ def test_what_holds_the_optimum_is_what_gives_time_when_it_gives_way():
     for name, key in (("normal force", "normal_force_N"), ("tooth force", "tooth_force_N")):
         share = 1e-4
         limit = getattr(CLUTCH.limits, key)
-        freed = optimise(file.load("shi2021", {key: limit * (1 + share)})).travel_time_s
+        freed = optimise_clutch(file.load_clutch("shi2021", {key: limit * (1 + share)})).travel_time_s
         gained = (optimum().travel_time_s - freed) / optimum().start_travel_time_s / share
         worth = sum(m for active, m in held.items() if active.startswith(name))
         assert gained == pytest.approx(worth, rel=0.02)
 
 
 def test_the_time_goes_with_the_speed_of_the_links():
-    faster = optimise(file.load("shi2021", {"lift_rad_s": 1.8}))
+    faster = optimise_clutch(file.load_clutch("shi2021", {"lift_rad_s": 1.8}))
     assert faster.travel_time_s == pytest.approx(optimum().travel_time_s / 2, rel=1e-6)
 
 
 def test_same_seed_same_result():
-    assert optimise(CLUTCH) == optimum()
+    assert optimise_clutch(CLUTCH) == optimum()
 
 
 def test_what_cannot_be_kept_is_named():
     with pytest.raises(ComputationError, match="no design within the bounds keeps all limits: teeth"):
-        optimise(file.load("shi2021", {"teeth_least": 40}), starts=2)
+        optimise_clutch(file.load_clutch("shi2021", {"teeth_least": 40}), starts=2)
 
 
 def test_bounds_with_linkages_that_do_not_close_are_refused():
     with pytest.raises(InputError, match=r"search.rod_bounds_mm = \[40.0, 60.0\] is not allowed: it must lie between"):
-        optimise(file.load("shi2021", {"rod_bounds_mm[1]": 60}))
+        optimise_clutch(file.load_clutch("shi2021", {"rod_bounds_mm[1]": 60}))

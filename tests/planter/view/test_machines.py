@@ -60,7 +60,7 @@ def test_the_needle_of_a_pick_up_ends_at_its_tip(picking: Scene) -> None:
 
 
 def test_a_body_stays_inside_the_polygon_that_lets_it_turn() -> None:
-    shown = clutch.scene(Rotor(5, 6, 0.05), "own")
+    shown = clutch.build_rotor_scene(Rotor(5, 6, 0.05), "own")
     for moment in range(0, shown.moments, 23):
         at = placed(shown, moment)
         assert Polygon(at["sleeve"][0]).buffer(1e-6).contains(Polygon(at["body"][0]))

@@ -1,20 +1,20 @@
-"""What the contact model of both clutches is fed with, in SI units and radians."""
+"""Inputs of the contact model of both clutches, in SI units and radians."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 
-from planter.clutch.engage import beam
-from planter.clutch.file import Clutch
-from planter.clutch.linkage import Linkage
-from planter.clutch.model import given, model
+from planter.clutch.engagement import modal
+from planter.clutch.file import ClutchFile
+from planter.clutch.geometry import CrankLinkage
+from planter.clutch.model import collect_values, load_model
 from planter.kernels import formulas
 
 
 @dataclass(frozen=True)
-class Inputs:
-    """Everything both clutches share, and the geometry of each; every field may be varied without building anew.
+class ContactInputs:
+    """Inputs that both clutches share, and the geometry of each; fields may vary without rebuilding the model.
 
     Names and units are those of the derivation, which says what each is; `push_*` is a force on the body that no clutch
     has, for limits in which there is a closed form.
@@ -65,28 +65,28 @@ class Inputs:
 
     @property
     def switching_s(self) -> float:
-        """Time in which the link goes from start to end of its course [s]."""
+        """Duration of the link's motion from start to end [s]."""
         return abs(self.link_end - self.link_start) / self.link_speed
 
     def vector(self) -> list[float]:
-        """The values in the order of the fields."""
+        """Return the values in the order of the fields."""
         return self.packed(NAMES)
 
     def packed(self, names: Iterable[str]) -> list[float]:
-        """The values of those names."""
+        """Return the values of some fields."""
         return [getattr(self, name) for name in names]
 
-    def times(self, factor: float, *names: str) -> Inputs:
-        """A copy with some inputs multiplied."""
+    def times(self, factor: float, *names: str) -> ContactInputs:
+        """Return a copy with some inputs multiplied by a factor."""
         return replace(self, **{name: factor * getattr(self, name) for name in names})
 
-    def back(self) -> Inputs:
-        """A copy in which the link goes its course the other way."""
+    def back(self) -> ContactInputs:
+        """Return a copy in which the link moves in reverse."""
         return replace(self, link_start=self.link_end, link_end=self.link_start)
 
 
-NAMES = [field.name for field in fields(Inputs)]
-"""Of the inputs, in the order of their vector."""
+NAMES = [field.name for field in fields(ContactInputs)]
+"""Names of the inputs, in the order of their vector."""
 
 
 LONGEST_S = 3.0
@@ -95,7 +95,7 @@ LOAD_SPEED = 0.01
 """Share of the input speed at which the load torque has 1/sqrt(2) of its value: below, it fades to none at rest."""
 
 
-def _check(clutch: Clutch) -> None:
+def _check(clutch: ClutchFile) -> None:
     if clutch.tooth.root_mm <= clutch.tooth.tip_mm:
         raise clutch.input_error("tooth.root_mm", f"it must be greater than tooth.tip_mm = {clutch.tooth.tip_mm:g}")
     if clutch.dog.depth_mm >= clutch.sleeve.travel_mm:
@@ -111,24 +111,24 @@ def _check(clutch: Clutch) -> None:
         raise clutch.input_error("sleeve.switching_speed_mm_s", allowed)
 
 
-def inputs(clutch: Clutch, shape: str = beam.PAPERS) -> Inputs:
-    """The inputs of an engagement from a clutch file; the link falls from its limit to the horizontal.
+def build_contact_inputs(clutch: ClutchFile, shape: str = modal.PAPERS) -> ContactInputs:
+    """Return the inputs of an engagement from a clutch file; the link falls from its limit to the horizontal.
 
     The link moves at the speed that gives the sleeve the mean speed of the file. Raises InputError for a linkage that
     does not close over the travel, teeth or jaws that cannot be, or a motion that takes too long.
     """
     si = clutch.si
     _check(clutch)
-    known, travel = given(clutch), si("sleeve.travel_mm")
-    linkage = Linkage(*(si(f"linkage.{key}") for key in ("crank_mm", "rod_mm", "distance_mm")))
+    values, travel = collect_values(clutch), si("sleeve.travel_mm")
+    linkage = CrankLinkage(*(si(f"linkage.{key}") for key in ("crank_mm", "rod_mm", "distance_mm")))
     linkage.check(travel, f"{clutch.source}: linkage.rod_mm")
-    gears = {"k": known["k"], "gamma": known["gamma"]}
-    drive = model().at("drive", **gears, span=known["r_A"] + known["r_D"], theta_Amax=linkage.rotation(travel))
-    shaft = beam.beam(si, shape)
+    gears = {"k": values["k"], "gamma": values["gamma"]}
+    drive = load_model().at("drive", **gears, span=values["r_A"] + values["r_D"], theta_Amax=linkage.rotation(travel))
+    shaft = modal.build_beam(si, shape)
     bending = {"shaft_mass": shaft.mass, "shaft_stiffness": shaft.stiffness}
     radius, speed = si("engagement.contact_radius_mm"), si("engagement.input_speed_rpm")
-    width = model().at("polygon", a=known["a"])["R"]
-    return Inputs(
+    width = load_model().at("polygon", a=values["a"])["R"]
+    return ContactInputs(
         stiffness=si("contact.stiffness_N_m15"),
         dissipation=si("contact.dissipation_s_m"),
         friction=si("sleeve.friction"),

@@ -1,0 +1,305 @@
+"""Commands of the clutch: `planter clutch NAME` for engagement, field tests and shape."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planter.report.writing import writes
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
+
+if TYPE_CHECKING:
+    from planter.clutch.file import ClutchFile
+    from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
+
+
+HELP = "Compute the Reuleaux-pentagon clutch and its field test."
+clutch = typer.Typer(help=HELP, invoke_without_command=True, rich_markup_mode=None)
+app = typer.Typer()
+app.add_typer(clutch, name="clutch")
+
+ClutchArgument = Annotated[
+    str, typer.Argument(metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False)
+]
+
+
+NamesOption = list[str] | None
+
+
+class EngagementMode(enum.StrEnum):
+    """Model of an engagement."""
+
+    modal = "modal"
+    contact = "contact"
+
+
+@clutch.callback()
+def print_help(context: typer.Context) -> None:
+    """Print the help if no command follows."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@clutch.command(name="engage")
+@writes("summary.json", "report.html")
+def engage_clutch(
+    source: ClutchArgument,
+    mode: Annotated[
+        EngagementMode, typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles")
+    ] = EngagementMode.modal,
+    shape: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="bending shape of the shaft: the paper's, or a clamped one (clamped-...)"),
+    ] = "quarter-sine",
+    set_: SetOption = None,
+    speed_rpm: Annotated[float | None, typer.Option(help="change the input speed for this call")] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Compute the loads while a clutch engages.
+
+    By contact also its cut-off, and a dog clutch for comparison; this takes half a minute.
+
+    In contact, `sensitivity` follows the largest loads over a factor of 10 in each input that the paper does not
+    disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import tables
+        from planter.clutch.engagement import contact, modal
+        from planter.clutch.file import load_clutch
+
+        file = load_clutch(source, changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
+        if mode is EngagementMode.modal:
+            result: ModalEngagement | ContactEngagement = modal.evaluate_engagement(file, shape)
+            curves = None
+        else:
+            comparison = contact.compare_clutches(file, shape, progress=console.progress)
+            result, curves = comparison.result, comparison.runs
+        if out is not None:
+            from planter.clutch.report import engagement
+
+            engagement.write_engagement(out, file, result, shape, curves)
+        console.result(result, lambda: tables.print_engagement(console, result))
+
+
+@clutch.command(name="field")
+@writes("summary.json", "report.html")
+def evaluate_field(
+    data: Annotated[str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")] = "shi2021-field",
+    response: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="this column is a response", show_default=False)
+    ] = None,
+    blank: Annotated[
+        NamesOption,
+        typer.Option(metavar="NAME", help="this column of the array has no factor (error)", show_default=False),
+    ] = None,
+    ignore: Annotated[NamesOption, typer.Option(metavar="NAME", help="ignore this column", show_default=False)] = None,
+    goal: Annotated[
+        NamesOption,
+        typer.Option(
+            metavar="NAME=GOAL",
+            help="goal of a response: larger, smaller, zero, or a number for a target value; one for each "
+            "response [default: zero, for the paper's own table alone]",
+            show_default=False,
+        ),
+    ] = None,
+    comparison: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="CSV file clutch,speed_m_s,measure,mean,sd,n of clutches to compare [default: paper's, for its runs]",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Evaluate a field test: effects, variance, best levels.
+
+    The result has range analysis, analysis of variance, predictions and comparisons of clutches.
+
+    The header says what a column is: `run` counts the runs; `blank`, `empty` or `error` is a column of the array that
+    no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a factor, whose levels are
+    all numbers or all words. Comments above the header, `# factor A: axial angle / deg = 10, 15, 20` and
+    `# response Y1: lag / cm`, carry meanings into figures and report.
+
+    Best are the levels whose prediction comes closest to the goal of a response; for all responses together, those
+    with the best mean rank. Any other table needs a goal for each response: --goal Y1=larger --goal Y2=smaller.
+
+    Levels in the results are those of the file. Designs that are not orthogonal have no range analysis (null), and
+    their sums of squares are of type II: each factor over all others.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch.field import FieldColumns, evaluate_field, goals, tables
+
+        columns = FieldColumns(tuple(response or ()), tuple(blank or ()), tuple(ignore or ()))
+        evaluation = evaluate_field(data, columns, comparison, goals.parse_goals(goal or ()))
+        if out is not None:
+            from planter.clutch.field import page
+
+            page.write_field_report(out, evaluation, console.progress)
+        console.result(evaluation.result, lambda: tables.print_field_test(console, evaluation.result))
+
+
+@clutch.command(name="plan")
+@writes("plan.csv")
+def plan_field(
+    array: Annotated[str, typer.Argument(help="L4, L8, L9, L18, L25 or L27", show_default=False)],
+    factor: Annotated[
+        NamesOption,
+        typer.Option(metavar="NAME=LEVEL,...", help="a factor and its levels [default: A, B, ...]", show_default=False),
+    ] = None,
+    response: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="a column to be measured [default: Y1]", show_default=False)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="shuffle the runs by this seed", show_default=False)] = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Plan a field test on an orthogonal array.
+
+    The plan is a CSV file to fill in, which `planter clutch field` reads back.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch.field import plans
+
+        specs = [plans.FactorSpec.parse(text) for text in factor or ()]
+        planned = plans.plan_field(array, specs, response or ["Y1"], seed)
+        if out is not None:
+            from planter.report import files
+
+            files.write_text(files.output_folder(out) / "plan.csv", planned.text)
+        console.result(planned, lambda: print(planned.text, end=""))
+
+
+@clutch.command(name="geometry")
+@writes(
+    "summary.json", "poses.csv", "turning.gif", "report.html", figures=("linkage", "travel", "turning", "vertex_path")
+)
+def show_geometry(
+    source: ClutchArgument,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Compute polygon, hexagon, teeth and linkage of a clutch.
+
+    Numbers that its paper prints are listed for comparison.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import geometry as shape
+        from planter.clutch import tables
+
+        clutch_file = _load_file(source, set_)
+        result = shape.compute_geometry(clutch_file)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_geometry(out, clutch_file, result)
+        console.result(result, lambda: tables.print_geometry(console, result))
+
+
+@clutch.command(name="design")
+@writes("summary.json", "way.csv", "report.html", figures=("linkage", "turning", "vertex_path"))
+def size_clutch(
+    source: ClutchArgument,
+    shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats", show_default=False)] = None,
+    travel_mm: Annotated[float | None, typer.Option(help="required travel of the sleeve", show_default=False)] = None,
+    radius_mm: Annotated[float | None, typer.Option(help="available space across the axis", show_default=False)] = None,
+    length_mm: Annotated[float | None, typer.Option(help="available space along the axis", show_default=False)] = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Size a clutch for a shaft, a space and a travel.
+
+    Every inequality is checked, and active ones are named.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import design as sizing
+        from planter.clutch import file, tables
+
+        targets = {
+            "shaft.flat_to_flat_mm": shaft_mm,
+            "wanted.wanted_travel_mm": travel_mm,
+            "wanted.space_radius_mm": radius_mm,
+            "wanted.space_length_mm": length_mm,
+        }
+        clutch_file = file.load_clutch(source, changes(set_, targets))
+        result = sizing.size_clutch(clutch_file)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_design(out, clutch_file, result)
+        if not result.feasible:
+            raise sizing.build_refusal(result)
+        console.result(result, lambda: tables.print_design(console, result))
+
+
+@clutch.command(name="optimise")
+@writes("summary.json", "report.html")
+def optimise_clutch(
+    source: ClutchArgument,
+    seed: SeedOption = 0,
+    starts: Annotated[int, typer.Option(min=1, max=1000, help="number of local searches")] = 8,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Minimise the travel time of a clutch.
+
+    Axial angle, gear ratio and linkage vary within what forces and space allow.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import optimise as search
+        from planter.clutch import tables
+
+        clutch_file = _load_file(source, set_)
+        result = search.optimise_clutch(clutch_file, seed, starts)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_optimisation(out, clutch_file, result)
+        console.result(result, lambda: tables.print_optimum(console, result))
+
+
+@clutch.command(name="rotor")
+@writes("summary.json", "turning.gif", "report.html", figures=("turning",))
+def summarise_rotor(
+    vertices: Annotated[int, typer.Option(help="vertices of the Reuleaux polygon, odd")] = 5,
+    sides: Annotated[int, typer.Option(help="sides of the regular polygon")] = 6,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Turn an odd Reuleaux polygon in a regular polygon.
+
+    Lengths are in widths of the Reuleaux polygon.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.clutch import tables
+        from planter.clutch.rotor import Rotor, summarise_rotor
+
+        pair = Rotor(vertices, sides)
+        result = summarise_rotor(pair)
+        if out is not None:
+            from planter.clutch.report import shape as report
+
+            report.write_rotor(out, pair, result)
+        console.result(result, lambda: tables.print_rotor(console, result))
+
+
+def _load_file(source: str, set_: Sequence[str] | None) -> ClutchFile:
+    from planter.clutch import file
+
+    return file.load_clutch(source, changes(set_))

@@ -1,0 +1,282 @@
+"""Motion of a clutch in contact: initial state, integration with CVODES, engagement and cut-off.
+
+Steps are chosen by the integrator's error control, which sees every contact begin and end: the forces are continuous
+there, and no step is longer than `LONGEST`. States are sampled on a fine grid; peaks are then searched between points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from planter.clutch.engagement.dynamics import (
+    ANGLE,
+    FREE,
+    OUTPUT,
+    POWERS,
+    REULEAUX,
+    SIZE,
+    TIME,
+    TRAVEL,
+    WORKS,
+    Array,
+    ClutchDynamics,
+)
+from planter.clutch.engagement.inputs import ContactInputs
+from planter.clutch.results.engagement import ClutchLoads, EnergyBalance
+from planter.errors import ComputationError
+from planter.kernels import Kernel, formulas
+
+STEP = 2e-5
+"""Distance of the points of the grid [s]."""
+LONGEST = 5e-5
+"""Longest step of the integrator [s]: at the speeds of a planter, contacts close by a few micrometres in it."""
+TOLERANCE = 1e-9
+"""Relative tolerance; the absolute one is a thousandth of it, in SI units."""
+FINE = 64
+"""Points between two of the grid when a peak is looked for."""
+
+
+@dataclass(frozen=True)
+class ContactRun:
+    """A motion on a grid: states (SIZE, n), and the rows computed from them, by name."""
+
+    clutch: ClutchDynamics
+    inputs: ContactInputs
+    states: Array
+    seen: dict[str, Array]
+    tolerance: float
+
+    @property
+    def time(self) -> Array:
+        """Time since the link began to move [s], (n,)."""
+        return self.states[TIME]
+
+    @property
+    def load(self) -> Array:
+        """Sum of the normal forces on teeth or jaws [N], (n,)."""
+        return self.seen["load"][0]
+
+    @property
+    def speed(self) -> Array:
+        """Speed of the output [rad/s], (n,)."""
+        return self.states[FREE + OUTPUT]
+
+    @property
+    def ahead(self) -> Array:
+        """Rotation of the input against the output [rad], (n,)."""
+        return self.states[ANGLE] - self.states[OUTPUT]
+
+    def energy(self) -> EnergyBalance:
+        """Return supplied work, stored energy, lost work, and the imbalance of their sum [J]."""
+        work = dict(zip(POWERS, self.states[WORKS:, -1] - self.states[WORKS:, 0], strict=True))
+        supplied = work["input"] + work["linkage"]
+        lost = sum(work.values()) - supplied
+        stored = float(self.seen["energy"][0, -1] - self.seen["energy"][0, 0])
+        return EnergyBalance(input_J=supplied, stored_J=stored, lost_J=lost, imbalance_J=supplied - stored - lost)
+
+    def peak(self) -> float:
+        """Return the largest load [N], searched also between the points of the grid."""
+        top = max(int(np.argmax(self.load)) - 1, 0)
+        close_up = integrate_motion(
+            self.clutch, self.inputs, self.states[:, top], 2 * STEP, STEP / FINE, self.tolerance
+        )
+        return float(max(close_up.load.max(), self.load.max()))
+
+
+def integrate_motion(
+    clutch: ClutchDynamics,
+    inputs: ContactInputs,
+    start: Array,
+    duration: float,
+    step: float = STEP,
+    tolerance: float = TOLERANCE,
+) -> ContactRun:
+    """Return the motion from a state (SIZE,) over a duration [s]. Raises ComputationError if the integrator fails."""
+    vector = inputs.vector()
+    count = round(duration / step)
+    motion = _integrator(clutch, count, duration, tolerance)
+    ran = motion(x0=start, p=vector)["x"]
+    states = np.column_stack([start, ran])
+    return ContactRun(clutch, inputs, states, clutch.columns(states, vector), tolerance)
+
+
+def _integrator(clutch: ClutchDynamics, count: int, duration: float, tolerance: float) -> Kernel:
+    options = {
+        "reltol": tolerance,
+        "abstol": 1e-3 * tolerance,
+        "max_step_size": min(LONGEST, duration),
+        "max_num_steps": 10_000_000,
+    }
+    grid = np.linspace(0, duration, count + 1)[1:]
+    solver = ca.integrator("motion", "cvodes", clutch.dae, 0, grid, options)
+    start, p = ca.MX.sym("x0", clutch.dae["x"].shape[0]), ca.MX.sym("p", clutch.dae["p"].shape[0])
+    return Kernel(ca.Function(f"{clutch.name}_motion", [start, p], [solver(x0=start, p=p)["xf"]], ["x0", "p"], ["x"]))
+
+
+def find_clear_state(clutch: ClutchDynamics, inputs: ContactInputs, phase: float, time: float) -> Array:
+    """Return a state (SIZE,) at rest with the input at `phase` [rad], the body as far as possible from every surface.
+
+    Raises ComputationError if teeth, shaft and sleeve leave the body no clearance.
+    """
+    state = np.zeros(SIZE)
+    state[TRAVEL], state[ANGLE], state[TIME] = inputs.travel, phase, time
+    vector = inputs.vector()
+
+    def depth(place: Array) -> float:
+        state[:2] = place * 1e-3
+        return -1e3 * float(clutch.columns(state, vector)["gaps"][:-FIXED].min())
+
+    searches = [minimize(depth, start, method="Nelder-Mead", options=SEARCH) for start in _starts()]
+    best = min(searches, key=lambda search: float(search.fun))
+    if best.fun > 0:
+        raise ComputationError(
+            f"the {clutch.name} clutch cannot be cut off at an input angle of {np.degrees(phase):.6g} deg: "
+            f"in every position of the body, surfaces overlap by {best.fun:.3g} mm"
+        )
+    state[:2] = best.x * 1e-3
+    return state
+
+
+def coaxial_overlap(clutch: ClutchDynamics, inputs: ContactInputs) -> float:
+    """Return the smallest overlap [m] of teeth and shaft over all rotations of the centred body; 0 if there is none."""
+    states = np.zeros((SIZE, ROTATIONS))
+    states[ANGLE] = np.linspace(0, clutch.pitch, ROTATIONS)
+    gaps = clutch.columns(states, inputs.vector())["gaps"][: clutch.carriers]
+    return max(0.0, -float(gaps.min(axis=0).max()))
+
+
+def min_root_radius(inputs: ContactInputs) -> float:
+    """Return the smallest root radius [m] at which teeth pass the corners: a tip on a corner lifts the body."""
+    model = formulas.load(REULEAUX)
+    return model.at("clear", tooth_shape=inputs.packed(model.entries("tooth_shape")))["least_root"]
+
+
+ROTATIONS = 1201
+"""Rotations tried over the pitch of the teeth."""
+FIXED = 2
+"""Contacts that the body's place does not bear on, the last of a clutch's: bearing and linkage."""
+SEARCH = {"xatol": 1e-7, "fatol": 1e-7}
+
+
+def _starts() -> Array:
+    """Eccentricities [mm] from where the search begins."""
+    angles = np.arange(6) * np.pi / 3
+    return np.vstack([np.zeros(2), 0.4 * np.column_stack([np.cos(angles), np.sin(angles)])])
+
+
+def restart_state(run_end: Array) -> Array:
+    """Return the end of a motion as the start of the next, with clock and works reset to zero."""
+    state = run_end.copy()
+    state[TIME], state[WORKS:] = 0.0, 0.0
+    return state
+
+
+Mask = NDArray[np.bool_]
+
+SETTLE_S, CALM_S = 0.02, 0.1
+"""Time before the link first moves, and after everything should have happened [s]."""
+SPARE = 1.2
+"""Pitches of teeth or jaws that the input turns through after the link has come to rest, so that they meet."""
+BAND = 0.02
+"""Share of the input speed within which the output counts as engaged, or as at rest."""
+
+
+@dataclass(frozen=True)
+class SwitchingRun:
+    """Engagement, then cut-off from where it ended."""
+
+    engagement: ContactRun
+    cut_off: ContactRun
+
+    def energy(self) -> EnergyBalance:
+        """Return the energy balance of engagement and cut-off together [J]."""
+        return sum_energies([self.engagement.energy(), self.cut_off.energy()])
+
+    def to_result(self) -> ClutchLoads:
+        """Return loads, impacts, slips, times and energy as the command reports them."""
+        first = self.engagement
+        passed = find_slips(first)
+        return ClutchLoads(
+            N_max_N=first.peak(),
+            N_single_max_N=float(first.seen["normal"][: first.clutch.carriers].max()),
+            N_end_N=float(first.load[-1]),
+            impacts=count_impacts(first),
+            slips=len(passed),
+            first_slip_s=float(passed[0]) if len(passed) else None,
+            engaged_s=engagement_time(first),
+            cut_off_s=rest_time(self.cut_off),
+            cut_off_N_max_N=float(self.cut_off.load.max()),
+            energy=self.energy(),
+        )
+
+
+def simulate_engagement(
+    clutch: ClutchDynamics, inputs: ContactInputs, phase: float, tolerance: float = TOLERANCE
+) -> ContactRun:
+    """Return the engagement from the input at `phase` [rad], output at rest, until teeth or jaws rest again.
+
+    Raises ComputationError if the body has no clearance, surfaces overlap too far, or the integrator fails.
+    """
+    begin = find_clear_state(clutch, inputs, phase, -SETTLE_S)
+    duration = SETTLE_S + inputs.switching_s + SPARE * clutch.pitch / inputs.input_speed + CALM_S
+    run = integrate_motion(clutch, inputs, begin, duration, tolerance=tolerance)
+    depth, deepest = -float(run.seen["gaps"][: clutch.carriers].min()), min(inputs.fillet, inputs.edge)
+    if depth > deepest:
+        raise ComputationError(
+            f"{clutch.name} clutch: surfaces go {depth * 1e3:.3g} mm deep into each other, which must be less than the "
+            f"{deepest * 1e3:.3g} mm of their rounding: contact.stiffness_N_m15 = {inputs.stiffness:g} is too small"
+        )
+    return run
+
+
+def simulate_switching(clutch: ClutchDynamics, inputs: ContactInputs, phase: float) -> SwitchingRun:
+    """Return engagement and cut-off. Raises ComputationError as `simulate_engagement` does."""
+    first = simulate_engagement(clutch, inputs, phase)
+    begin = restart_state(first.states[:, -1])
+    return SwitchingRun(first, integrate_motion(clutch, inputs.back(), begin, inputs.switching_s + CALM_S))
+
+
+def count_impacts(run: ContactRun) -> int:
+    """Return the number of times that the load rises from zero once the link moves."""
+    load = run.load[run.time >= 0]
+    return int(np.count_nonzero((load[1:] > 0) & (load[:-1] == 0)))
+
+
+def find_slips(run: ContactRun) -> Array:
+    """Return the times [s] at which teeth in reach pass the corners of the shaft, or jaws the tips of opposite jaws.
+
+    They should hold from the time on at which the sleeve has come as far as the clutch can carry anything.
+    """
+    reach = run.inputs.lock_travel if run.clutch.name == "reuleaux" else run.inputs.depth
+    since = np.maximum.accumulate(run.states[TRAVEL] <= reach)
+    passed = np.floor(run.ahead / run.clutch.pitch)
+    return run.time[1:][(np.diff(passed) > 0) & since[1:]]
+
+
+def engagement_time(run: ContactRun) -> float | None:
+    """Return the time from which the output runs at the speed of the input [s], or None if it does not."""
+    speed = run.inputs.input_speed
+    return _for_good(run, np.abs(run.speed - speed) <= BAND * speed)
+
+
+def rest_time(run: ContactRun) -> float | None:
+    """Return the time from which the output is at rest [s], or None if it is not."""
+    return _for_good(run, np.abs(run.speed) <= BAND * run.inputs.input_speed)
+
+
+def _for_good(run: ContactRun, holds: Mask) -> float | None:
+    last = np.flatnonzero(~holds)
+    if not len(last):
+        return float(run.time[0])
+    return float(run.time[last[-1] + 1]) if last[-1] + 1 < len(holds) else None
+
+
+def sum_energies(parts: Sequence[EnergyBalance]) -> EnergyBalance:
+    """Return the sums of energy balances, key by key."""
+    return EnergyBalance(*(float(sum(values)) for values in zip(*map(astuple, parts), strict=True)))
