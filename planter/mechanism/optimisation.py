@@ -204,7 +204,7 @@ def _hold(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> Hel
     )
 
 
-def _record(machine: Machine, least: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> Found:
+def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> Found:
     problem, x, reached = optimum.problem, optimum.x, optimum.result
     goal, certificate = problem.goal, reached.certificate
     design = [float(f"{value:.15g}") for value in x / machine.scale]
@@ -217,7 +217,7 @@ def _record(machine: Machine, least: str, stated: StatedGoal, optimum: DesignOpt
     result = Optimum(
         machine=machine.name,
         method=reached.method,
-        least=least,
+        least=words,
         objective=reached.objective,
         start_objective=reached.start_objective,
         design=dict(zip(machine.design_names, design, strict=True)),

@@ -91,13 +91,13 @@ def search(
         optimisation.require_front(goal.build_problem(spec.sampling))
     if options.prove_seconds is not None:
         proof.require_provable(goal, least)
-    found = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
+    optimum = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
     if options.prove_seconds is not None and isinstance(file, MechanismFile):
-        found = proof.with_proof(file, found, goal, spec, options.prove_seconds, console.progress, options.means)
+        optimum = proof.with_proof(file, optimum, goal, spec, options.prove_seconds, console.progress, options.means)
     if options.front:
-        found = optimisation.with_front(found, console.progress)
+        optimum = optimisation.with_front(optimum, console.progress)
     if out is not None:
         from planter.mechanism.report import results
 
-        results.write_optimum(out, found, console.progress)
-    console.result(found.result, lambda: tables.optimum(console, found.result))
+        results.write_optimum(out, optimum, console.progress)
+    console.result(optimum.result, lambda: tables.optimum(console, optimum.result))

@@ -25,13 +25,13 @@ def arm() -> Machine:
     return own.machine("transplanting_arm")
 
 
-def build(machine: Machine, least: str, *limits: str, sampling: Sampling = "refined") -> DesignProblem:
-    measures = [resolve_measure(machine, measure) for measure in parse_sum(least)]
+def build(machine: Machine, text: str, *limits: str, sampling: Sampling = "refined") -> DesignProblem:
+    measures = [resolve_measure(machine, measure) for measure in parse_sum(text)]
     return build_problem(machine, measures, [resolve_limit(machine, parse_limit(t)) for t in limits], sampling)
 
 
 @pytest.mark.parametrize(
-    ("least", "limits", "is_curve"),
+    ("text", "limits", "is_curve"),
     [
         ("range F_Ox", (), True),
         ("0.5 range F_Ox + 2 std F_Ox", ("abs F_Oy <= 30",), True),
@@ -45,9 +45,9 @@ def build(machine: Machine, least: str, *limits: str, sampling: Sampling = "refi
     ],
 )
 def test_sums_of_range_and_spread_are_curves(
-    arm: Machine, least: str, limits: tuple[str, ...], is_curve: bool
+    arm: Machine, text: str, limits: tuple[str, ...], is_curve: bool
 ) -> None:  # fmt: skip
-    assert isinstance(build(arm, least, *limits), CurveProblem if is_curve else GoalProblem)
+    assert isinstance(build(arm, text, *limits), CurveProblem if is_curve else GoalProblem)
 
 
 def test_quantities_that_jump_are_no_curves() -> None:
@@ -60,12 +60,12 @@ def test_machine_without_bounds_is_refused(arm: Machine) -> None:
         build(arm.with_moved({}), "range F_Ox")
 
 
-@pytest.mark.parametrize("least", ["2 range gamma + 3 variance gamma", "range F_Ox + 0.5 std F_Ox", "std gamma"])
-def test_objective_is_that_of_the_measures(arm: Machine, least: str) -> None:
+@pytest.mark.parametrize("text", ["2 range gamma + 3 variance gamma", "range F_Ox + 0.5 std F_Ox", "std gamma"])
+def test_objective_is_that_of_the_measures(arm: Machine, text: str) -> None:
     """Angles are in degrees in results: the sum is that of measures over the same samples, then over dense ones."""
-    measures = [resolve_measure(arm, measure) for measure in parse_sum(least)]
+    measures = [resolve_measure(arm, measure) for measure in parse_sum(text)]
     for sampling, count, tolerance in ((48, 48, 1e-12), ("refined", 20_000, 1e-6)):
-        problem, goal = build(arm, least, sampling=sampling), Goal(arm, measures, (), count)
+        problem, goal = build(arm, text, sampling=sampling), Goal(arm, measures, (), count)
         assert problem.reference.objective == pytest.approx(goal.evaluate(arm.design), rel=tolerance)
 
 
@@ -107,14 +107,17 @@ def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
 @pytest.mark.parametrize("method", ["ipopt", "hybrid"])
 def test_number_of_workers_changes_no_bit(arm: Machine, method: Method) -> None:
     spec = SearchSpec("refined", method, 3, genetic=SHORT)
-    one, two = (optimise(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2))
-    assert one.x.tobytes() == two.x.tobytes()
-    assert (one.result.certificate, one.result.evaluations) == (two.result.certificate, two.result.evaluations)
+    alone, shared = (optimise(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2))
+    assert alone.x.tobytes() == shared.x.tobytes()
+    assert (alone.result.certificate, alone.result.evaluations) == (
+        shared.result.certificate,
+        shared.result.evaluations,
+    )
 
 
 def test_interrupted_search_hands_over_the_best_so_far(arm: Machine) -> None:
     steps: list[Progress] = []
-    kept: list[float] = []
+    objectives: list[float] = []
 
     def stop(step: Progress) -> None:
         steps.append(step)
@@ -123,11 +126,11 @@ def test_interrupted_search_hands_over_the_best_so_far(arm: Machine) -> None:
 
     problem = build(arm, "range F_Ox", sampling=24)
     with pytest.raises(InterruptedSearch) as caught:
-        minimise(problem, SearchSpec(24, starts=4), stop, keep=lambda best, seconds: kept.append(best.objective))
+        minimise(problem, SearchSpec(24, starts=4), stop, keep=lambda best, seconds: objectives.append(best.objective))
     best = caught.value.best
     assert best is not None
-    assert kept == sorted(kept, reverse=True)
-    assert best.result.objective <= kept[-1] * (1 + 1e-12) < problem.reference.objective
+    assert objectives == sorted(objectives, reverse=True)
+    assert best.result.objective <= objectives[-1] * (1 + 1e-12) < problem.reference.objective
 
 
 def test_front_trades_range_against_variance(arm: Machine) -> None:
@@ -140,8 +143,8 @@ def test_front_trades_range_against_variance(arm: Machine) -> None:
     assert variances == sorted(variances, reverse=True)
     changes = {f"values.{name}": value for name, value in front[1]["design"].items()}
     machine = load_machine(str(source), changes)
-    for least, value in (("range gamma", ranges[1]), ("variance gamma", variances[1])):
-        assert build(machine, least, sampling=24).reference.objective == pytest.approx(value, rel=1e-9)
+    for text, value in (("range gamma", ranges[1]), ("variance gamma", variances[1])):
+        assert build(machine, text, sampling=24).reference.objective == pytest.approx(value, rel=1e-9)
 
 
 @pytest.mark.parametrize(

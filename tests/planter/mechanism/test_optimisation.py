@@ -210,9 +210,12 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
 def test_number_of_workers_changes_no_bit(file: Path) -> None:
     """The loops of an optimum are closed from where the search was before, wherever its descents ran."""
     machine, spec = build_machine(load(file)), SearchSpec(starts=3, method="hybrid", genetic=SHORT)
-    one, two = (optimise(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n)) for n in (1, 2))
-    assert one.x.tobytes() == two.x.tobytes()
-    assert (one.result.certificate, one.result.evaluations) == (two.result.certificate, two.result.evaluations)
+    alone, shared = (optimise(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n)) for n in (1, 2))
+    assert alone.x.tobytes() == shared.x.tobytes()
+    assert (alone.result.certificate, alone.result.evaluations) == (
+        shared.result.certificate,
+        shared.result.evaluations,
+    )
 
 
 @pytest.mark.parametrize(
