@@ -22,8 +22,8 @@ from tests.attack.files import CORPUS, Spoiled, spoiled
 from tests.attack.words import CALLS
 from tests.support.cli import run
 
-CASES = int(os.environ.get("PLANTER_ATTACKS", "1000"))
-"""Cases of the generator in all."""
+CASES = int(os.environ.get("PLANTER_ATTACKS", "400"))
+"""Cases of the generator in all; `make test-long` and `make attack` take thousands."""
 SEED = int(os.environ.get("PLANTER_ATTACK_SEED", "0"))
 TAKERS = {
     "planting": ("validate",),

@@ -4,7 +4,6 @@ import json
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import tomllib
@@ -223,39 +222,6 @@ def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
     assert scores["exact"]["optimum"] > scores["exact"]["start"]
     bounds = file.load("wang2017").bounds
     assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in found["design"].items())
-
-
-def _hears_interrupts() -> None:
-    """A process in the background of a script is started deaf to them."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def test_ctrl_c_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "planter",
-        "optimise",
-        "wang2017",
-        "--method",
-        "ga",
-        "--json",
-        "--out",
-        str(tmp_path),
-    ]
-    search = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts
-    )
-    assert search.stderr is not None
-    assert "generation 20 of 200" in search.stderr.readline()
-    search.send_signal(signal.SIGINT)
-    out, err = search.communicate(timeout=30)
-    assert search.returncode == 130
-    assert "Traceback" not in err
-    found = json.loads(out)
-    assert found["error"]["name"] == "Interrupted"
-    assert found["partial"]["objective"] < found["partial"]["start_objective"]
-    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
 
 
 def test_a_folder_used_again_keeps_no_figures_of_the_command_before(simulated: Path, tmp_path: Path) -> None:

@@ -107,18 +107,21 @@ def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: f
         assert json.loads(out)["error"]["name"] == "Interrupted"
 
 
-def test_signal_15_during_the_search_keeps_what_was_found(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--method", "ga", "--json", "--out"]
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_interrupted_search_keeps_its_best_design(number: signal.Signals, code: int, tmp_path: Path) -> None:
     search = subprocess.Popen(
-        [*command, str(tmp_path)], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+        [sys.executable, "-m", "planter", "optimise", "wang2017", "--method", "ga", "--json", "--out", str(tmp_path)],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts,
+    )  # fmt: skip
     assert search.stderr is not None
     assert "generation 20 of 200" in search.stderr.readline()
-    search.send_signal(signal.SIGTERM)
+    search.send_signal(number)
     out, err = search.communicate(timeout=30)
-    assert search.returncode == 143
+    assert search.returncode == code
     assert "Traceback" not in err
-    assert json.loads(out)["partial"]["objective"] < json.loads(out)["partial"]["start_objective"]
+    result = json.loads(out)
+    assert result["error"]["name"] == "Interrupted"
+    assert result["partial"]["objective"] < result["partial"]["start_objective"]
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
 
 
