@@ -35,12 +35,11 @@ class Rows:
         points, outputs = zip(*self.blocks(), strict=True)
         return np.vstack(points), np.vstack(outputs)
 
-    def tables(self) -> Iterator[dict[str, list[float | str | None]]]:
-        """Columns of each chunk by name: texts as texts, None where a row has no result."""
+    def tables(self) -> Iterator[dict[str, Array | list[str]]]:
+        """Columns of each chunk by name: texts as texts, NaN where a row has no result."""
         for points, outputs in self.blocks():
-            columns = [_input_column(axis, column) for axis, column in zip(self.inputs.values(), points.T, strict=True)]
-            columns += [[None if np.isnan(x) else x for x in column.tolist()] for column in outputs.T]
-            yield dict(zip(self.columns, columns, strict=True))
+            inputs = (_input_column(axis, column) for axis, column in zip(self.inputs.values(), points.T, strict=True))
+            yield dict(zip(self.columns, [*inputs, *outputs.T], strict=True))
 
     def inputs_of(self, point: Array) -> dict[str, float | str]:
         """A point (n,) by names."""
@@ -59,9 +58,9 @@ class Rows:
         return {name: tally.extent(self) for name, tally in zip(self.outputs, tallies, strict=True)}
 
 
-def _input_column(axis: Axis, column: Array) -> list[float | str | None]:
+def _input_column(axis: Axis, column: Array) -> Array | list[str]:
     texts = axis.texts
-    return [*column.tolist()] if texts is None else [texts[int(index)] for index in column]
+    return column if texts is None else [texts[int(index)] for index in column]
 
 
 class _Tally:

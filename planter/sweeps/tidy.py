@@ -7,7 +7,10 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
+
 from planter import legible
+from planter.kernels import Array
 from planter.progress import Listener, Phase
 from planter.report import folder
 from planter.sweeps.rows import Rows
@@ -37,8 +40,17 @@ def _write_csv(path: Path, rows: Rows, comments: Iterable[str], progress: Listen
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(rows.columns)
         for table in rows.tables():
-            writer.writerows(zip(*table.values(), strict=True))
-            phase.reached(phase.done + len(next(iter(table.values()))))
+            columns = [column if isinstance(column, list) else _cells(column) for column in table.values()]
+            writer.writerows(zip(*columns, strict=True))
+            phase.reached(phase.done + len(columns[0]))
+
+
+def _cells(column: Array) -> list[float | None]:
+    """Numbers (m,) as cells; one that is missing is empty."""
+    cells: list[float | None] = column.tolist()
+    for index in np.flatnonzero(np.isnan(column)):
+        cells[index] = None
+    return cells
 
 
 def _write_parquet(path: Path, rows: Rows) -> None:
@@ -49,4 +61,5 @@ def _write_parquet(path: Path, rows: Rows) -> None:
     schema = pa.schema([(name, pa.string() if name in texts else pa.float64()) for name in rows.columns])
     with folder.replacing(path) as part, ParquetWriter(part, schema, compression="zstd") as writer:
         for table in rows.tables():
-            writer.write_batch(pa.RecordBatch.from_pydict(table, schema=schema))
+            columns = [pa.array(column, from_pandas=True) for column in table.values()]
+            writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=schema))
