@@ -24,7 +24,11 @@ class ClaimError(ValueError):
 
 @dataclass(frozen=True)
 class Balance:
-    """Which balance: of which body or bodies, force or moment, along which axis of which frame, about which point."""
+    """The balance of forces [N] or moments [N m] of a body along an axis of a frame, moments about a point.
+
+    >>> str(Balance("rod", "moment", "z", "world", "A"))
+    'rod: moment along z of world about A'
+    """
 
     body: str
     kind: Kind
@@ -101,12 +105,12 @@ class Witness:
 
 @dataclass(frozen=True)
 class Equation:
-    """``residual = 0`` (or another relation to 0), under the number of its source, with what it is claimed to be.
+    """An equation ``residual = 0``, or another relation to 0, in any one unit, with its number and its claim.
 
-    ``defines`` names the one symbol that a definition may be solved for; a balance may be solved for any. A derived
-    equation is ``stated`` if it says what its symbols mean, so that nothing is derived. Of a transcription, ``rebuilt``
-    lists the pieces that cannot be read and were completed, ``witnesses`` are printed values that it must give. A
-    derived equation may hold on condition, ``where``: it says nothing of other places.
+    ``defines`` names the only symbol that a definition may be solved for; a balance may be solved for any. ``stated``
+    says that a derived equation holds by the meaning of its symbols. Of a transcription, ``rebuilt`` lists illegible
+    pieces that were completed, ``witnesses`` are printed values that it must give. ``where`` is the condition under
+    which a derived equation holds.
     """
 
     number: str
@@ -123,7 +127,7 @@ class Equation:
 
     @property
     def stands_alone(self) -> bool:
-        """Whether there is no derivation to hold it against."""
+        """Whether no derivation can be compared with the equation."""
         return isinstance(self.claims, Definition | Unclaimed)
 
 
@@ -171,10 +175,18 @@ class Stated(Claim):
 
 
 def what(quantity: Quantity | str) -> ClaimOf:
-    """The claim that an equation says what a quantity is."""
+    """Return the claim that an equation says what a quantity is; the name of the quantity will do. Claims have no unit.
+
+    >>> str(what("F_spring"))
+    'what F_spring is'
+    """
     return Stated.QUANTITY.of(quantity)
 
 
 def loop(name: str) -> ClaimOf:
-    """The claim that an equation closes a loop, by the name of its gap: point and axis, as in ``Bx``."""
+    """Return the claim that an equation closes a loop, by the name of its gap: point and axis, as in "Bx" (no unit).
+
+    >>> str(loop("Bx"))
+    'the loop Bx closes'
+    """
     return Stated.GAP.of(name)

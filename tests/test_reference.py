@@ -7,6 +7,7 @@ import inspect
 import re
 import sys
 from collections.abc import Iterator
+from pydoc import locate
 
 import numpy as np
 import pytest
@@ -51,6 +52,9 @@ def listed_members() -> Iterator[tuple[str, object]]:
         for name, member in members(cls).items():
             if cls is not derive.Mechanism or name not in reference.UNLISTED:
                 yield f"{cls.__name__}.{name}", member
+    for page in reference.PAGES:
+        entries = ((name, locate(name)) for name in reference.names(page))
+        yield from ((name, item) for name, item in entries if inspect.isclass(item) or inspect.isfunction(item))
 
 
 @pytest.mark.parametrize("member", [pytest.param(member, id=name) for name, member in listed_members()])

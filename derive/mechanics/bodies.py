@@ -19,9 +19,9 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Part:
-    """A rigid piece of a body: mass, centroid, centroidal inertia tensor in the body's frame.
+    """A rigid piece of a body: ``mass`` [kg], ``centroid``, centroidal ``inertia`` [kg m2] along the body's axes.
 
-    ``inertia`` is the tensor's diagonal, or its six entries xx, yy, zz, xy, xz, yz (products as they stand in it).
+    ``inertia`` holds the tensor's diagonal, or its six entries xx, yy, zz, xy, xz, yz; products as they stand in it.
     """
 
     mass: Quantity
@@ -29,7 +29,7 @@ class Part:
     inertia: tuple[Expr, ...]
 
     def momentum(self, spin: Vec) -> Vec:
-        """Angular momentum about the centroid at an angular velocity in the body's frame."""
+        """Return the angular momentum about the centroid [kg m2/s] at a ``spin`` [rad/s], along the body's axes."""
         xx, yy, zz, xy, xz, yz = (*self.inertia, *[S.Zero] * (6 - len(self.inertia)))
         tensor = sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         x, y, z = tensor * sp.Matrix(spin.components)
@@ -37,9 +37,16 @@ class Part:
 
 
 def about_pin(moment: Expr, mass: Expr, offset: Vec) -> tuple[Expr, Expr, Expr]:
-    """Centroidal inertia of a body that turns about z, from its moment about a pin ``offset`` away.
+    r"""Return the centroidal inertia [kg m2] of a body that turns about z, from its ``moment`` [kg m2] about a pin.
 
-    Moments of inertia across the pin enter only the pin's tilting moments, which nothing asks for: they are zero here.
+    The pin is ``offset`` [m] away from the centroid, and ``mass`` is in [kg]. Moments of inertia across the pin enter
+    only the moments that tilt it, which no balance of the plane contains: they are zero here.
+
+    >>> from derive import Vec, about_pin, quantities
+    >>> from derive.mechanics.frames import Frame
+    >>> q = quantities("J | kg m2 | about the pin | 0.02\nm | kg | mass | 2\ns | m | centroid | 0.05")
+    >>> about_pin(q.J, q.m, Vec(Frame("arm"), (q.s, 0, 0)))
+    (0, 0, J - m*s**2)
     """
     return (S.Zero, S.Zero, moment - mass * (offset[0] ** 2 + offset[1] ** 2))
 
@@ -64,7 +71,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: a frame that turns with it, the parts fixed in it, the pin of its balances where it is told."""
+    """A rigid body: a frame that turns with it, its parts, and the ``pin`` of its balances, if one is stated."""
 
     name: str
     frame: Frame

@@ -13,17 +13,34 @@ def square(components: Sequence[Expr]) -> Expr:
 
 
 def creeping(limit: Expr, slip: Sequence[Expr], speed: Expr) -> Expr:
-    """Friction per slip velocity, against it: Coulomb's ``limit`` whose sign is smoothed below a ``speed``."""
+    """Return the friction force per slip velocity [N s/m], Coulomb's ``limit`` [N] smoothed below ``speed`` [m/s].
+
+    The force acts against the slip velocity [m/s], whose components are passed: it is minus the result times them.
+
+    >>> from sympy import symbols
+    >>> from derive import creeping
+    >>> limit, v, speed = symbols("limit v speed", positive=True)
+    >>> creeping(limit, (v,), speed)
+    limit/sqrt(speed**2 + v**2)
+    """
     return limit / sp.sqrt(square(slip) + speed**2)
 
 
 def dahl(
     sliding: Sequence[Expr], bent: Sequence[Expr], stiffness: Expr, limit: Expr, creep: Expr
 ) -> tuple[tuple[Expr, ...], Expr]:
-    """Rates at which bristles bend, and the power lost in them; their force is ``-stiffness * bent``.
+    """Return the rates [m/s] at which bristles bend, and the power lost in them [W], by Dahl's law of friction.
 
-    Elastic at first, with the limit as the largest force while sliding goes on one way. ``creep`` is a speed that
-    keeps the law smooth where sliding stops (Dahl, Solid friction damping of mechanical vibrations, AIAA J. 14, 1976).
+    ``sliding`` [m/s] and ``bent`` [m] are components of the sliding velocity and of the bristles' deflection; the force
+    is ``-stiffness * bent``, with ``stiffness`` in [N/m]. It is elastic at first and tends to ``limit`` [N] while
+    sliding continues one way. ``creep`` [m/s] keeps the law smooth at rest (Dahl, Solid friction damping of mechanical
+    vibrations, AIAA J. 14, 1976).
+
+    >>> from sympy import symbols
+    >>> from derive import dahl
+    >>> v, z, k, limit = symbols("v z k limit", positive=True)
+    >>> dahl((v,), (z,), k, limit, 0)
+    ((-k*v*z/limit + v,), k**2*v*z**2/limit)
     """
     yielding = sp.sqrt(square(sliding) + creep**2) * stiffness / limit
     rates = tuple(speed - yielding * bend for speed, bend in zip(sliding, bent, strict=True))

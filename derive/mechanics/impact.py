@@ -20,9 +20,11 @@ from .friction import creeping, square
 
 @dataclass(frozen=True)
 class ImpactLaw:
-    """Stiffness K, exponent n (3/2 is Hertz's), dissipation D; friction coefficient, and the speed it creeps below.
+    """An elastic contact with losses: at a depth d [m] the normal force is K d^n (1 + D d'), never less than zero.
 
-    ``least`` is a depth at which the slope of the force is finite yet, taken where there is none.
+    ``stiffness`` K [N/m^n], ``exponent`` n (3/2 is Hertz's) and ``dissipation`` D [s/m] are of Hunt and Crossley;
+    friction has the coefficient ``friction``, without unit, and creeps below the speed ``creep`` [m/s]. ``least`` [m]
+    is a depth that is used where there is none, so that the slope of the force is finite.
     """
 
     stiffness: Quantity
@@ -33,19 +35,21 @@ class ImpactLaw:
     least: Quantity
 
     def elastic(self, depth: Expr) -> Expr:
+        """Return the elastic force [N] at a depth [m]."""
         return self.stiffness * depth**self.exponent
 
     def work(self, depth: Expr) -> Expr:
-        """Of the elastic force up to a depth."""
+        """Return the work of the elastic force [J] up to a depth [m]."""
         way, end = sp.symbols("way end", positive=True)
         return sp.integrate(self.elastic(way), (way, 0, end)).subs(end, depth)
 
 
 @dataclass(frozen=True)
 class Impact:
-    """What a contact is found to do, by name: generalised forces along coordinates whose ``rates`` are as many.
+    """Names for the results of an impact: generalised forces [N or N m] along coordinates, as many as their ``rates``.
 
-    ``stored`` is the energy that its depth holds, ``damped`` and ``rubbed`` are powers lost.
+    ``gap`` and ``depth`` are in [m], ``elastic`` and ``normal`` forces in [N], ``stored`` is the energy of the depth
+    [J], ``damped`` and ``rubbed`` are powers lost [W].
     """
 
     gap: Quantity
@@ -62,13 +66,17 @@ class Impact:
     rubbed: Quantity
 
     def outputs(self, name: str) -> Vector:
+        """Return gap [m], normal force [N], generalised forces, stored energy [J] and powers lost [W], packed."""
         return Vector(name, (self.gap, self.normal, *self.forces, self.stored, self.damped, self.rubbed))
 
     def steps(self, gap: Expr, opening: Expr, slip: Sequence[Expr], law: ImpactLaw) -> tuple[Let, ...]:
-        """The law on a signed distance that grows by ``opening``, and on slip velocities, both linear in the rates.
+        """Return the steps of the law for a distance ``gap`` [m], its rate ``opening`` [m/s] and slip velocities [m/s].
+
+        The distance is negative where the bodies overlap.
 
         By virtual work a force along the normal acts on a coordinate as the slope of the distance along it says, and
         friction as that of the slip does: the slope in a coordinate is that of the rate in the coordinate's rate.
+        Raises ValueError if the rate or a slip is not linear in the rates.
         """
         slips = self.slip[: len(slip)]
         return (

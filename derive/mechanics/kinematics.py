@@ -47,9 +47,9 @@ class GearStage:
 
 @dataclass(frozen=True)
 class FollowerLaw:
-    """How a follower goes from one dwell to the next, by a law that is chosen at run time.
+    """The motion of a follower from one dwell to the next, by a law that is chosen at run time.
 
-    ``joints`` are the positions in a flank where a derivative of some law jumps.
+    ``joints`` are the positions in a flank, from 0 to 1 without unit, where a derivative of some law jumps.
     """
 
     name: str
@@ -98,6 +98,18 @@ class Kinematics(Statement):
 
         The units are those of the quantities; ``equals`` is as in `coordinate`, ``at_start`` what the coordinate is at
         angle zero.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad    | crank angle
+        ...     omega | rad/s  | its speed | 10
+        ...     psi   | rad    | planet
+        ...     w     | rad/s  | planet, rate
+        ...     a     | rad/s2 | planet, acceleration
+        ... ''')
+        >>> m = Mechanism("train", q, angle=q.phi, speed=q.omega)
+        >>> m.rate(m.follow((q.psi, q.w, q.a), equals=-2 * q.phi))
+        w
         """
         value, rate, acceleration = symbols
         if equals is None:
@@ -155,7 +167,10 @@ class Kinematics(Statement):
         ]
 
     def name_acceleration(self, point: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
-        """Name the components of a point's acceleration [m/s2], along the axes of ``frame``, by ``symbols``."""
+        """Name the components of a point's acceleration [m/s2], along the axes of ``frame``, by ``symbols``.
+
+        Example: `name_place`.
+        """
         acceleration = self.motion.acceleration(point, frame)
         for symbol, component in zip(symbols, acceleration.components, strict=False):
             self.let(symbol, component)
@@ -165,6 +180,25 @@ class Kinematics(Statement):
         """Name the components of the vector from ``base`` to a point [m], along the axes of ``frame``.
 
         Their rates [m/s] follow.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities('''
+        ...     phi   | rad   | crank angle
+        ...     omega | rad/s | its speed | 10
+        ...     r     | m     | crank     | 0.05
+        ...     x     | m     | pin, x
+        ...     y     | m     | pin, y
+        ...     ax    | m/s2  | pin, x
+        ...     ay    | m/s2  | pin, y
+        ... ''')
+        >>> m = Mechanism("bar", q, angle=q.phi, speed=q.omega)
+        >>> A = m.point("A", m.O, m.frame("crank", q.phi), q.r)
+        >>> m.name_place(A, m.O, m.world, (q.x, q.y))
+        >>> m.rate(q.x)
+        -omega*y
+        >>> m.name_acceleration(A, m.world, (q.ax, q.ay))
+        >>> [str(step.expr) for step in m.named]
+        ['r*cos(phi)', 'r*sin(phi)', '-omega**2*x', '-omega**2*y']
         """
         place = displacement(base, point, frame)
         for symbol, component in zip(symbols, place.components, strict=False):

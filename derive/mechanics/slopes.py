@@ -15,7 +15,7 @@ Slopes = dict[Quantity, Expr]
 
 @dataclass
 class Followed:
-    """Steps in their order; what is not a coordinate and hangs on none is constant."""
+    """Steps in their order with their derivatives along coordinates; what depends on no coordinate is constant."""
 
     coordinates: tuple[Quantity, ...]
     steps: list[Let] = field(default_factory=list)
@@ -25,13 +25,13 @@ class Followed:
         self.known |= {q: {q: S.One} for q in self.coordinates}
 
     def let(self, symbol: Quantity, expr: Expr, reason: str = "") -> Quantity:
-        """Name an expression; from now on its slopes are known by the name."""
+        """Name an expression, in the unit of ``symbol``, and return the symbol, whose derivatives are then known."""
         self.steps.append(Let(symbol, expr, f"derived: {reason or symbol.meaning}"))
         self.known[symbol] = self.slopes(expr)
         return symbol
 
     def slopes(self, expr: Expr) -> Slopes:
-        """Derivatives along the coordinates that it hangs on, by the chain rule; those of cases case by case."""
+        """Return the derivatives of an expression along its coordinates [its unit per that of the coordinate]."""
         if isinstance(expr, sp.Piecewise):
             return self._of_cases(expr)
         found: Slopes = {}
@@ -42,7 +42,7 @@ class Followed:
         return {coordinate: slope for coordinate, slope in found.items() if slope != 0}
 
     def along(self, expr: Expr, coordinate: Quantity) -> Expr:
-        """The derivative along one coordinate."""
+        """Return the derivative of an expression along one coordinate [its unit per that of the coordinate]."""
         return self.slopes(expr).get(coordinate, S.Zero)
 
     def _of_cases(self, cases: sp.Piecewise) -> Slopes:

@@ -97,9 +97,15 @@ class Statement:
         return self.let(quantity(name, unit, meaning), expr)
 
     def let(self, symbol: Quantity, expr: Expr) -> Quantity:
-        """Name an expression of the motion by ``symbol``, whose unit it must have, and return ``symbol``.
+        r"""Name an expression of the motion by ``symbol``, whose unit it must have, and return ``symbol``.
 
         Rates and errors are as in `name_`.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | crank angle\nr | m | crank | 0.05\nd | m | diameter")
+        >>> m = Mechanism("bar", q)
+        >>> m.let(q.d, 2 * q.r)
+        d
         """
         self.steps.append(let(symbol, expr))
         return symbol
@@ -215,7 +221,10 @@ class Statement:
         return [_consistent(e) for e in (*self.assembly.definitions(), *found) if e.residual != 0]
 
     def pin_of(self, body: Body) -> Pin:
-        """How a body's balances are written: as was told, else about a joint (the ground's first) or its centroid."""
+        """Return how a body's balances are written: as stated, else about a joint (the ground's first) or its centroid.
+
+        Raises MechanismError for a body without joint and mass.
+        """
         if body.pin is not None:
             return body.pin
         joints = sorted((a for a in self.assembly.actions if a.sign(body)), key=lambda a: not a.sign(self.ground))
@@ -230,7 +239,7 @@ class Statement:
         return EVERY if self.spatial else PLANE
 
     def anchor(self, body: Body) -> Point:
-        """A point that is fixed in a body: its centroid, or the point of its first joint."""
+        """Return a point that is fixed in a body: its centroid, or the point of its first joint."""
         return body.parts[0].centroid if body.parts else self.pin_of(body).at
 
     def name_accelerations(self) -> None:
@@ -250,7 +259,7 @@ class Statement:
         self.motion.accelerations[centroid] = Vec(self.world, triple(named))
 
     def told_in(self, speeds: Collection[Quantity]) -> dict[Quantity, Expr]:
-        """Named steps that hold some rates or accelerations, each told in those."""
+        """Return the named expressions that depend on rates or accelerations, each expressed by these."""
         found: dict[Quantity, Expr] = {}
         for step in (*self.named, *self.reports):
             plain = step.expr.xreplace(found)
@@ -259,7 +268,10 @@ class Statement:
         return found
 
     def chosen(self, known: Iterable[Quantity], asked: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
-        """What is asked for among what is known, all of it without a question; raises MechanismError."""
+        """Return the quantities to report among those that are available, all of them for None.
+
+        Raises MechanismError for a name that is not available.
+        """
         by_name: dict[str, Quantity] = {q.name: q for q in known}
         names = list(by_name) if asked is None else list(map(str, asked))
         for name in names:

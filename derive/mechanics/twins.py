@@ -20,7 +20,7 @@ from .statement import MechanismError, Statement
 
 @dataclass(frozen=True)
 class Sides:
-    """What is told of a side and of both together; ``twin`` names a quantity of the other side."""
+    """The results, in SI, of one of two equal sides and of both; ``twin`` names a quantity of the other side."""
 
     twin: Twin
     reported: tuple[Quantity, ...]

@@ -17,10 +17,20 @@ SECONDS = 1.0
 
 
 def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) -> Case:
-    """A paper, all of its equations stated, on trial against a mechanism or formulas: what a file offers as CASE.
+    r"""Compare all equations of a paper with a mechanism or formulas: what a file offers as CASE to `planter audit`.
 
-    How large a term becomes is told along the turn of a mechanism that an angle drives, of any other over its own
-    motion until a time [s]. Raises ClaimError for a claim of which nothing is stated.
+    The size of a term is taken along the turn of a mechanism that an angle drives, else over free motion ``until`` a
+    time [s]. Raises ClaimError for a claim to be something that the mechanism or the formulas do not state.
+
+    >>> from derive import Formulas, Paper, quantities, trial, what
+    >>> q = quantities("r | m | radius | 0.02\nd | m | diameter")
+    >>> f = Formulas("disc", given=q)
+    >>> f.defines(q.d, 2 * q.r)
+    d
+    >>> paper = Paper("invented2026", "An invented paper")
+    >>> paper.defines("1", q.d, 2 * q.r, what(q.d))
+    >>> trial(f, paper).paper.name
+    'invented2026'
     """
     case = (
         Case(paper, OwnFormulas(stated)) if isinstance(stated, Formulas) else _of_mechanism(own(stated, until), paper)
