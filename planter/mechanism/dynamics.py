@@ -138,21 +138,21 @@ class Dynamics:
         """Return the indices of entries that ``start`` (2k,) [rad, m and per s] has otherwise than the statement."""
         stated = self.stated
         moved = np.abs(start - stated) > MOVED * (1 + np.abs(stated))
-        found: list[int] = np.flatnonzero(moved).tolist()
-        return found
+        indices: list[int] = np.flatnonzero(moved).tolist()
+        return indices
 
     @cached_property
     def function(self) -> ca.Function:
         """The CasADi function (time [s], state (2k,)) -> parts of `Equations` [SI]; what always vanishes is sparse."""
         time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
-        coordinates, held = self.names[: self.size], self.constraints
-        gaps = [name for name in held if name in self._told("gaps")]
+        coordinates, constraints = self.names[: self.size], self.constraints
+        gaps = [name for name in constraints if name in self._told("gaps")]
         names = {
             "inertia": [[f"inertia_{a}_{b}" for b in coordinates] for a in coordinates],
             "forces": [[f"force_{a}"] for a in coordinates],
-            "slopes": [[f"slope_{c}_{a}" for a in coordinates] for c in held],
-            "bends": [[f"bend_{c}"] for c in held],
-            "speeds": [[f"speed_{c}"] for c in held],
+            "slopes": [[f"slope_{c}_{a}" for a in coordinates] for c in constraints],
+            "bends": [[f"bend_{c}"] for c in constraints],
+            "speeds": [[f"speed_{c}"] for c in constraints],
             "gaps": [[c] for c in gaps],
         }
         parts = [self._scattered(stage, entries, time, state) for stage, entries in names.items()]

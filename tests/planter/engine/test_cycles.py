@@ -99,11 +99,11 @@ def run(path: Path, *parts: Array) -> tuple[Array, Array, Array]:
 def expect(rows: Array, slopes: Array) -> tuple[Array, Array]:
     """Return outputs (k,) and gradients (s, p) by array code."""
     sides = [array.reshape(*array.shape[:-1], SIDES, -1).sum(axis=-2) for array in (rows[0], slopes[0])]
-    samples, along = (sides[0], rows[1, ::STRIDE]), (sides[1], slopes[1, :, ::STRIDE])
+    samples, tangents = (sides[0], rows[1, ::STRIDE]), (sides[1], slopes[1, :, ::STRIDE])
     outputs, gradients = np.zeros(OUTPUTS), np.zeros((OUTPUTS, PARAMETERS))
     for k, place, kind, scale in TERMS:
         outputs[k] += scale * statistics.reduce(kind, samples[place])
-        gradients[k] += scale * along[place] @ statistics.differentiate(kind, samples[place])
+        gradients[k] += scale * tangents[place] @ statistics.differentiate(kind, samples[place])
     return outputs, gradients[:SLOPED]
 
 
