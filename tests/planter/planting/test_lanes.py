@@ -73,7 +73,7 @@ def test_force_and_slopes(name: str, model: Model) -> None:
         _compare(kernel, own, ("lanes", "casadi-c"))
 
 
-@pytest.mark.parametrize("name", sampled(["compact"], MACHINES[:2]))
+@pytest.mark.parametrize("name", MACHINES[:2])
 def test_summed_hessian(name: str) -> None:
     own = device(name, "exact")
     _compare(own.force.response.hessian_kernel, own, ("lanes", "casadi-c"))
